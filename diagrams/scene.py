@@ -30,10 +30,10 @@ from soft_gripper.diagrams.initial_position import set_initial_position
 from soft_gripper.diagrams.loaded_model import LoadedModel, load_model
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.library_messages import without_messages
+from soft_gripper.library_messages import drop_messages
 from soft_gripper.model_import.drake_parsing import drake_reads
 from soft_gripper.model_import.imported_model import Mimic
 from soft_gripper.scenario.deformables import Deformable, deformable_body, deformable_kind
@@ -190,7 +190,7 @@ class Scene(NamedTuple):
     mimics: Mapping[str, Sequence[Mimic]]  # joints that follow others, by the names of their models
 
 
-@collected()  # so that the notes on all its models are few
+@collect_notes()  # so that the notes on all its models are few
 def add_plant(
     builder: DiagramBuilder,
     config: MultibodyPlantConfig,
@@ -303,7 +303,7 @@ def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: Mode
     X_WBody = config.X_PC.GetDeterministicValue() @ frame.GetFixedPoseInBodyFrame().inverse()
     name = f"{config.name} half space"
     scene_graph.RemoveRole(source, geometry, Role.kProximity)
-    with without_messages(lambda message: "deformable contact" in message):  # there is none here
+    with drop_messages(lambda message: "deformable contact" in message):  # there is none here
         plant.RegisterCollisionGeometry(plant.world_body(), X_WBody @ X_BodyTop, HalfSpace(), name, properties)
 
 

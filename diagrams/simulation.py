@@ -26,7 +26,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import RandomSource
 
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.diagrams.own_blocks import check_values, user_block_error, user_blocks
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_private_station
@@ -69,7 +69,7 @@ def cached_station(scenario: Scenario) -> Station:
     key = None if has_own_blocks(scenario) else build_key(scenario)
     if key is None:
         return make_private_station(scenario)
-    station = kept(
+    station = get_or_make(
         _stations, key, lambda: make_private_station(deepcopy(scenario)), MAX_STATIONS
     )  # the caller may change the scenario
     return replace(station, parts=replace(station.parts, scenario=scenario))

@@ -15,7 +15,7 @@ from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensing import SensingConfig, add_sensing
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.named_estimators import MakeEstimator
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.registry import name_of
 from soft_gripper.scenario.checks import check_finger_names, checked_scenario
 from soft_gripper.scenario.nominal_model import read_nominal_model
@@ -127,7 +127,7 @@ def add_station(
         InputError: if a part of the scenario cannot be built, or the diagram already has a plant.
     """
     _check_no_plant(builder)
-    with collected() as notes:
+    with collect_notes() as notes:
         scenario = checked_scenario("scenario", scenario)
         nominal = read_nominal_model(scenario.nominal)
         if like is None:

@@ -20,7 +20,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPor
 from pydrake.trajectories import Trajectory
 
 from soft_gripper.arrays import Array
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.control.arm_motion import (
     ArmLimits,
     LimitError,
@@ -225,7 +225,7 @@ def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tu
     numbers = (arm.home, arm.config.acceleration, law.matrix, law.offset, [pose.GetAsMatrix34() for pose in poses])
     arrays = (np.array(values).tobytes() for values in numbers)
     key: tuple[bytes | str, ...] = (arm_fingerprint(arm.plant, arm.tool), repr(task.phases), *arrays)
-    return kept(_plans, key, lambda: _plan_motions(planner, task.phases, arm.home), _MAX_PLANS)
+    return get_or_make(_plans, key, lambda: _plan_motions(planner, task.phases, arm.home), _MAX_PLANS)
 
 
 def _plan_motions(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home: Array) -> tuple[Phase, ...]:

@@ -21,7 +21,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.signals import describe
 from soft_gripper.steps import TIME, Memory, Output, Step, Steps, constant, same, sampled
 
-_OVERFLOWS = 1e150  # the square of a larger number is infinite
+_MAX_INPUT_SIZE = 1e150  # the square of a larger number is infinite
 
 
 def check_finite(block: LeafSystem, inputs: Mapping[str, Any]) -> None:
@@ -31,13 +31,13 @@ def check_finite(block: LeafSystem, inputs: Mapping[str, Any]) -> None:
     """
     for name, values in inputs.items():
         numbers = np.asarray(values).ravel()
-        bad = numbers[~(np.abs(numbers) < _OVERFLOWS)] if numbers.dtype.kind == "f" else numbers[:0]
+        bad = numbers[~(np.abs(numbers) < _MAX_INPUT_SIZE)] if numbers.dtype.kind == "f" else numbers[:0]
         if len(bad):
             raise InputError(block.GetSystemPathname(), name, float(bad[0]), "must be finite, and no larger than 1e150")
 
 
 class ArrayBlock(LeafSystem):
-    """A block whose outputs follow from its inputs by functions, given in its constructor step by step.
+    """A block with outputs that follow from its inputs by functions, given in its constructor step by step.
 
     A step has a name and follows from those before it. Functions take the steps that they name, of shape
     (..., size) if they are inputs, and return an array, or anything else that keeps the leading axes. Caches and
@@ -168,9 +168,10 @@ class ArrayBlock(LeafSystem):
         if step.function is same:
             (self._read[name],), self._tickets[name] = reads, tickets
         elif kept:
-            self._keep(name, _of_all(step.function, reads), tickets)
+            self._keep(name, _apply_to_context(step.function, reads), tickets)
         else:
-            self._read[name], self._tickets[name] = _of_all(step.function, reads), tickets or {self.nothing_ticket()}
+            self._read[name] = _apply_to_context(step.function, reads)
+            self._tickets[name] = tickets or {self.nothing_ticket()}
 
     def put_out(
         self,
@@ -183,7 +184,7 @@ class ArrayBlock(LeafSystem):
     ) -> None:
         """Declares a vector output, ``function(*sources)``, folded into axes; see `describe`."""
         size = int(np.prod([len(labels) for labels in axes.values()]))
-        value = _of_all(function, [self._read[source] for source in sources])
+        value = _apply_to_context(function, [self._read[source] for source in sources])
         check_inputs = weakly(self._check_inputs)
 
         def calc(context: Context, output: BasicVector) -> None:
@@ -198,7 +199,7 @@ class ArrayBlock(LeafSystem):
         self.steps.outputs[name] = function, sources
 
     def follows(self, output: str, period: float) -> bool:
-        """Whether `leaves` determine an output at all samples of a recording, `period` s apart."""
+        """Whether `leaves` determine an output at all samples of a recording with a period, s."""
         return self.steps.follows(output, remembers=self.period == period)
 
     def leaves(self, output: str) -> list[str]:
@@ -213,29 +214,29 @@ class ArrayBlock(LeafSystem):
             leaves: values at these times, (T, size) each, or a list of T, by port name.
             outputs: names of ports.
         """
-        known: dict[str, Any] = {TIME: np.reshape(time, (-1, 1)), **leaves}
-        return {name: self.output_over_time(name, known) for name in outputs}
+        values: dict[str, Any] = {TIME: np.reshape(time, (-1, 1)), **leaves}
+        return {name: self.output_over_time(name, values) for name in outputs}
 
-    def output_over_time(self, output: str, known: dict[str, Any]) -> Array:
+    def output_over_time(self, output: str, step_values: dict[str, Any]) -> Array:
         """An output at all T samples, (T, size).
 
         Args:
             output: name of the port.
-            known: time, (T, 1) s, and leaves as of `over_time`; steps that are computed and have several readers are
+            step_values: time, (T, 1) s, and leaves as of `over_time`; computed steps with several readers are
                 added.
         """
         try:
-            values = self.steps.recorded.output(output, known)
+            values = self.steps.recorded.output(output, step_values)
         except ValueError:
-            check_finite(self, {name: known[name] for name in self.leaves(output)})
+            check_finite(self, {name: step_values[name] for name in self.leaves(output)})
             raise
-        return np.reshape(values, (len(known[TIME]), -1))
+        return np.reshape(values, (len(step_values[TIME]), -1))
 
     def _add_leaf(self, name: str, step: Step, read: Callable[[Context], Any], tickets: set[Any]) -> None:
         self.steps[name], self._read[name], self._tickets[name] = step, read, tickets
 
     def _declare_state(self, name: str, begin: Array) -> Callable[[Context], Array]:
-        """Declares the state of a step; returns what reads it."""
+        """Declares the state of a step; returns a function that reads it."""
         if self.period is None:
             raise ValueError(f"step '{name}' samples or remembers: give the block a period")
         group = self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
@@ -248,9 +249,13 @@ class ArrayBlock(LeafSystem):
 
     @cached_property
     def _memories(self) -> list[tuple[int, Memory, list[Callable[[Context], Any]]]]:
-        """Groups of the discrete state, what they remember, and what reads the sources of that."""
+        """Groups of the discrete state, their memories, and functions that read the sources of these."""
         memories = [(group, self.steps[name].memory) for name, group in self._groups.items()]
-        return [(g, each, [self._read[source] for source in each.sources]) for g, each in memories if each is not None]
+        return [
+            (g, memory, [self._read[source] for source in memory.sources])
+            for g, memory in memories
+            if memory is not None
+        ]
 
     def _begin(self, context: Context, values: DiscreteValues) -> None:
         """Prepares the memories at the initialization of a run, unless it goes on with the context of another."""
@@ -265,7 +270,7 @@ class ArrayBlock(LeafSystem):
             values.set_value(group, begin.ravel())
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
-        """Takes samples, and remembers what belongs to the sample before; at the first there is none.
+        """Takes samples, and remembers values of the sample before; at the first there is none.
 
         An event that began at `period` instead would drift off those at multiples of it by rounding.
         """
@@ -299,5 +304,7 @@ class ArrayBlock(LeafSystem):
         return {ticket for source in sources for ticket in self._tickets[source]}
 
 
-def _of_all(function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]) -> Callable[[Context], Any]:
+def _apply_to_context(
+    function: Callable[..., Any], reads: Sequence[Callable[[Context], Any]]
+) -> Callable[[Context], Any]:
     return lambda context: function(*[read(context) for read in reads])

@@ -1,5 +1,5 @@
 """Cached: what a block computes once for its inputs and state. weakly: methods that do not keep their block alive.
-kept: what the next of several runs uses again.
+get_or_make: a store of values that later runs use again.
 
 Drake holds the function behind a cache entry or an abstract output port where Python's garbage collector cannot see it.
 A function that refers to its block, and a cache entry that the block keeps, would therefore keep the block and the
@@ -42,13 +42,13 @@ _Key = TypeVar("_Key")
 _T = TypeVar("_T")
 
 
-def kept(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
+def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
     """Value stored for a key, or else made now; the `most` that were used last stay in the store."""
     try:
-        found = store.pop(key)
+        value = store.pop(key)
     except KeyError:
-        found = make()
-    store[key] = found
+        value = make()
+    store[key] = value
     while len(store) > most:
         store.popitem(last=False)
-    return found
+    return value

@@ -4,12 +4,12 @@ import difflib
 import re
 from collections.abc import Iterable
 
-_LONGEST_VALUE = 200  # characters of a value that a message repeats
-_LONGEST_PART = 800  # of its other parts
+_MAX_VALUE_LENGTH = 200  # characters of a value that a message repeats
+_MAX_PART_LENGTH = 800  # of its other parts
 _MAX_NAME = 100  # characters of names that are compared
 _MAX_SUGGESTIONS = 3
 _MIN_LIKENESS = 0.8  # ratio of difflib; of 'simulation' and 'visualization' it is 0.78
-_MIN_LENGTH = 3  # characters of a part of a name
+_MIN_PART_LENGTH = 3  # characters of a part of a name
 
 
 class InputError(ValueError):
@@ -21,7 +21,7 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
-        return in_one_line(f"{where}: {field} = {_shown(self.value)}: {expected}")
+        return in_one_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """This error, reported from the file or option that contains the mistake."""
@@ -36,9 +36,9 @@ class WorkerDiedError(RuntimeError):
     """The process that made a call died each time; the message names the call."""
 
 
-def meant(name: object, known: Iterable[str]) -> str:
+def suggestion(name: object, valid_names: Iterable[str]) -> str:
     """A hint beside a name that is not known: the nearest of those that are, or all of them."""
-    names = list(known)
+    names = list(valid_names)
     return did_you_mean(near_names(name, names)) or f"known: {', '.join(names)}"
 
 
@@ -48,34 +48,34 @@ def did_you_mean(names: Iterable[str]) -> str:
     return f"did you mean {choices}?" if choices else ""
 
 
-def near_names(name: object, known: Iterable[str]) -> list[str]:
-    """The known names that an unknown one may stand for: the one spelt like it, then those of which it is a part.
+def near_names(name: object, valid_names: Iterable[str]) -> list[str]:
+    """Valid names that an unknown one may stand for: the one spelt like it, then those that contain it.
 
     A part is the beginning of a name, or all but its first word, as in 'max' for 'maximum' or 'step' for 'time_step'.
     """
-    wanted, names = str(name).lower(), list(dict.fromkeys(known))
-    is_part = _MIN_LENGTH <= len(wanted) <= _MAX_NAME
+    wanted, names = str(name).lower(), list(dict.fromkeys(valid_names))
+    is_part = _MIN_PART_LENGTH <= len(wanted) <= _MAX_NAME
     longer = re.compile(rf"{re.escape(wanted)}.*|[^\W_]+[\W_]{re.escape(wanted)}")
     parts = [other for other in names if is_part and longer.fullmatch(other[:_MAX_NAME].lower())]
     return list(dict.fromkeys(_spelt_like(wanted, names) + parts))[:_MAX_SUGGESTIONS]
 
 
-def _spelt_like(name: str, known: Iterable[str]) -> list[str]:
-    """The known name that differs least in its letters, or only in their order; none if all differ much."""
-    wanted, by_letters = _letters(name), {_letters(other): other for other in known}
+def _spelt_like(name: str, valid_names: Iterable[str]) -> list[str]:
+    """The valid name that differs least in its letters, or only in their order; none if all differ much."""
+    wanted, by_letters = _letters(name), {_letters(other): other for other in valid_names}
     near = difflib.get_close_matches(wanted, by_letters, n=1, cutoff=_MIN_LIKENESS)
     swapped = [letters for letters in by_letters if sorted(letters) == sorted(wanted)]
     return [by_letters[letters] for letters in (near or swapped)[:1]]
 
 
 def _letters(name: str) -> str:
-    """The letters and digits of a name, of which long ones are not compared whole."""
+    """The letters and digits of a name, of a long one those of its first characters."""
     return re.sub(r"[\W_]", "", name[:_MAX_NAME].lower())
 
 
-def is_near(name: object, known: Iterable[str]) -> bool:
-    """Whether a name that is not known is most likely one of those, mistyped."""
-    return bool(_spelt_like(str(name), known))
+def is_near(name: object, valid_names: Iterable[str]) -> bool:
+    """Whether an unknown name is most likely a valid one, mistyped."""
+    return bool(_spelt_like(str(name), valid_names))
 
 
 def first_line(error: BaseException) -> str:
@@ -88,8 +88,8 @@ def described(error: BaseException) -> str:
     """The type of an exception and the first line of its message."""
     if isinstance(error, SystemExit):
         return f"sys.exit({'' if error.code is None else repr(error.code)}) was called"
-    said = first_line(error)
-    return said if said == type(error).__name__ else f"{type(error).__name__}: {said}"
+    message = first_line(error)
+    return message if message == type(error).__name__ else f"{type(error).__name__}: {message}"
 
 
 def in_one_line(text: str) -> str:
@@ -97,14 +97,14 @@ def in_one_line(text: str) -> str:
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
-def _shown(value: object) -> str:
+def _value_text(value: object) -> str:
     """A value as a message repeats it."""
     try:
-        return shortened(repr(value), _LONGEST_VALUE)
+        return shortened(repr(value), _MAX_VALUE_LENGTH)
     except ValueError:  # Python's own limit
         return "a number of thousands of digits"
 
 
-def shortened(text: str, longest: int = _LONGEST_PART) -> str:
+def shortened(text: str, longest: int = _MAX_PART_LENGTH) -> str:
     """A text without its middle, if it is long."""
     return text if len(text) <= longest else f"{text[: longest // 2]} ... {text[-longest // 2 :]}"

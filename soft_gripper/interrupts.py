@@ -46,7 +46,7 @@ def held_back() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def delayed_signals() -> Iterator[None]:
-    """Delays Ctrl-C, SIGTERM and SIGHUP until the block ends, so that what the block does is done whole or not at all.
+    """Delays Ctrl-C, SIGTERM and SIGHUP until the block ends, so that the block is done whole or not at all.
 
     Unlike `waiting`, it serves a process with threads, any of which may receive a signal. Outside the main thread,
     where Python handles no signal, it does nothing. If the block raises an exception, that alone is raised.

@@ -13,11 +13,11 @@ from soft_gripper.errors import in_one_line
 # The temporary folder in which Drake reads a file made from another one, and what is added to the file's name.
 PREFIX, MARK = "soft-gripper-", ".expanded"
 _OWN_FOLDER = re.compile(rf"/\S*/{PREFIX}[^/\s]+/([^/\s]+){re.escape(MARK)}")
-_MOST, _MOST_OWN = 5, 20  # notes of a command: of libraries, and our own
-_DRAKE = "drake"  # the logger whose level a command may lower
+_MAX_LIBRARY_NOTES, _MAX_OWN_NOTES = 5, 20  # notes of a command: of libraries, and our own
+_DRAKE_LOGGER = "drake"  # the logger whose level a command may lower
 
 
-def of_drake(message: str) -> str:
+def original_message(message: str) -> str:
     """A message from Drake, with the names of temporary files replaced by those of the files they were made from."""
     return _OWN_FOLDER.sub(r"\1", message)
 
@@ -27,13 +27,14 @@ class _NotePrinter(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__()
-        self._seen: dict[int, set[str]] = {_MOST: set(), _MOST_OWN: set()}
+        self._seen: dict[int, set[str]] = {_MAX_LIBRARY_NOTES: set(), _MAX_OWN_NOTES: set()}
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.name == _DRAKE or record.levelno >= logging.WARNING:
-            self.note(of_drake(record.getMessage()), _MOST_OWN if record.name.startswith(__package__) else _MOST)
+        if record.name == _DRAKE_LOGGER or record.levelno >= logging.WARNING:
+            most = _MAX_OWN_NOTES if record.name.startswith(__package__) else _MAX_LIBRARY_NOTES
+            self.note(original_message(record.getMessage()), most)
 
-    def note(self, message: str, most: int = _MOST) -> None:
+    def note(self, message: str, most: int = _MAX_LIBRARY_NOTES) -> None:
         text, seen = in_one_line(" ".join(message.split())), self._seen[most]
         if text in seen or len(seen) > most:
             return
@@ -42,9 +43,9 @@ class _NotePrinter(logging.Handler):
 
 
 @contextmanager
-def without_messages(drop: Callable[[str], bool]) -> Iterator[None]:
+def drop_messages(drop: Callable[[str], bool]) -> Iterator[None]:
     """Drops those of Drake's messages for which a function returns True."""
-    drake = logging.getLogger(_DRAKE)
+    drake = logging.getLogger(_DRAKE_LOGGER)
 
     def concerns_us(record: logging.LogRecord) -> bool:
         return not drop(record.getMessage())
@@ -59,7 +60,7 @@ def without_messages(drop: Callable[[str], bool]) -> Iterator[None]:
 @contextmanager
 def printed_as_notes() -> Iterator[None]:
     """Prints log messages of libraries, and Python's warnings, as notes; most are about numbers out of range."""
-    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE), _NotePrinter()
+    root, drake, handler = logging.getLogger(), logging.getLogger(_DRAKE_LOGGER), _NotePrinter()
 
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
         handler.note(f"numbers out of range: {message}" if issubclass(category, RuntimeWarning) else str(message))

@@ -10,7 +10,7 @@ from typing import Any
 from tqdm import TqdmWarning, tqdm
 
 SIMULATED = "{n:.0f}/{total:.0f} s simulated [{elapsed}<{remaining}]"
-_DELAY = 2.0  # s that a run takes without a bar
+_BAR_DELAY = 2.0  # s that a run takes without a bar
 _DRAWING_PERIOD = 0.5  # s, so that drawing takes no time from the run
 
 
@@ -35,12 +35,12 @@ def progress_of_long_runs(duration: float) -> Iterator[Callable[[float], None] |
     if parent_process() is not None or not (sys.stderr.isatty() or _is_notebook()):
         yield None
         return
-    with run_progress(simulated_seconds(duration, "simulate", delay=_DELAY, leave=False)) as progress:
+    with run_progress(simulated_seconds(duration, "simulate", delay=_BAR_DELAY, leave=False)) as progress:
         yield progress
 
 
 def _is_notebook() -> bool:
-    """Whether IPython runs this for a notebook, not in a terminal."""
+    """Whether IPython runs this process for a notebook, not in a terminal."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return hasattr(shell, "kernel")

@@ -6,7 +6,7 @@
     mass: float = field(metadata=valid("kg", above=0))  # must be given
 
 `files/document.py` compares values with these rules; the schema pages of the documentation print them. Rules across
-fields are a method `misfits` of the dataclass, which yields the field, its value and what would be right.
+fields are a method `violations` of the dataclass, which yields the field, its value and what would be right.
 """
 
 import re
@@ -18,15 +18,15 @@ from typing import Any, TypeVar
 
 NAME_RULE = "must be a name of up to 60 letters (a to z), digits, _ and -, beginning with a letter"
 SMALLEST, LARGEST = 1e-15, 1e15  # of the size of a number that is not 0; beyond it, computed values overflow
-Misfit = tuple[str, object, str]  # a field, its value, and what would be right
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
-_RULE = "rule"
+Violation = tuple[str, object, str]  # a field, its value, and what would be right
+_NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,59}")
+_RULE_KEY = "rule"
 _T = TypeVar("_T")
 
 
 def is_name(text: str) -> bool:
     """Whether a text can name a part of a scenario."""
-    return _NAME.fullmatch(text) is not None
+    return _NAME_PATTERN.fullmatch(text) is not None
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Rule:
     filled: bool = False  # a list, mapping or text that is not empty
     span: bool = False  # a list [least, most]
     framed: bool = False  # poses may be in a frame
-    paths: Mapping[str, "Rule"] = field(default_factory=dict)  # of changes by dotted keys, see `dotted`
+    paths: Mapping[str, "Rule"] = field(default_factory=dict)  # of changes by dotted keys, see `dotted_changes`
     parts: Mapping[str, "Rule"] = field(default_factory=dict)  # of the fields of a config of Drake's
 
     @property
@@ -63,7 +63,7 @@ class Rule:
         return tuple(self.known() if callable(self.known) else self.known)
 
     def violation(self, value: object) -> str | None:
-        """Sentence on how text, a number, a list or a mapping would have to be; None if it is valid."""
+        """Violated rule of a text, number, list or mapping, in words; None if valid."""
         if isinstance(value, str):
             return self._text_violation(value)
         if isinstance(value, int | float):
@@ -97,35 +97,35 @@ class Rule:
         return None
 
 
-_ANY = Rule()
+_ANY_RULE = Rule()
 
 
 def valid(unit: str = "", **rule: Any) -> dict[str, Rule]:
     """Metadata of a field, from the fields of a Rule."""
-    return {_RULE: Rule(unit, **rule)}
+    return {_RULE_KEY: Rule(unit, **rule)}
 
 
 def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
     """A field with a default and a Rule; a list or mapping is copied."""
     if isinstance(default, list | dict):
-        made: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
+        declared: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
     else:
-        made = field(default=default, metadata=valid(unit, **rule))
-    found: _T = made
-    return found
+        declared = field(default=default, metadata=valid(unit, **rule))
+    typed: _T = declared
+    return typed
 
 
 def like(cls: type, name: str) -> Any:
     """A field that is None by default, and otherwise follows the rule of a field of another class."""
-    return field(default=None, metadata={_RULE: rules(cls)[name]})
+    return field(default=None, metadata={_RULE_KEY: rules(cls)[name]})
 
 
 @cache
 def rules(cls: type) -> dict[str, Rule]:
     """The rules of the fields of a dataclass, by their names."""
-    return {part.name: part.metadata.get(_RULE, _ANY) for part in fields(cls)}
+    return {part.name: part.metadata.get(_RULE_KEY, _ANY_RULE) for part in fields(cls)}
 
 
-def misfits(config: object) -> Iterator[Misfit]:
-    """Rules across fields that a dataclass breaks, whose fields are valid one by one."""
-    return config.misfits() if hasattr(config, "misfits") else iter(())
+def violations(config: object) -> Iterator[Violation]:
+    """Violations of rules across fields, of a dataclass with fields that are valid one by one."""
+    return config.violations() if hasattr(config, "violations") else iter(())

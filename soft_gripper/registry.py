@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from soft_gripper.errors import InputError, described, is_near, meant
+from soft_gripper.errors import InputError, described, is_near, suggestion
 from soft_gripper.extras import added
 
 if TYPE_CHECKING:  # commands are declared without Drake
@@ -31,9 +31,9 @@ _IN_USE = "_soft_gripper_in_use"  # attribute of a block that is part of a diagr
 class Registry(dict[str, _T]):
     """Names of a kind that this project registers; a user's own is found beside them."""
 
-    def __init__(self, field: str, known: Mapping[str, _T] = MappingProxyType({})):
+    def __init__(self, field: str, registered_values: Mapping[str, _T] = MappingProxyType({})):
         """`field` is the field of a scenario, or the option of a command, that gives a name."""
-        super().__init__(known)
+        super().__init__(registered_values)
         self._field = field
 
     def find(self, name: str, field: str | None = None, where: object = "scenario") -> _T:
@@ -53,19 +53,19 @@ class Registry(dict[str, _T]):
         module, _, function = name.rpartition(":")
         if not module or not function:
             own = '"module:function" of your own'
-            raise InputError(where, field, name, f"{meant(name, self)} (or give {own})" if self else f"give {own}")
+            raise InputError(where, field, name, f"{suggestion(name, self)} (or give {own})" if self else f"give {own}")
         try:
-            found: _T = _named(name)
+            function_or_class: _T = _find_named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
-            looked = _looked(module) if isinstance(error, ModuleNotFoundError | FileNotFoundError) else ""
-            raise InputError(where, field, name, f"cannot be imported: {described(error)}{looked}") from error
-        if not callable(found):
+            hint = _search_hint(module) if isinstance(error, ModuleNotFoundError | FileNotFoundError) else ""
+            raise InputError(where, field, name, f"cannot be imported: {described(error)}{hint}") from error
+        if not callable(function_or_class):
             raise InputError(where, field, name, "is not callable")
-        return found
+        return function_or_class
 
 
-def _looked(module: str) -> str:
-    """Where a module was looked for that was not found, and the file there that may be meant."""
+def _search_hint(module: str) -> str:
+    """Hint on the places in which a missing module was searched, and on the file there that may be meant."""
     path = Path(module).expanduser()
     if module.endswith(".py"):
         return _nearest(path.name, [file.name for file in path.parent.glob("*.py")])
@@ -81,20 +81,20 @@ def registered(kind: str) -> dict[str, Callable[..., Any]]:
 
     An extra declares it in its module `adds` as {name: "module:function"}, see docs/howto/own_extra.md.
     """
-    return {name: _later(text) for declared in added(kind) for name, text in declared.items()}
+    return {name: _load_on_call(text) for declared in added(kind) for name, text in declared.items()}
 
 
-def _later(text: str) -> Callable[..., Any]:
-    return lambda *arguments: _named(text)(*arguments)
+def _load_on_call(text: str) -> Callable[..., Any]:
+    return lambda *arguments: _find_named(text)(*arguments)
 
 
-def with_added_fields(of: _Class) -> _Class:
+def with_added_fields(cls: _Class) -> _Class:
     """A class of the schema, before it becomes a dataclass, with the fields that extras add to it in `FIELDS`."""
     for declared in added("FIELDS"):
-        for each in fields(declared[of.__name__]) if of.__name__ in declared else ():
-            of.__annotations__[each.name] = each.type
-            setattr(of, each.name, copy(each))
-    return of
+        for field in fields(declared[cls.__name__]) if cls.__name__ in declared else ():
+            cls.__annotations__[field.name] = field.type
+            setattr(cls, field.name, copy(field))
+    return cls
 
 
 def is_own(name: str) -> bool:
@@ -164,24 +164,24 @@ def make_block(field: str, name: str, make: Callable[..., "System"], *arguments:
     return block
 
 
-def _named(name: str) -> Any:
+def _find_named(name: str) -> Any:
     """The object that "module:name" or "file.py:name" names."""
-    module, function = _imported(module_of(name)), name.rpartition(":")[2]
+    module, function = _import_module(module_of(name)), name.rpartition(":")[2]
     try:
         return getattr(module, function)
     except AttributeError as error:
         raise AttributeError(f"{error}{_nearest(function, vars(module))}") from None
 
 
-def _nearest(name: str, known: Iterable[str]) -> str:
+def _nearest(name: str, valid_names: Iterable[str]) -> str:
     """A hint for a name that is most likely mistyped."""
-    return f"; {meant(name, known)}" if is_near(name, known) else ""
+    return f"; {suggestion(name, valid_names)}" if is_near(name, valid_names) else ""
 
 
-def _imported(module: str) -> ModuleType:
+def _import_module(module: str) -> ModuleType:
     """A module by its name, for which the current folder is searched last, or by its file, which is run once."""
     if module.endswith(".py"):
-        return _imported_file(module)
+        return _import_file(module)
     here = str(Path.cwd())
     sys.path.append(here)
     try:
@@ -190,7 +190,7 @@ def _imported(module: str) -> ModuleType:
         sys.path.remove(here)
 
 
-def _imported_file(file: str) -> ModuleType:
+def _import_file(file: str) -> ModuleType:
     if file not in sys.modules:
         sys.modules[file] = module = ModuleType(file)
         module.__file__ = file

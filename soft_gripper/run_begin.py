@@ -34,7 +34,7 @@ class RunBegin(LeafSystem):
 
 
 def _declare_offset(system: LeafSystem) -> DiscreteStateIndex:
-    """The group of the discrete state that holds what is to be added to the time, s."""
+    """Group of the discrete state with the offset that is added to the time, s."""
     offset, has_begun = system.DeclareDiscreteState([0.0]), system.DeclareDiscreteState([0.0])
 
     def begin(context: Context, state: State) -> None:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from pydrake.systems.framework import OutputPort, System
 
-_DECLARED = "_signals"  # attribute of a system: what its output ports carry, by their names
+_SIGNALS_ATTRIBUTE = "_signals"  # attribute of a system: what its output ports carry, by their names
 
 
 class Signal(NamedTuple):
@@ -28,7 +28,7 @@ POSE = ("x", "z", "heading")  # of a point of the bending plane, with ("m", "m",
 def describe(
     port: OutputPort, unit: str | Sequence[str] = "1", meanings: Sequence[str] = (), **axes: Sequence[Any]
 ) -> OutputPort:
-    """Declares what a vector port carries; returns the port.
+    """Declares the signal of a vector port; returns the port.
 
     Args:
         port: an output port of any system.
@@ -58,20 +58,20 @@ def describe(
 
 def signal_of(port: OutputPort) -> Signal:
     """Signal of a vector port; if nothing is declared, no unit, and entries numbered from 0."""
-    declared: dict[str, Signal] = getattr(port.get_system(), _DECLARED, {})
+    declared: dict[str, Signal] = getattr(port.get_system(), _SIGNALS_ATTRIBUTE, {})
     counted = {"entry": range(port.size())} if port.size() > 1 else {}
     return declared.get(port.get_name(), Signal(axes=counted))
 
 
 def export_outputs(system: System, sources: Mapping[str, OutputPort]) -> None:
-    """Declares that the ports of a system, such as a built diagram, carry what others do, by the names of its ports."""
+    """Declares that ports of a system, such as a built diagram, carry the signals of others, by names of its ports."""
     for name, source in sources.items():
         _declare(system.GetOutputPort(name), signal_of(source))
 
 
 def _declare(port: OutputPort, signal: Signal) -> OutputPort:
     system = port.get_system()
-    if not hasattr(system, _DECLARED):
-        setattr(system, _DECLARED, {})
-    getattr(system, _DECLARED)[port.get_name()] = signal
+    if not hasattr(system, _SIGNALS_ATTRIBUTE):
+        setattr(system, _SIGNALS_ATTRIBUTE, {})
+    getattr(system, _SIGNALS_ATTRIBUTE)[port.get_name()] = signal
     return port

@@ -24,7 +24,7 @@ from soft_gripper.arrays import Array
 TIME = "time"  # a source of any step, (..., 1) s
 Output = tuple[Callable[..., Any], Sequence[str]]  # a function, and the steps that it takes
 Rename = Callable[[str], str]
-_NOTHING: Mapping[str, Any] = MappingProxyType({})
+_NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
 
 def same(value: Any) -> Any:
@@ -34,7 +34,7 @@ def same(value: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """What a step remembers from one sample to the next; all memories are taken together, before any update."""
+    """Memory of a step from one sample to the next; all memories are taken together, before any update."""
 
     begin: Array  # before the first sample
     keep: Callable[..., Array]  # from the sources to what is remembered at the next sample
@@ -54,7 +54,7 @@ class Step:
     sources_over_time: tuple[str, ...] = ()
 
     def renamed(self, rename: Rename) -> "Step":
-        """A copy whose sources have other names."""
+        """A copy with other names of its sources."""
         memory = self.memory
         if memory is not None:
             begin_of = None if memory.begin_of is None else (memory.begin_of[0], rename(memory.begin_of[1]))
@@ -81,18 +81,18 @@ def sampled(source: str, begin: Array, at_initialization: bool = True, at_first:
             is known only during a run: what is taken before the first sample is not in the recording.
     """
 
-    def before(values: Array) -> Array:
+    def previous_samples(values: Array) -> Array:
         first = values[:1] if at_initialization else np.broadcast_to(begin, (1, *np.shape(values)[1:]))
         return np.concatenate([first, values[:-1]])
 
     memory = Memory(begin, same, (source,), at_first, (same, source) if at_initialization else None)
-    return Step(same, (), memory, before if at_first else None, (source,))
+    return Step(same, (), memory, previous_samples if at_first else None, (source,))
 
 
 class Steps(dict[str, Step]):
-    """Steps by name, in an order in which each follows from those before it, and what is put out of them."""
+    """Steps by name, in an order in which each follows from those before it, and functions of the outputs."""
 
-    def __init__(self, steps: Mapping[str, Step] = _NOTHING, outputs: Mapping[str, Output] = _NOTHING):
+    def __init__(self, steps: Mapping[str, Step] = _NO_VALUES, outputs: Mapping[str, Output] = _NO_VALUES):
         super().__init__(steps)
         self.outputs = dict(outputs)
 
@@ -103,31 +103,31 @@ class Steps(dict[str, Step]):
         outputs = (sources for _, sources in self.outputs.values())
         return Counter(name for names in (*map(_sources, self.values()), *memories, *outputs) for name in names)
 
-    def value(self, name: str, known: dict[str, Any], remembered: Mapping[str, Array] = _NOTHING) -> Any:
-        """A step.
+    def value(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
+        """The value of a step.
 
         Args:
             name: of the step.
-            known: the inputs and the time; steps that are computed and have several readers are added.
+            step_values: the inputs and the time; computed steps with several readers are added.
             remembered: of the steps that remember.
         """
         step = self.get(name)
-        if step is None or step.function is None or name in known:
-            return known[name]
-        own = () if step.memory is None else (remembered[name],)
-        value = step.function(*own, *[self.value(source, known, remembered) for source in step.sources])
+        if step is None or step.function is None or name in step_values:
+            return step_values[name]
+        memory = () if step.memory is None else (remembered[name],)
+        value = step.function(*memory, *[self.value(source, step_values, remembered) for source in step.sources])
         if self.readers[name] > 1:
-            known[name] = value
+            step_values[name] = value
         return value
 
-    def output(self, name: str, known: dict[str, Any], remembered: Mapping[str, Array] = _NOTHING) -> Any:
+    def output(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
         """An output, see `value`."""
         function, sources = self.outputs[name]
-        return function(*[self.value(source, known, remembered) for source in sources])
+        return function(*[self.value(source, step_values, remembered) for source in sources])
 
     def stacked(self, count: int) -> "Steps":
         """A copy with a leading axis of `count`, for inputs and a time that have it."""
-        return Steps({name: _stacked(step, count) for name, step in self.items()}, self.outputs)
+        return Steps({name: _stack_step(step, count) for name, step in self.items()}, self.outputs)
 
     @cached_property
     def recorded(self) -> "Steps":
@@ -170,7 +170,7 @@ def _sources(step: Step) -> tuple[str, ...]:
     return step.sources
 
 
-def _stacked(step: Step, count: int) -> Step:
+def _stack_step(step: Step, count: int) -> Step:
     def repeated(value: Array) -> Array:
         return np.broadcast_to(value, (count, *np.shape(value)))
 
@@ -183,18 +183,18 @@ def _stacked(step: Step, count: int) -> Step:
 
 
 def row_by_row(graphs: Sequence[Steps]) -> Steps:
-    """One graph of equal ones, of which each computes its row of a leading axis, as functions take one sample."""
+    """One graph of equal ones; each computes its row of a leading axis, as functions take one sample."""
     first = graphs[0]
     steps = {name: _row_step([graph[name] for graph in graphs]) for name in first}
     outputs = {
-        name: (_each([graph.outputs[name][0] for graph in graphs]), sources)
+        name: (_call_rows([graph.outputs[name][0] for graph in graphs]), sources)
         for name, (_, sources) in first.outputs.items()
     }
     return Steps(steps, outputs)
 
 
 def _row_step(rows: Sequence[Step]) -> Step:
-    """A step whose functions are called for each row."""
+    """A step with functions that are called for each row."""
     first = rows[0]
     if first.function is None:
         return first
@@ -203,19 +203,21 @@ def _row_step(rows: Sequence[Step]) -> Step:
     if not memories and not first.sources:
         value = np.array([function() for function in functions])
         return replace(first, function=lambda: value)
-    function = same if first.function is same else _each(functions)
+    function = same if first.function is same else _call_rows(functions)
     return replace(first, function=function, memory=_row_memory(memories) if memories else None)
 
 
 def _row_memory(rows: Sequence[Memory]) -> Memory:
     begins = [row.begin_of for row in rows if row.begin_of is not None]
-    begin_of = (_each([function for function, _ in begins], np.array), begins[0][1]) if begins else None
-    keep = _each([row.keep for row in rows], np.array)
+    begin_of = (_call_rows([function for function, _ in begins], np.array), begins[0][1]) if begins else None
+    keep = _call_rows([row.keep for row in rows], np.array)
     return replace(rows[0], begin=np.array([row.begin for row in rows]), keep=keep, begin_of=begin_of)
 
 
-def _each(functions: Sequence[Callable[..., Any]], collect: Callable[[list[Any]], Any] = same) -> Callable[..., Any]:
-    """One function for each row of its arguments, of which some may be None."""
+def _call_rows(
+    functions: Sequence[Callable[..., Any]], collect: Callable[[list[Any]], Any] = same
+) -> Callable[..., Any]:
+    """A function that calls one of several for each row of its arguments; some arguments may be None."""
 
     def called(*values: Any) -> Any:
         columns = (repeat(None, len(functions)) if value is None else value for value in values)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from soft_gripper.files.output import lock_folder
-from soft_gripper.files.row_table import cells, columns, of_cells
+from soft_gripper.files.row_table import cells, columns, row_from_cells
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import StudyTables
 
@@ -67,4 +67,4 @@ def kept_rows(
     calls = {job: (*job, *settings.values()) for job in jobs}
     tables.run(executor, rows_of, calls, keep, ended=report, keys=jobs.__getitem__)
     tables.finish(sorted(keys, key=order))
-    return [of_cells(texts, row) for (texts,) in tables.rows.values()]
+    return [row_from_cells(texts, row) for (texts,) in tables.rows.values()]

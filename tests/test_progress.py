@@ -23,7 +23,7 @@ def shown(monkeypatch, is_terminal, delay=0.0, **options):
     """What a short run says on standard error."""
     screen = Screen(is_terminal)
     monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr(progress, "_DELAY", delay)
+    monkeypatch.setattr(progress, "_BAR_DELAY", delay)
     sg.simulate(free_bending([0.0, 50e3], 0.5), **options)
     return screen.getvalue()
 

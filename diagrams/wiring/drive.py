@@ -18,7 +18,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_wires import Ports
-from soft_gripper.errors import InputError, meant
+from soft_gripper.errors import InputError, suggestion
 from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened, shares
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -111,7 +111,7 @@ def _check_leaks(fingers: Sequence[PlantFinger], config: PressureConfig) -> None
     for name, fraction in config.leaks.items():
         if name not in (*finger_names, COMMON):
             raise InputError(
-                "pressure.leaks", name, fraction, f"no such finger that can leak; {meant(name, finger_names)}"
+                "pressure.leaks", name, fraction, f"no such finger that can leak; {suggestion(name, finger_names)}"
             )
 
 
@@ -349,7 +349,7 @@ def check_steps(where: str, steps: Steps, commands: Commands) -> None:
     valid_names = [*commands.axes, *paths, COMMON]
     for name, values in steps.items():
         if name not in valid_names:
-            raise InputError(f"{where}.steps", name, values, f"no such finger; {meant(name, valid_names)}")
+            raise InputError(f"{where}.steps", name, values, f"no such finger; {suggestion(name, valid_names)}")
 
 
 def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float, commands: Commands) -> Ports:

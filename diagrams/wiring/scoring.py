@@ -24,7 +24,7 @@ from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_block import Hold
 from soft_gripper.truth.contact import TouchedLinks, TrueContact
-from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, ways_out_of_plane
+from soft_gripper.truth.poses import TRUE_JOINTS, Difference, PoseError, TruePoses, rotations_out_of_plane
 
 _DELAYED_TORQUE = "delayed_torque"  # not a signal: the true torque at the sample to which the estimate belongs
 
@@ -53,7 +53,7 @@ class FingerScoring(Diagram):
         joints = finger.segments
         wires = NamedWires()
         sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
-        sampled += [(f"true_{way}_torque", f"{way}_contact_torque", "N m") for way in ways_out_of_plane(finger)]
+        sampled += [(f"true_{way}_torque", f"{way}_contact_torque", "N m") for way in rotations_out_of_plane(finger)]
         for name, source, unit in sampled:
             hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
@@ -79,7 +79,7 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     """
     forces = finger.plant.get_generalized_contact_forces_output_port(finger.model)
     sources = dict(known)
-    for way in ("bending", *ways_out_of_plane(finger.finger)):
+    for way in ("bending", *rotations_out_of_plane(finger.finger)):
         name = "contact_torque" if way == "bending" else f"{way}_contact_torque"
         contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(way)))
         builder.Connect(forces, contact.get_input_port())
@@ -117,7 +117,7 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], in
     """
     plant = fingers[0].plant
     name = _free_name(builder, "true_contact", fingers)
-    links = {finger.name: TouchedLinks.of(finger) for finger in fingers}
+    links = {finger.name: TouchedLinks.from_finger(finger) for finger in fingers}
     truth = builder.AddNamedSystem(name, TrueContact(links, interval, _objects(plant, fingers)))
     builder.Connect(plant.get_contact_results_output_port(), truth.GetInputPort("contact_results"))
     builder.Connect(plant.get_body_poses_output_port(), truth.GetInputPort("body_poses"))

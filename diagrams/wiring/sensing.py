@@ -23,7 +23,7 @@ from soft_gripper.diagrams.wiring.scoring import (
     add_width_error,
 )
 from soft_gripper.diagrams.wiring.sensors import connect_sensors, make_sensors
-from soft_gripper.errors import InputError, meant
+from soft_gripper.errors import InputError, suggestion
 from soft_gripper.estimators.named_estimators import MakeEstimator
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -129,7 +129,7 @@ def _check_faults(fingers: Sequence[PlantFinger], config: SensorConfig) -> None:
     finger_names = [finger.name for finger in fingers]
     for i, fault in enumerate(config.faults):
         if fault.finger not in (*finger_names, ALL):
-            expected = f"no such finger; {meant(fault.finger, (*finger_names, ALL))}"
+            expected = f"no such finger; {suggestion(fault.finger, (*finger_names, ALL))}"
             raise InputError("sensor", f"faults[{i}].finger", fault.finger, expected)
 
 

@@ -12,7 +12,7 @@ from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.registry import blamed_on, make_block, name_of
 from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import SENSORS, MakeSensor, is_kind, sensor_layout, strain_errors
+from soft_gripper.scenario.sensor_presets import SENSORS, MakeSensor, is_measurement_model, sensor_layout, strain_errors
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
@@ -149,9 +149,9 @@ def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor |
     chosen = make_sensor or SENSORS.find(config.type)
     layout = sensor_layout(finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
-    if is_kind(make_sensor):
+    if is_measurement_model(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
-    make = chosen if not is_kind(chosen) else StrainSensor if measures_strain(layout) else SensorBlock
+    make = chosen if not is_measurement_model(chosen) else StrainSensor if measures_strain(layout) else SensorBlock
     sensor = make_block(*made_by, make, layout, config.period)
     with blamed_on(*made_by):
         _check(sensor, layout, config)

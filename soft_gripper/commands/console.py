@@ -51,47 +51,47 @@ class Console:
         self.document.setdefault("written", []).extend(str(file) for file in files)
         print("\nWritten: " + ", ".join(map(str, files)))
 
-    def counter(self, total: int | None, of: str) -> "tqdm[None]":
+    def counter(self, total: int | None, description: str) -> "tqdm[None]":
         """A counting progress bar on a terminal; a line every LINE_PERIOD in a file."""
         if sys.stderr.isatty():
-            return tqdm(total=total, desc=of, dynamic_ncols=True, disable=self.quiet)
-        return self._lines(total, of, COUNTED if total else None)
+            return tqdm(total=total, desc=description, dynamic_ncols=True, disable=self.quiet)
+        return self._lines(total, description, COUNTED if total else None)
 
     @contextmanager
-    def jobs(self, total: int, of: str, kept: str) -> Iterator[Callable[..., None]]:
+    def jobs(self, total: int, description: str, kept: str) -> Iterator[Callable[..., None]]:
         """Counts jobs; call the yielded function after each job, with True if it succeeded.
 
         On Ctrl-C, prints how many have ended, and `kept`, a note on which results remain.
         """
-        fine: list[bool] = []
-        with self.counter(total, of) as bar:
+        successes: list[bool] = []
+        with self.counter(total, description) as bar:
 
-            def ended(succeeded: bool = True) -> None:
-                fine.append(succeeded)
-                if not all(fine):
-                    bar.set_postfix_str(f"{fine.count(False)} failed")
+            def count_job(succeeded: bool = True) -> None:
+                successes.append(succeeded)
+                if not all(successes):
+                    bar.set_postfix_str(f"{successes.count(False)} failed")
                 bar.update()
 
             try:
-                yield ended
+                yield count_job
             except KeyboardInterrupt:
                 bar.close()
-                print(f"\n{len(fine)} of {total} {of} ended; {kept}")
+                print(f"\n{len(successes)} of {total} {description} ended; {kept}")
                 raise
 
-    def seconds(self, total: float, of: str) -> "tqdm[None]":
+    def seconds(self, total: float, description: str) -> "tqdm[None]":
         """A progress bar of simulated seconds."""
         if sys.stderr.isatty():
-            return simulated_seconds(total, of, disable=self.quiet)
-        return self._lines(total, of, f"{{desc}}: {SIMULATED}")
+            return simulated_seconds(total, description, disable=self.quiet)
+        return self._lines(total, description, f"{{desc}}: {SIMULATED}")
 
-    def _lines(self, total: float | None, of: str, form: str | None) -> "tqdm[None]":
+    def _lines(self, total: float | None, description: str, form: str | None) -> "tqdm[None]":
         settings: dict[str, Any] = {"mininterval": LINE_PERIOD, "delay": LINE_PERIOD, "maxinterval": LINE_PERIOD}
-        return tqdm(total=total, desc=of, bar_format=form, file=_Lines(), disable=self.quiet, **settings)
+        return tqdm(total=total, desc=description, bar_format=form, file=_Lines(), disable=self.quiet, **settings)
 
-    def progress(self, of: str, duration: float) -> AbstractContextManager[Callable[[float], None]]:
+    def progress(self, description: str, duration: float) -> AbstractContextManager[Callable[[float], None]]:
         """Shows the progress of a run of `duration` s; pass the yielded function to `simulate`."""
-        return run_progress(self.seconds(duration, of))
+        return run_progress(self.seconds(duration, description))
 
     @contextmanager
     def speaking(self) -> Iterator[None]:

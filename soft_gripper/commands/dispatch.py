@@ -12,7 +12,7 @@ from types import ModuleType
 
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.options import Command, ExitCode, Program
-from soft_gripper.commands.parser import SOFT_GRIPPER, parsed
+from soft_gripper.commands.parser import SOFT_GRIPPER, parse_options
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
 from soft_gripper.files.output import release_folders
 from soft_gripper.interrupts import waiting
@@ -26,7 +26,7 @@ def dispatch(arguments: Sequence[str] | None = None, program: Program = SOFT_GRI
     options = argparse.Namespace()
     try:
         with waiting():
-            options = _parsed(arguments, program)
+            options = _parse_arguments(arguments, program)
         options.console = Console(getattr(options, "quiet", False), getattr(options, "json", False))
         with printed_as_notes():
             with options.console.speaking():
@@ -51,19 +51,19 @@ def dispatch(arguments: Sequence[str] | None = None, program: Program = SOFT_GRI
         release_folders()
 
 
-def _parsed(arguments: Sequence[str] | None, program: Program) -> argparse.Namespace:
+def _parse_arguments(arguments: Sequence[str] | None, program: Program) -> argparse.Namespace:
     for word in sys.argv[1:] if arguments is None else arguments:
         if not _is_text(word):
             raise InputError("command line", "argument", word, "is not UTF-8: give files names that are")
     try:
-        return parsed(arguments, program)
+        return parse_options(arguments, program)
     except SystemExit:  # after --help, whose reader may have closed the pipe early
         sys.stdout.flush()
         raise
 
 
 def _is_text(word: str) -> bool:
-    """Whether a word of the command line can be written into tables and messages: names of files may be any bytes."""
+    """Whether tables and messages can hold a word of the command line: names of files may be any bytes."""
     try:
         word.encode()
     except UnicodeEncodeError:
@@ -72,7 +72,7 @@ def _is_text(word: str) -> bool:
 
 
 @contextmanager
-def _elsewhere() -> Iterator[None]:
+def _in_root_folder() -> Iterator[None]:
     """Leaves the current folder within the block: matplotlib would obey a `matplotlibrc` there when it is imported."""
     try:
         here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # the path may be gone
@@ -91,16 +91,16 @@ def _run(options: argparse.Namespace) -> int | None:
     """Runs a command; its module is imported after its scenario is checked, so that a mistake is answered at once."""
     takes_scenario = vars(options).keys() >= {"scenario", "sections", "set"}
     if takes_scenario and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
-        chosen = _loaded(options.command, "soft_gripper.commands.chosen_scenario")
+        chosen = _load_module(options.command, "soft_gripper.commands.chosen_scenario")
         options.chosen_scenario = chosen.chosen_scenario(options)
-    code: int | None = _loaded(options.command, options.command.module).run(options)
+    code: int | None = _load_module(options.command, options.command.module).run(options)
     return code
 
 
-def _loaded(command: Command, module: str) -> ModuleType:
+def _load_module(command: Command, module: str) -> ModuleType:
     """A module that a command needs."""
     try:
-        with waiting(), _elsewhere():
+        with waiting(), _in_root_folder():
             return import_module(module)
     except ImportError as error:
         expected = f"cannot be loaded (out of memory?): {first_line(error)}"
@@ -108,7 +108,7 @@ def _loaded(command: Command, module: str) -> ModuleType:
 
 
 def _traceback(error: Exception, options: argparse.Namespace) -> str:
-    """Where user code failed, or a hint on how to show it."""
+    """Traceback of user code that failed, or a hint on how to show it."""
     if not isinstance(error, InputError) or error.__cause__ is None or not hasattr(options, "traceback"):
         return ""
     if not options.traceback:

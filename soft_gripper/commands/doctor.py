@@ -56,9 +56,9 @@ def run(options: argparse.Namespace) -> ExitCode:
         _optional(
             "allocator", _allocator(), "that of the C library; LD_PRELOAD of tcmalloc or jemalloc speeds up contact"
         ),
-        _tried("simulation and pictures", _draws_a_run),
-        _tried("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
-        _tried("mesh cache", lambda: f"{writable_folder(cache_folder())} is writable"),
+        _try("simulation and pictures", _draws_a_run),
+        _try("Meshcat", lambda: f"served at {hidden_meshcat().web_url()}"),
+        _try("mesh cache", lambda: f"{writable_folder(cache_folder())} is writable"),
         _optional("browser", next(filter(None, map(shutil.which, BROWSERS)), None), "none on the PATH"),
         *(
             _optional(f"extra {name}", _version(module), f"pip install 'soft-gripper[{name}]'")
@@ -73,21 +73,21 @@ def run(options: argparse.Namespace) -> ExitCode:
     return ExitCode.FAILED if any(finding.works is False for finding in findings) else ExitCode.DONE
 
 
-def _tried(part: str, act: Callable[[], str]) -> Finding:
+def _try(part: str, act: Callable[[], str]) -> Finding:
     try:
         return Finding(part, True, act())
     except Exception as error:  # any error is a finding to report
         return Finding(part, False, first_line(error))
 
 
-def _optional(part: str, found: str | None, missing: str) -> Finding:
-    return Finding(part, None, missing) if found is None else Finding(part, True, found)
+def _optional(part: str, result: str | None, missing: str) -> Finding:
+    return Finding(part, None, missing) if result is None else Finding(part, True, result)
 
 
 def _allocator() -> str | None:
     """The library that replaces the C library's malloc, if that is known."""
-    found = re.search(r"lib(?:tc|je|mi)malloc[^/\n]*$", MAPS.read_text(), re.MULTILINE) if MAPS.exists() else None
-    return found and found[0]
+    match = re.search(r"lib(?:tc|je|mi)malloc[^/\n]*$", MAPS.read_text(), re.MULTILINE) if MAPS.exists() else None
+    return match and match[0]
 
 
 def _version(module: str) -> str | None:

@@ -7,8 +7,8 @@ from soft_gripper.scenario.shipped import descriptions
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    known = descriptions()
-    width = max(map(len, known))
-    for name, description in known.items():
+    scenarios = descriptions()
+    width = max(map(len, scenarios))
+    for name, description in scenarios.items():
         print(f"{name:<{width}}  {description}")
-    options.console.document["scenarios"] = known
+    options.console.document["scenarios"] = scenarios

@@ -56,25 +56,25 @@ def flag(names: str, help_: str, **settings: Any) -> Option:
 def whole(least: int, most: int = 10_000) -> Callable[[str], int]:
     """Reads a whole number within limits; the default upper limit is the most that anyone would wait for."""
 
-    def read(text: str) -> int:
+    def read_number(text: str) -> int:
         number = int(text) if text.isascii() and text.isdecimal() and len(text) <= 10 else None
         if number is None or not least <= number <= most:
             raise ValueError(f"give a whole number from {least} to {most}")
         return number
 
-    return read
+    return read_number
 
 
 def number(most: float, is_most_allowed: bool = True) -> Callable[[str], float]:
     """Reads a number from 0 to `most`."""
 
-    def read(text: str) -> float:
+    def read_number(text: str) -> float:
         with suppress(ValueError):
             if 0 <= (value := decimal(text)) < most or (is_most_allowed and value == most):
                 return value
         raise ValueError(f"give a number from 0 to {'' if is_most_allowed else 'below '}{most:g}")
 
-    return read
+    return read_number
 
 
 def path(text: str) -> Path:
@@ -168,8 +168,8 @@ ENGINE = option(
 CHECK = option(
     "--check", "repeat N of the runs in Drake, at random, and print how they agree", "N", whole(1), default=0
 )
-_CHANGES = "change a field, such as pressure.settle=2 or models.box.mass=0.1; may be repeated"
-SET = option("--set", _CHANGES, "KEY=VALUE", assignment, action="append", default=[])
+_CHANGES_HELP = "change a field, such as pressure.settle=2 or models.box.mass=0.1; may be repeated"
+SET = option("--set", _CHANGES_HELP, "KEY=VALUE", assignment, action="append", default=[])
 
 
 def scenario(default: str | None = None) -> tuple[Option, ...]:

@@ -44,28 +44,29 @@ _ANSWER_TIME = 60.0  # s until it must have been answered, and read
 _PING_TIME = 10.0  # s between pings, each of which must be answered within 20 s
 _STALLED_TIME = 60.0  # s for which a browser may accept no data of a scene
 _END_TIME = 0.3  # s that connections have to close at the end
-_MOST_BYTES = 4096  # of an incoming message
-_MOST_WAITING = 2**20  # maximum backlog of a browser, bytes
-_HTML = "text/html; charset=utf-8"
-_LIVE, _SCENE = "live", "scene/"
-_AUTHORITY = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
-_OF_MESHCAT = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and the files that belong to it
+_MAX_MESSAGE_BYTES = 4096  # of an incoming message
+_MAX_BACKLOG = 2**20  # maximum backlog of a browser, bytes
+_HTML_TYPE = "text/html; charset=utf-8"
+_LIVE_PATH = "live"
+_SCENE_PATH = "scene/"
+_AUTHORITY_PATTERN = re.compile(r"(?:\[([\da-f:.]+)\]|([\w.-]+))(?::\d{1,5})?", re.ASCII | re.IGNORECASE)
+_MESHCAT_PATHS = re.compile(r"(cas-v1/[0-9a-f]{1,128}|[\w-]+\.js)?")  # its page, and the files that belong to it
 # What opens a WebSocket of Meshcat, and what keeps it open: uWebSockets closes one that is silent for two minutes.
-_GREETING = (
+_SOCKET_REQUEST = (
     b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
 )
-_PONG = b"\x8a\x80\0\0\0\0"
-_HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
+_PONG_FRAME = b"\x8a\x80\0\0\0\0"
+_COMMON_HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Content-Type-Options": "nosniff"}
 _POLICY = "connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; object-src 'none'; frame-ancestors 'self'"
 _OWN_POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; frame-src 'self'; " + _POLICY
 # Meshcat's page has its scripts and styles inside, makes others from text, and loads textures from data.
 _SCENE_POLICY = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; " + _POLICY.replace(
     "wss:", "wss: data: blob:"
 )
-_REFUSED = "This address is not, or no longer, in use: open the one that soft-gripper has printed.\n"
-_QUIET = logging.Logger("page")  # the terminal is the user's
-_QUIET.addHandler(logging.NullHandler())
+_REFUSAL_TEXT = "This address is not, or no longer, in use: open the one that soft-gripper has printed.\n"
+_QUIET_LOGGER = logging.Logger("page")  # the terminal is the user's
+_QUIET_LOGGER.addHandler(logging.NullHandler())
 Answer = tuple[HTTPStatus, str, bytes]  # and the type of its body, and the body
 
 
@@ -76,13 +77,13 @@ class LivePage(Protocol):
         """Type and content of a file; None if there is no such file."""
 
     def listen(self, listener: Callable[[str], None]) -> None:
-        """From now on `listener`, which does not wait, takes what the page is sent."""
+        """Adds a `listener`, which does not wait, for messages to the page."""
 
     def take(self, message: str | bytes, listener: Callable[[str], None]) -> None:
         """Takes a message from the page of a listener."""
 
     def leave(self, listener: Callable[[str], None]) -> None:
-        """Ends what `listen` began."""
+        """Removes a `listener`."""
 
 
 @contextmanager
@@ -105,8 +106,9 @@ def page_server(host: str, scene: Callable[[], str], live: LivePage | None = Non
     server = _PageServer(_names(host), scene, live)
     thread = Thread(target=server.run, args=(listening,))
     thread.start()
+    path = _SCENE_PATH if live is None else ""
     try:
-        yield f"http://{_shown(host)}:{listening.getsockname()[1]}/{server.token}/{_SCENE if live is None else ''}"
+        yield f"http://{_public_host(host)}:{listening.getsockname()[1]}/{server.token}/{path}"
     finally:
         server.end()
         thread.join()
@@ -116,8 +118,8 @@ def _listen(host: str) -> socket.socket:
     reason = ""
     for port in PORTS:
         try:
-            found = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-            family, *_, address = found[0]
+            addresses = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+            family, *_, address = addresses[0]
             return socket.create_server(address, family=family, backlog=MOST_CONNECTIONS)
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or str(error)
@@ -125,7 +127,7 @@ def _listen(host: str) -> socket.socket:
     raise InputError("page", "host", host, expected)
 
 
-def _shown(host: str) -> str:
+def _public_host(host: str) -> str:
     """The host in the address of the page: a name that works wherever the page can be opened."""
     if host == LOOPBACK:
         return "localhost"
@@ -171,12 +173,12 @@ class _PageServer:
             open_timeout=_ANSWER_TIME,
             ping_interval=_PING_TIME,
             close_timeout=1.0,
-            max_size=_MOST_BYTES,
-            logger=_QUIET,
+            max_size=_MAX_MESSAGE_BYTES,
+            logger=_QUIET_LOGGER,
         )
         await self._over.wait()
         for connection in self._open:
-            if connection.request is not None and connection.request.path.endswith(_LIVE):
+            if connection.request is not None and connection.request.path.endswith(_LIVE_PATH):
                 self._say(connection, json.dumps({"end": True}))
         server.close()
         await asyncio.wait([asyncio.create_task(server.wait_closed())], timeout=_END_TIME)
@@ -189,8 +191,8 @@ class _PageServer:
         if answer is None:
             return None
         status, kind, body = answer
-        is_scene = request.path.partition("/")[2].partition("/")[2].startswith(_SCENE)
-        headers = {**_HEADERS, "Connection": "close", "Content-Length": str(len(body)), "Content-Type": kind}
+        is_scene = request.path.partition("/")[2].partition("/")[2].startswith(_SCENE_PATH)
+        headers = {**_COMMON_HEADERS, "Connection": "close", "Content-Length": str(len(body)), "Content-Type": kind}
         headers["Content-Security-Policy"] = _SCENE_POLICY if is_scene else _OWN_POLICY
         return Response(status.value, status.phrase, Headers(headers), body)
 
@@ -209,35 +211,35 @@ class _PageServer:
 
     def _is_ours(self, authority: str) -> bool:
         """Whether a Host is an IP address, which nobody can redirect, or a name of this machine."""
-        found = _AUTHORITY.fullmatch(authority)
-        if found is None:
+        match = _AUTHORITY_PATTERN.fullmatch(authority)
+        if match is None:
             return False
-        address, name = found.groups()
+        address, name = match.groups()
         with suppress(ValueError):
             return bool(ipaddress.ip_address(address or name))
         return name is not None and name.lower() in self._names
 
     @property
     def _sockets(self) -> tuple[str, ...]:
-        return (_SCENE,) if self._live is None else (_SCENE, _LIVE)
+        return (_SCENE_PATH,) if self._live is None else (_SCENE_PATH, _LIVE_PATH)
 
     async def _file(self, path: str) -> Answer:
-        if path.startswith(_SCENE):
-            return await self._of_meshcat(path.removeprefix(_SCENE))
-        found = None if self._live is None else self._live.file(path)
-        return _refusal(HTTPStatus.NOT_FOUND) if found is None else (HTTPStatus.OK, *found)
+        if path.startswith(_SCENE_PATH):
+            return await self._meshcat_file(path.removeprefix(_SCENE_PATH))
+        content = None if self._live is None else self._live.file(path)
+        return _refusal(HTTPStatus.NOT_FOUND) if content is None else (HTTPStatus.OK, *content)
 
-    async def _of_meshcat(self, path: str) -> Answer:
-        if not _OF_MESHCAT.fullmatch(path):
+    async def _meshcat_file(self, path: str) -> Answer:
+        if not _MESHCAT_PATHS.fullmatch(path):
             return _refusal(HTTPStatus.NOT_FOUND)
         try:
-            return await asyncio.to_thread(_fetched, self._scene(), path)
+            return await asyncio.to_thread(_fetch, self._scene(), path)
         except (OSError, HTTPException):
             return _refusal(HTTPStatus.SERVICE_UNAVAILABLE)
 
     async def _handle(self, connection: ServerConnection) -> None:
         assert connection.request is not None
-        if connection.request.path.endswith(_LIVE):
+        if connection.request.path.endswith(_LIVE_PATH):
             await self._talk(connection)
         else:
             await self._show(connection)
@@ -251,24 +253,24 @@ class _PageServer:
 
         self._live.listen(listener)
         try:
-            async for message in _bounded(connection):
+            async for message in _limit_rate(connection):
                 self._live.take(message, listener)
         finally:
             self._live.leave(listener)
 
     def _say(self, connection: ServerConnection, message: str) -> None:
         """Sends a message, or drops it if the browser is far behind."""
-        if connection.transport.get_write_buffer_size() < _MOST_WAITING:
+        if connection.transport.get_write_buffer_size() < _MAX_BACKLOG:
             broadcast([connection], message)
 
     async def _show(self, connection: ServerConnection) -> None:
-        """Passes on what Meshcat sends, and sends nothing to it, until either of them has gone."""
+        """Passes on messages of Meshcat, and sends none to it, until either side has gone."""
         address = urlsplit(self._scene())
         reader, writer = await asyncio.open_connection(address.hostname, address.port)
         try:
-            writer.write(_GREETING)
+            writer.write(_SOCKET_REQUEST)
             await reader.readuntil(b"\r\n\r\n")
-            ends = [asyncio.create_task(each) for each in (_hand_on(reader, writer, connection), _ignore(connection))]
+            ends = [asyncio.create_task(end) for end in (_hand_on(reader, writer, connection), _ignore(connection))]
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
         finally:
             writer.close()
@@ -293,7 +295,7 @@ class _Connection(ServerConnection):
 
     def start_keepalive(self) -> None:
         """Sends pings, but not between the frames of a scene."""
-        if self.request is not None and self.request.path.endswith(_LIVE):
+        if self.request is not None and self.request.path.endswith(_LIVE_PATH):
             super().start_keepalive()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -306,17 +308,17 @@ class _Connection(ServerConnection):
 
 
 def _refusal(status: HTTPStatus) -> Answer:
-    return status, "text/plain; charset=utf-8", _REFUSED.encode()
+    return status, "text/plain; charset=utf-8", _REFUSAL_TEXT.encode()
 
 
 def _kind(name: str) -> str:
     """The type of a file of Meshcat, which it does not always state; browsers run nothing else as a script."""
     if name.endswith(".js"):
         return "text/javascript; charset=utf-8"
-    return "application/octet-stream" if name else _HTML
+    return "application/octet-stream" if name else _HTML_TYPE
 
 
-def _fetched(url: str, path: str) -> Answer:
+def _fetch(url: str, path: str) -> Answer:
     """A file of Meshcat."""
     address = urlsplit(url)
     assert address.hostname is not None
@@ -331,8 +333,8 @@ def _fetched(url: str, path: str) -> Answer:
         connection.close()
 
 
-async def _bounded(connection: ServerConnection) -> AsyncIterator[str | bytes]:
-    """Its messages; the connection ends if they arrive too fast."""
+async def _limit_rate(connection: ServerConnection) -> AsyncIterator[str | bytes]:
+    """Messages of a connection, which ends if they arrive too fast."""
     began, number = time.monotonic(), 0
     async for message in connection:
         if time.monotonic() - began > 1.0:
@@ -351,9 +353,9 @@ async def _hand_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, c
         await asyncio.wait_for(connection.drain(), _STALLED_TIME)
         if time.monotonic() - alive > _PING_TIME:
             alive = time.monotonic()
-            writer.write(_PONG)
+            writer.write(_PONG_FRAME)
 
 
 async def _ignore(connection: ServerConnection) -> None:
-    async for _ in _bounded(connection):
+    async for _ in _limit_rate(connection):
         pass

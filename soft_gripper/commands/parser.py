@@ -42,7 +42,7 @@ from soft_gripper.commands.options import (
     urdf,
     whole,
 )
-from soft_gripper.errors import InputError, in_one_line, meant, shortened
+from soft_gripper.errors import InputError, in_one_line, shortened, suggestion
 from soft_gripper.extras import command_modules
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -240,43 +240,43 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
             epilog="\n".join(["examples:", *(_example(own_name, example) for example in command.examples)]),
         )
         own.set_defaults(command=command)
-        for each in command.options:
-            _complete(own.add_argument(*each.names, **each.settings), each)
+        for declared in command.options:
+            _complete(own.add_argument(*declared.names, **declared.settings), declared)
     if program is SOFT_GRIPPER:
         _add_completion(parser)
     return parser
 
 
 def _example(command: str, example: str) -> str:
-    """An example as it can be pasted into a shell, below what it does."""
+    """An example to paste into a shell, below a comment on its effect."""
     line, _, does = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
     words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{command} {line}")
     wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
     return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
 
-_SCENARIOS = "_soft_gripper_scenarios"
+_SCENARIO_COMPLETION = "_soft_gripper_scenarios"
 
 
 def _add_completion(parser: argparse.ArgumentParser) -> None:
     names = " ".join(scenario_names())
     preamble = {
-        "bash": f'{_SCENARIOS}() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}',
-        "zsh": f"{_SCENARIOS}() {{ compadd {names}; _files; }}",
+        "bash": f'{_SCENARIO_COMPLETION}() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}',
+        "zsh": f"{_SCENARIO_COMPLETION}() {{ compadd {names}; _files; }}",
     }
     help_ = "print the shell completion script and exit"
     shtab.add_argument_to(parser, "--print-completion", help=help_, preamble=preamble)
 
 
-def _complete(action: argparse.Action, of: Option) -> None:
+def _complete(action: argparse.Action, declared: Option) -> None:
     """Sets how a shell completes an option."""
-    if of.read is scenario_name:
-        action.complete = {"bash": _SCENARIOS, "zsh": _SCENARIOS}  # type: ignore[attr-defined]
-    elif of.read in (path, urdf):
+    if declared.read is scenario_name:
+        action.complete = {"bash": _SCENARIO_COMPLETION, "zsh": _SCENARIO_COMPLETION}  # type: ignore[attr-defined]
+    elif declared.read in (path, urdf):
         action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
-def parsed(arguments: Sequence[str] | None = None, program: Program = SOFT_GRIPPER) -> argparse.Namespace:
+def parse_options(arguments: Sequence[str] | None = None, program: Program = SOFT_GRIPPER) -> argparse.Namespace:
     """The parsed options of a command line, with the Command as `command`.
 
     Raises:
@@ -286,8 +286,8 @@ def parsed(arguments: Sequence[str] | None = None, program: Program = SOFT_GRIPP
     _check_name(sys.argv[1:] if arguments is None else arguments, program)
     options = command_parser(program).parse_args(arguments)
     command: Command = options.command
-    for each in command.options:
-        _read(options, command, each)
+    for declared in command.options:
+        _read_option(options, command, declared)
     command.check(options)
     return options
 
@@ -296,23 +296,23 @@ def _check_name(words: Sequence[str], program: Program) -> None:
     """Names the study, or the nearest command, if the first word is no command."""
     names, first = [command.name for command in program.commands()], next(iter(words), "-")
     if not first.startswith("-") and first not in {name.split()[0] for name in names}:
-        raise InputError("command line", "COMMAND", first, meant(first, names))
+        raise InputError("command line", "COMMAND", first, suggestion(first, names))
 
 
-def _read(options: argparse.Namespace, command: Command, of: Option) -> None:
+def _read_option(options: argparse.Namespace, command: Command, declared: Option) -> None:
     """Replaces the text of an option with its value."""
-    name = of.names[-1]
-    key = of.settings.get("dest", name.lstrip("-").replace("-", "_"))
-    given = getattr(options, key)
-    texts = given if isinstance(given, list) else [given]
-    if of.read is None or not all(isinstance(text, str) for text in texts):
+    name = declared.names[-1]
+    key = declared.settings.get("dest", name.lstrip("-").replace("-", "_"))
+    raw = getattr(options, key)
+    texts = raw if isinstance(raw, list) else [raw]
+    if declared.read is None or not all(isinstance(text, str) for text in texts):
         return  # a default
     values = []
     for text in texts:
         try:
-            values.append(of.read(text))
+            values.append(declared.read(text))
         except InputError:
             raise
         except ValueError as error:
             raise InputError(command.name, name, text, str(error)) from None
-    setattr(options, key, values if isinstance(given, list) else values[0])
+    setattr(options, key, values if isinstance(raw, list) else values[0])

@@ -46,11 +46,11 @@ def print_truth(row: Judged) -> None:
     )
 
 
-_SENTENCE = 76  # columns, as many as code blocks of the pages have
+_SENTENCE_WIDTH = 76  # columns, as many as code blocks of the pages have
 
 
 def _print_sentence(text: str) -> None:
-    print(textwrap.fill(text, _SENTENCE, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
+    print(textwrap.fill(text, _SENTENCE_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False))
 
 
 def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], instead: str = "") -> None:
@@ -72,23 +72,23 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], ins
             )
         if grasp.grasp in (HELD, RESTING):
             _print_sentence(
-                f"Width: {_known(grasp.true_width_mm, '.1f', 'mm')}; stiffness, estimated:"
-                f" {_known(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
+                f"Width: {_amount(grasp.true_width_mm, '.1f', 'mm')}; stiffness, estimated:"
+                f" {_amount(grasp.estimated_stiffness_n_m, '.0f', 'N/m')}"
             )
         print(f"Work of the pump: {grasp.pump_energy_mj:.1f} mJ")
 
 
 def _motion(grasp: ObjectGrasp) -> str:
-    """How an object has moved while it was held, in words; "" if it was not."""
+    """Sentence on the motion of an object while it was held; "" if it was not."""
     if math.isnan(grasp.moved_mm):
         return ""
     return (
-        f"; while held it has slid {_known(grasp.slid_mm, '.2f', 'mm')} on the fingers, moved {grasp.moved_mm:.2f} mm"
+        f"; while held it has slid {_amount(grasp.slid_mm, '.2f', 'mm')} on the fingers, moved {grasp.moved_mm:.2f} mm"
         f" and turned {grasp.turned_deg:.2f} degrees in the palm, {grasp.sideways_play_mm:.2f} mm of that sideways"
     )
 
 
-def _known(value: float, form: str, unit: str) -> str:
+def _amount(value: float, form: str, unit: str) -> str:
     return UNKNOWN if math.isnan(value) else f"{value:{form}} {unit}"
 
 

@@ -73,30 +73,30 @@ def run(options: argparse.Namespace) -> int:
 
         meshcat = hidden_meshcat()
         station = make_private_station(scenario, meshcat)
-    with _viewed(options, meshcat):
-        recording = _simulated(options, name, station, meshcat, out)
+    with _viewer(options, meshcat):
+        recording = _run_and_write(options, name, station, meshcat, out)
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
 
 
-def _viewed(options: argparse.Namespace, meshcat: Meshcat | None) -> AbstractContextManager[None]:
+def _viewer(options: argparse.Namespace, meshcat: Meshcat | None) -> AbstractContextManager[None]:
     if meshcat is None or not options.meshcat:
         return nullcontext()
-    from soft_gripper.commands.viewing import viewed
+    from soft_gripper.commands.viewing import show_meshcat
 
-    return viewed(meshcat, options.host)
+    return show_meshcat(meshcat, options.host)
 
 
-def _simulated(
+def _run_and_write(
     options: argparse.Namespace, name: str, station: Station, meshcat: Meshcat | None, out: Path
 ) -> Recording:
     """Runs a station and writes everything requested."""
     console, scenario = options.console, station.scenario
-    for line in observed(station):
+    for line in observability_lines(station):
         print(line, file=sys.stderr)
     with console.progress(name, scenario.duration) as progress:
         recording = run_station(station, meshcat, progress)
     reports = (report(station, recording) for report in registered("REPORTS").values())
-    for line in (*chain.from_iterable(reports), *followed(station, recording)):
+    for line in (*chain.from_iterable(reports), *drift_lines(station, recording)):
         print(line)
     written = [out / file for file in _write(out, name, station, recording, console)]
     if options.mcap is not None:
@@ -117,8 +117,8 @@ def _simulated(
     return recording
 
 
-def followed(station: Station, recording: Recording) -> list[str]:
-    """How far every finger that `recursive` estimates has moved since its calibration, at the end."""
+def drift_lines(station: Station, recording: Recording) -> list[str]:
+    """Final drift since calibration of each finger that `recursive` estimates."""
     return [
         changes_line(finger.name, lambda name: recording[name].values[-1])
         for finger in station.fingers
@@ -126,18 +126,18 @@ def followed(station: Station, recording: Recording) -> list[str]:
     ]
 
 
-def observed(station: Station) -> list[str]:
-    """Ways in which the sensors of fingers that leave their plane observe a section, and ways that they do not."""
+def observability_lines(station: Station) -> list[str]:
+    """Lines on the ways of yielding that the sensors of fingers in space observe, and those that they do not."""
     scenario = station.scenario
-    found: dict[tuple[str, ...], list[str]] = {}
+    names_by_observability: dict[tuple[str, ...], list[str]] = {}
     for finger in station.fingers:
         if len(finger.finger.yields) > 1 and station.parts.sensor in SENSORS:
             noise = float(uncertainty(scenario.estimator, scenario.sensor).any_reading())
             layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-            found.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
+            names_by_observability.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
     return [
-        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(seen)}"
-        for seen, names in found.items()
+        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(observed)}"
+        for observed, names in names_by_observability.items()
     ]
 
 
@@ -152,10 +152,10 @@ def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
             print(f"note: {asked} held results of another scenario or of other settings", file=sys.stderr)
         return asked
     base = Path("results") / name
-    found = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
-    if found != base:
-        print(f"note: {base} holds a run with other settings; the results go to {found}", file=sys.stderr)
-    return found
+    folder = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
+    if folder != base:
+        print(f"note: {base} holds a run with other settings; the results go to {folder}", file=sys.stderr)
+    return folder
 
 
 def fits(folder: Path, scenario: Scenario) -> bool:
@@ -245,7 +245,7 @@ def _write_success(out: Path, station: Station, recording: Recording, console: C
 
 
 def _not_held(station: Station, grasps: Sequence[ObjectGrasp]) -> list[str]:
-    """Which objects are not held in truth, in words; that others than that of the task are not touched is no news."""
+    """Objects that are not held in truth, in words; an untouched object counts only if the task handles it."""
     task = station.scenario.task
     return [
         f"{grasp.object} {grasp.grasp}"

@@ -9,11 +9,11 @@ from pydrake.geometry import Meshcat
 from soft_gripper.commands.page_server import page_server
 
 _END_PROMPT = "The animation is in Meshcat. Press Enter to end. "
-_ENDS = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the animation."
+_NO_TERMINAL_NOTE = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the animation."
 
 
 @contextmanager
-def viewed(meshcat: Meshcat, host: str) -> Iterator[None]:
+def show_meshcat(meshcat: Meshcat, host: str) -> Iterator[None]:
     """Shows a Meshcat while the block runs, and then until Enter is pressed at the terminal.
 
     Raises:
@@ -29,7 +29,7 @@ def viewed(meshcat: Meshcat, host: str) -> Iterator[None]:
 def wait_for_viewer() -> None:
     """Waits for Enter if there is a terminal."""
     if sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
-        print(_ENDS)
+        print(_NO_TERMINAL_NOTE)
         return
     with suppress(EOFError):
         input(_END_PROMPT)

@@ -56,12 +56,13 @@ def solve_posture(
     Returns:
         The positions, exact to POSE_TOLERANCE; None if none were found.
     """
-    context, law = plant.CreateDefaultContext(), coupled or uncoupled(plant)
+    context = plant.CreateDefaultContext()
+    law = coupled or no_couplings(plant)
     moving = _moves_tool(plant, context, tool, seed, law)
     nearest, distance = None, np.inf
     for number, start in enumerate(_starts(plant, seed)):
-        q = _solve(plant, context, tool, X_WTool, seed, law.kept(start), law)
-        q = law.kept(np.where(moving, _unwound(plant, q, seed), seed))
+        q = _solve(plant, context, tool, X_WTool, seed, law.follow_leaders(start), law)
+        q = law.follow_leaders(np.where(moving, _unwind(plant, q, seed), seed))
         plant.SetPositions(context, q)
         if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
             nearest, distance = q, float(np.linalg.norm(q - seed))
@@ -76,18 +77,18 @@ def movable_joints(plant: MultibodyPlant) -> list[Joint]:
     return sorted((joint for joint in joints if joint.num_positions()), key=lambda joint: joint.position_start())
 
 
-def uncoupled(plant: MultibodyPlant) -> Couplings:
-    """The couplings of an arm whose joints follow no others."""
+def no_couplings(plant: MultibodyPlant) -> Couplings:
+    """The couplings of an arm without following joints."""
     return couplings([joint.name() for joint in movable_joints(plant)])
 
 
 def _starts(plant: MultibodyPlant, seed: Array) -> Iterator[Array]:
     """The seed, from which most are found, and random postures around it, NEAR_STARTS of them spread ever wider."""
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
-    yield np.clip(_unwound(plant, seed, seed), lower, upper)
+    yield np.clip(_unwind(plant, seed, seed), lower, upper)
     spread = np.pi * np.minimum(np.arange(MAX_STARTS) / NEAR_STARTS, 1.0)[:, None]
     starts = seed + spread * np.random.default_rng(0).uniform(-1.0, 1.0, (MAX_STARTS, len(seed)))
-    yield from np.clip(_unwound(plant, starts, starts), lower, upper)[1:]
+    yield from np.clip(_unwind(plant, starts, starts), lower, upper)[1:]
 
 
 def _solve(
@@ -123,8 +124,8 @@ def _solve(
     return np.clip(q, plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())
 
 
-def _unwound(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
-    """q (..., n), the revolute joints by whole turns within limits and then as near to the seed as these allow."""
+def _unwind(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
+    """Turns revolute joints of q (..., n) by whole turns to within limits, and as near to the seed as these allow."""
     turn = 2 * np.pi
     fewest = np.ceil((plant.GetPositionLowerLimits() - q) / turn)
     most = np.floor((plant.GetPositionUpperLimits() - q) / turn)
@@ -134,7 +135,7 @@ def _unwound(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
 
 
 def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array, law: Couplings) -> Array:
-    """Which joints move the tool, by themselves or by what follows, (n) bool; sets the positions in the context."""
+    """Mask of the joints that move the tool, alone or by their followers, (n); sets the positions in the context."""
     plant.SetPositions(context, q)
     world, by_v = plant.world_frame(), JacobianWrtVariable.kV
     jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
@@ -197,7 +198,7 @@ class ArmLimits:
 
 
 def joint_path(q0: Array, q1: Array) -> Trajectory:
-    """Straight in joint space."""
+    """A line in joint space."""
     return PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.array([q0, q1]).T)
 
 
@@ -249,10 +250,10 @@ def timed(
     """
     unit = PathParameterizedTrajectory(path, _minimum_jerk(1.0))
     q, v, vdot = (unit.MakeDerivative(order).vector_values(LIMIT_GRID).T for order in range(3))
-    law = coupled or uncoupled(plant)
+    law = coupled or no_couplings(plant)
     _check_inside(plant, law, "position", q, limits.lower - LIMIT_TOLERANCE, limits.upper + LIMIT_TOLERANCE)
     q, v, vdot = np.split(np.unique(np.hstack([q, v, vdot]), axis=0), 3, axis=1)  # one state if the arm stays
-    rest, linear, quadratic = map(law.carried, _efforts(plant, q, v, vdot))
+    rest, linear, quadratic = map(law.leader_efforts, _efforts(plant, q, v, vdot))
     _check_inside(plant, law, "effort at rest", rest, LIMIT_TOLERANCE - limits.effort, limits.effort - LIMIT_TOLERANCE)
     none = np.zeros_like(v)
     rate = min(
@@ -266,7 +267,7 @@ def timed(
 
 
 def _minimum_jerk(duration: float) -> PiecewisePolynomial:
-    """From 0 to 1 in the duration T, at rest and without acceleration at both ends.
+    """Polynomial from 0 to 1 in the duration T, at rest and without acceleration at both ends.
 
     s(t) = 10 (t/T)^3 - 15 (t/T)^4 + 6 (t/T)^5 minimises the integral of the squared jerk (Flash & Hogan, 1985).
     """
@@ -283,10 +284,10 @@ def _efforts(plant: MultibodyPlant, q: Array, v: Array, vdot: Array) -> tuple[Ar
     efforts = np.empty((3, *v.shape))
     for k in range(len(q)):
         plant.SetPositions(context, q[k])  # whose kinematics serve all three velocities
-        for i, way in enumerate((0.0, 1.0, -1.0)):
-            plant.SetVelocities(context, way * v[k])
+        for i, rate in enumerate((0.0, 1.0, -1.0)):
+            plant.SetVelocities(context, rate * v[k])
             plant.CalcForceElementsContribution(context, forces)
-            efforts[i, k] = plant.CalcInverseDynamics(context, way**2 * vdot[k], forces)
+            efforts[i, k] = plant.CalcInverseDynamics(context, rate**2 * vdot[k], forces)
     rest, forth, back = efforts
     return rest, (forth - back) / 2, (forth + back) / 2 - rest
 
@@ -312,17 +313,17 @@ def _check_inside(plant: MultibodyPlant, law: Couplings, what: str, values: Arra
         raise LimitError(f"joint '{names[i]}': {what} {values[k, i]:.4g} is outside of its limits, {limits}")
 
 
-_PROBES = 3  # states
+_PROBE_STATES = 3
 
 
 def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
-    """Equal for arm plants with equal limits, efforts and tool poses, whatever files they were read from.
+    """Key of an arm plant: equal for equal limits, efforts and tool poses, whatever files they were read from.
 
     Efforts and poses are compared at a few states drawn at random, always the same: two arms that differ in a length,
     a mass, a damping or in gravity are alike there with probability zero.
     """
     n, limits = plant.num_velocities(), ArmLimits.of_plant(plant, np.inf)
-    q, v, vdot = np.random.default_rng(0).uniform(-1.0, 1.0, (3, _PROBES, n))
+    q, v, vdot = np.random.default_rng(0).uniform(-1.0, 1.0, (3, _PROBE_STATES, n))
     poses = [tool_pose(plant, tool, posture).GetAsMatrix34() for posture in q]
     turning = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
     numbers = (*vars(limits).values(), *_efforts(plant, q, v, vdot), *poses, np.array(turning))
@@ -354,7 +355,7 @@ class ToolFollower(LeafSystem):
         """`arm` is a finalized plant of the arm alone, with `tool` in it; samples every `period` s."""
         super().__init__()
         n = arm.num_positions()
-        self._arm, self._tool, self._period, self._law = arm, tool, period, coupled or uncoupled(arm)
+        self._arm, self._tool, self._period, self._law = arm, tool, period, coupled or no_couplings(arm)
         self._scratch, self._brake = arm.CreateDefaultContext(), limits.acceleration * period
         self._parameters = _parameters(limits, self._law, period)
         self._target = self.DeclareAbstractInputPort("X_WTool", AbstractValue.Make(RigidTransform()))
@@ -371,26 +372,26 @@ class ToolFollower(LeafSystem):
         state = context.get_discrete_state_vector().value()
         self._arm.SetPositionsAndVelocities(self._scratch, state)
         positions, velocities = np.split(state, 2)
-        missing = GAIN * self._missing(self._target.Eval(context))
+        missing = GAIN * self._pose_error(self._target.Eval(context))
         velocity = velocities - np.clip(velocities, -self._brake, self._brake)
         if np.isfinite(missing @ missing):
-            velocity = self._toward(missing, positions, velocities, velocity)
+            velocity = self._joint_velocities(missing, positions, velocities, velocity)
         values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
 
-    def _toward(self, missing: Array, positions: Array, velocities: Array, otherwise: Array) -> Array:
-        """The velocities of the joints that move the tool by a desired velocity; others where there are none."""
+    def _joint_velocities(self, missing: Array, positions: Array, velocities: Array, otherwise: Array) -> Array:
+        """Joint velocities that move the tool by a desired velocity; `otherwise` where there are none."""
         world, leads = self._arm.world_frame(), self._law.leads
         jacobian = self._arm.CalcJacobianSpatialVelocity(
             self._scratch, JacobianWrtVariable.kV, self._tool, [0, 0, 0], world, world
         )
-        found = DoDifferentialInverseKinematics(
+        result = DoDifferentialInverseKinematics(
             positions[leads], velocities[leads], missing, jacobian @ self._law.matrix, self._parameters
         )
-        if found.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
+        if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
             return otherwise
-        return np.asarray(self._law.matrix @ found.joint_velocities)
+        return np.asarray(self._law.matrix @ result.joint_velocities)
 
-    def _missing(self, X_WGoal: RigidTransform) -> Array:
+    def _pose_error(self, X_WGoal: RigidTransform) -> Array:
         """The rotation and translation to the desired pose of the tool, rad and m in the world, (6,)."""
         X_WTool = self._tool.CalcPoseInWorld(self._scratch)
         turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()

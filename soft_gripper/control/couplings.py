@@ -20,23 +20,23 @@ class Couplings:
 
     def full(self, leading: Array) -> Array:
         """Positions of all joints, (..., n), from those of the joints that follow no other, (..., k)."""
-        found = leading @ self.matrix.T + self.offset
-        found[..., self.leads] = leading  # free of rounding, and of what is wrong with others
-        return found
+        positions = leading @ self.matrix.T + self.offset
+        positions[..., self.leads] = leading  # free of rounding, and of what is wrong with others
+        return positions
 
-    def kept(self, positions: Array) -> Array:
-        """Positions, (..., n), in which what follows is where it must be."""
+    def follow_leaders(self, positions: Array) -> Array:
+        """Positions, (..., n), with the followers put where their leaders demand."""
         return self.full(positions[..., self.leads])
 
-    def carried(self, efforts: Array) -> Array:
-        """Efforts, (..., n), of joints that carry those that follow them, which have none."""
-        carried = np.zeros_like(efforts)
-        carried[..., self.leads] = efforts @ self.matrix
-        return carried
+    def leader_efforts(self, efforts: Array) -> Array:
+        """Efforts, (..., n), with those of followers carried by their leaders; followers have none."""
+        leader_efforts = np.zeros_like(efforts)
+        leader_efforts[..., self.leads] = efforts @ self.matrix
+        return leader_efforts
 
 
 def couplings(joints: Sequence[str], mimics: Sequence[Mimic] = ()) -> Couplings:
-    """The couplings of joints, by their names, of which none follows itself by way of others."""
+    """Couplings of joints by their names; none follows itself through others."""
     laws = {mimic.joint: mimic for mimic in mimics}
     leading = [name for name in joints if name not in laws]
     matrix, offset = np.zeros((len(joints), len(leading))), np.zeros(len(joints))

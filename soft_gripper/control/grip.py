@@ -52,7 +52,7 @@ class GripTorque(ArrayBlock):
 
 
 def _mean_opening(*torques: Array) -> Array:
-    """From the torques of each finger, (..., N) N m, which are positive where they close it; (...) N m."""
+    """Mean opening torque, (...) N m, from the torques of each finger, (..., N) N m, positive where they close it."""
     total = torques[0][..., 0]
     for others in torques[1:]:
         total = total + others[..., 0]
@@ -80,7 +80,7 @@ class GripForce(ArrayBlock):
 
 
 def _mean_closing(*forces: Array) -> Array:
-    """From the forces on the fingers, (..., 3) N in the frames of their bases; (...) N."""
+    """Mean closing force, (...) N, from the forces on the fingers, (..., 3) N in the frames of their bases."""
     total = forces[0]
     for others in forces[1:]:
         total = total + others
@@ -131,7 +131,7 @@ class SampledSteps(LeafSystem):
     """
 
     def __init__(self, values: Sequence[float], duration: float, period: float):
-        """Each value lasts `duration` s from the beginning of a run, the last forever; samples every `period` s."""
+        """Holds each value for `duration` s from the beginning of a run, the last forever; samples every `period` s."""
         super().__init__()
         self._values, self._duration, self._since_begin = tuple(values), duration, since_begin(self)
         self._value = self.DeclareDiscreteState([values[0]])

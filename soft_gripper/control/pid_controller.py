@@ -88,7 +88,7 @@ class PidController(ArrayBlock):
         self.remember(
             *("step", self.step, "set_point", "measurement"),
             begin=np.array([0.0, 0.0, nan, initial_output]),  # I, d, y, u
-            keep=self._remembered,
+            keep=self._anti_windup_memory,
             kept=("applied",),
             at_first=True,
         )
@@ -112,7 +112,7 @@ class PidController(ArrayBlock):
         given = min(max(unlimited, self._limits[0]), self._limits[1])
         return Step([integral, derivative, measurement, given], unlimited)
 
-    def _remembered(self, step: Step, applied: Array | None) -> Array:
+    def _anti_windup_memory(self, step: Step, applied: Array | None) -> Array:
         """The memory after a sample, by back-calculation from the output that was applied."""
         integral, derivative, measurement, given = step.memory
         chosen = given if applied is None else float(applied[0])

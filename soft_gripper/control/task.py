@@ -77,7 +77,7 @@ class Progress(NamedTuple):
     phase: int = 0  # the number of phases: the task is over
     outcome: int = Outcome.RUNNING
     began: float = 0.0  # s, the phase
-    around: float = np.inf  # m, the opening near which the gripper has stayed ...
+    quiet_opening: float = np.inf  # m, opening of the resting gripper ...
     since: float = 0.0  # s, ... since then
     gripped: float = 0.0  # s, time of the last grip
     grasped: float = -np.inf  # m, opening at the end of the last grasping phase
@@ -96,7 +96,8 @@ class Rules:
         """The progress after one more sample."""
         if progress.phase == len(self.phases):
             return progress
-        phase, progress = self.phases[progress.phase], self._noted(progress, observed)
+        phase = self.phases[progress.phase]
+        progress = self._update_observations(progress, observed)
         if progress.outcome == Outcome.RUNNING:
             progress = progress._replace(outcome=self._judge(phase, progress, observed))
         follower = self._follower(phase, progress, observed)
@@ -115,15 +116,15 @@ class Rules:
             return self.phases[phase.rescue].opening
         return phase.opening
 
-    def _noted(self, progress: Progress, observed: GripObservation) -> Progress:
-        """Updates rest and grip; values that are not finite count as motion and as no grip."""
-        if not abs(observed.opening - progress.around) <= self.quiet_band:
-            progress = progress._replace(around=observed.opening, since=observed.time)
-        held = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE
-        return progress._replace(gripped=observed.time) if held else progress
+    def _update_observations(self, progress: Progress, observed: GripObservation) -> Progress:
+        """Progress with rest and grip of a sample; values that are not finite count as motion and as no grip."""
+        if not abs(observed.opening - progress.quiet_opening) <= self.quiet_band:
+            progress = progress._replace(quiet_opening=observed.opening, since=observed.time)
+        has_grip = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE
+        return progress._replace(gripped=observed.time) if has_grip else progress
 
     def _judge(self, phase: Phase, progress: Progress, observed: GripObservation) -> Outcome:
-        """Whether the phase has failed."""
+        """The outcome after a sample: a failure of the phase, or none."""
         if phase.holds and observed.time - progress.gripped > GRIP_GAP:
             return Outcome.OBJECT_LOST
         waited = observed.time - progress.began - phase.duration
@@ -143,10 +144,10 @@ class Rules:
         if not phase.until:
             return phase.follower if waited >= phase.rest else None
         given_up = phase.rescue is None and waited > self.timeout
-        return phase.follower if given_up or self._reached(phase, progress, observed) else None
+        return phase.follower if given_up or self._is_complete(phase, progress, observed) else None
 
-    def _reached(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
-        """Whether the fingers are at rest: at the commanded opening, closed on an object, or closed on nothing."""
+    def _is_complete(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
+        """Whether the fingers are at rest: at the commanded opening, closed on an object, or on nothing."""
         if not self._is_quiet(progress, observed):
             return False
         if phase.until == "opened":
@@ -160,12 +161,13 @@ class Rules:
 
 
 # Entries of the state of a task.
-_PHASE, _OUTCOME, _PROGRESS, _SET_POINT, _BEGIN = 0, 1, slice(0, len(Progress._fields)), -2, -1
-_DESIRED = slice(_PROGRESS.stop, _SET_POINT)
+_PHASE_ENTRY, _OUTCOME_ENTRY, _SET_POINT_ENTRY, _BEGIN_ENTRY = 0, 1, -2, -1
+_PROGRESS_ENTRIES = slice(0, len(Progress._fields))
+_DESIRED_ENTRIES = slice(_PROGRESS_ENTRIES.stop, _SET_POINT_ENTRY)
 
 
 class TaskMachine(ArrayBlock):
-    """A state machine whose transitions depend only on the estimates of the fingers.
+    """State machine of a task; only the estimates of the fingers trigger its transitions.
 
     ::
 
@@ -198,18 +200,18 @@ class TaskMachine(ArrayBlock):
         self.remember(
             *("state", same),
             begin=begin,
-            begin_of=(lambda time: np.append(begin[:_BEGIN], time), TIME),
+            begin_of=(lambda time: np.append(begin[:_BEGIN_ENTRY], time), TIME),
             keep=self._next_state,
             kept=("opening", "torque", TIME),
             at_first=True,
         )
-        desired = range(len(begin[_DESIRED]))
-        self.put_out("desired_state", lambda state: state[..., _DESIRED], "state", state=desired)
-        self.put_out("set_point", lambda state: state[..., _SET_POINT], "state", unit="m")
+        desired = range(len(begin[_DESIRED_ENTRIES]))
+        self.put_out("desired_state", lambda state: state[..., _DESIRED_ENTRIES], "state", state=desired)
+        self.put_out("set_point", lambda state: state[..., _SET_POINT_ENTRY], "state", unit="m")
         phases = [*(phase.name for phase in rules.phases), "over"]
-        self.put_out("phase", lambda state: state[..., _PHASE], "state", meanings=phases)
+        self.put_out("phase", lambda state: state[..., _PHASE_ENTRY], "state", meanings=phases)
         outcomes = [outcome.words for outcome in Outcome]
-        self.put_out("outcome", lambda state: state[..., _OUTCOME], "state", meanings=outcomes)
+        self.put_out("outcome", lambda state: state[..., _OUTCOME_ENTRY], "state", meanings=outcomes)
         self.DeclarePeriodicPublishEvent(period, 0.0, self._end_run)
 
     @property
@@ -225,7 +227,7 @@ class TaskMachine(ArrayBlock):
         """Whether the task is finished, from the context of this block."""
         return self.progress(context).phase == self._over
 
-    def unobserved(self, end: float) -> Iterator[tuple[float, Array]]:
+    def unobserved_motion(self, end: float) -> Iterator[tuple[float, Array]]:
         """Times, s, and the desired states from then on, (2 n), where no phase waits for the gripper.
 
         The last one is where the task is over, or `end`.
@@ -240,26 +242,27 @@ class TaskMachine(ArrayBlock):
                 break
 
     def _next_state(self, state: Array, opening: Array | None, torque: Array | None, times: Array) -> Array:
-        """Progress, desired state, set point and begin of the run after a sample, of which the inputs may be open."""
-        before, begin = _progress(state), float(state[_BEGIN])
+        """Progress, desired state, set point and begin of the run after a sample; the inputs may be unconnected."""
+        before = _progress(state)
+        begin = float(state[_BEGIN_ENTRY])
         time = float(times[0]) - begin
         observed = GripObservation(time, *(np.nan if u is None else float(u[0]) for u in (opening, torque)))
         progress = self.rules.step(before, observed)
         if progress.phase == self._over:
-            return np.concatenate([progress, state[_PROGRESS.stop :]])
+            return np.concatenate([progress, state[_PROGRESS_ENTRIES.stop :]])
         desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
         return np.concatenate([progress, desired, [self.rules.opening(progress), begin]])
 
     def _end_run(self, context: Context) -> EventStatus | None:
         state = self._read["state"](context)
-        if state[_PHASE] < self._over:
+        if state[_PHASE_ENTRY] < self._over:
             return None
-        since_end = context.get_time() - state[_BEGIN] - _progress(state).began
+        since_end = context.get_time() - state[_BEGIN_ENTRY] - _progress(state).began
         return EventStatus.ReachedTermination(self, "the task is over") if since_end < 1.5 * self._period else None
 
 
 def _progress(state: Array) -> Progress:
-    phase, outcome, *others = state[_PROGRESS].tolist()
+    phase, outcome, *others = state[_PROGRESS_ENTRIES].tolist()
     return Progress(int(phase), int(outcome), *others)
 
 

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 
 _BATCH_SIZE = 16  # samples that are computed together
 _SHARED_RESULTS = 8  # of the latest calls
@@ -39,7 +39,7 @@ def shared(function: Callable[..., _T], owner: object, *arrays: Array) -> _T:
         return function(owner, *arrays)
     key = function, id(owner), *((each.shape, each.tobytes()) for each in arrays)
     # The owner is kept with its result, so that nothing else gets its id.
-    found: tuple[_T, object] = kept(_shared, key, lambda: (function(owner, *arrays), owner), _SHARED_RESULTS)
+    found: tuple[_T, object] = get_or_make(_shared, key, lambda: (function(owner, *arrays), owner), _SHARED_RESULTS)
     return found[0]
 
 

@@ -34,9 +34,9 @@ class Places:
 
     def __init__(self, finger: Finger, ways: Sequence[str]):
         chain = self._chain = SpatialChain.of(finger.segments, finger.segment_length, ways)
-        self._in_chain = chain.places(ways)
+        self._in_chain = chain.position_indices(ways)
         self._from_chain = np.argsort(self._in_chain)
-        frames = chain.beyond(np.arange(1, finger.segments + 1))
+        frames = chain.link_frames(np.arange(1, finger.segments + 1))
         self._frames = np.append(frames, frames[-1])
         self._half = finger.segment_length / 2
         self._moved = self._frames > np.arange(len(chain.ways))[:, None]

@@ -216,12 +216,12 @@ class Mechanics:
 
     @cached_property
     def in_chain(self) -> NDArray[np.int_]:
-        return self.chain.places(self.layout.ways)
+        return self.chain.position_indices(self.layout.ways)
 
     @cached_property
     def links(self) -> NDArray[np.int_]:
         """Frames that are fixed to the links, (N + 1,)."""
-        return self.chain.beyond(np.arange(self.layout.finger.segments + 1))
+        return self.chain.link_frames(np.arange(self.layout.finger.segments + 1))
 
     @cached_property
     def _is_inner(self) -> NDArray[np.bool_]:

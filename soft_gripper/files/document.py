@@ -17,10 +17,10 @@ import numpy as np
 from pydrake.common.schema import Rotation, Transform
 from pydrake.multibody.parsing import ModelDirective
 
-from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, meant, near_names
+from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, near_names, suggestion
 from soft_gripper.extras import added
 from soft_gripper.files.number import CHANGE, changed, is_number
-from soft_gripper.quantity import Rule, misfits, rules
+from soft_gripper.quantity import Rule, rules, violations
 
 _T = TypeVar("_T")
 
@@ -31,26 +31,27 @@ def require(fine: bool, where: Path | str, field: str, value: object, expected: 
         raise InputError(where, field, value, expected)
 
 
-def given(value: _T | None, where: Path | str, field: str, expected: str) -> _T:
-    """A value that is required; raises an InputError if it is None."""
+def require_value(value: _T | None, where: Path | str, field: str, expected: str) -> _T:
+    """Returns a required value; raises an InputError if it is None."""
     if value is None:
         raise InputError(where, field, None, expected)
     return value
 
 
-_TAG = "_tag"  # key under which Drake keeps a tag of YAML
-_PRIMITIVES: dict[object, tuple[type, str]] = {
+_TAG_KEY = "_tag"  # key under which Drake keeps a tag of YAML
+_PRIMITIVE_KINDS: dict[object, tuple[type, str]] = {
     float: (Real, "a number"),
     int: (Integral, "a whole number"),
     bool: (bool, "true or false"),
     str: (str, "text"),
 }
-_MOST_WHOLE = 2**32 - 1  # of Drake's seeds
-_ANY, _FRAMED = Rule(), Rule(framed=True)
+_MAX_WHOLE_NUMBER = 2**32 - 1  # of Drake's seeds
+_ANY_RULE = Rule()
+_FRAMED_RULE = Rule(framed=True)
 
 
 class Place(NamedTuple):
-    """Where a value stands, for messages."""
+    """Position of a value in a document, for messages."""
 
     where: Path | str  # file or part
     field: str = ""  # with dots
@@ -78,7 +79,7 @@ def load_config(path: Path, document: Any, schema: type[_T]) -> _T:
     Raises:
         InputError: naming file, field and value, if the data do not fit the schema or its rules.
     """
-    config: _T = read(document, schema, _ANY, Place(path, "", schema, document))
+    config: _T = read(document, schema, _ANY_RULE, Place(path, "", schema, document))
     return config
 
 
@@ -88,7 +89,7 @@ def check_config(where: Path | str, config: Any) -> None:
     Raises:
         InputError: for the first field that has another type, is out of range, or contradicts another one.
     """
-    read(config, type(config), _ANY, Place(where, "", type(config), config))
+    read(config, type(config), _ANY_RULE, Place(where, "", type(config), config))
 
 
 def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -> Any:
@@ -107,13 +108,13 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     is_optional, kind, inner = unwrap_optional(kind)
     if value is None and is_optional:
         return None
-    if kind in _PRIMITIVES:
+    if kind in _PRIMITIVE_KINDS:
         result = _read_entry(value, kind, rule, place)
     elif kind in (list, tuple):
         place.must(None if isinstance(value, list | kind) else "must be a list", value)
         result = kind([read(item, inner, rule, place.entry(i)) for i, item in enumerate(value)])
     elif kind is dict:
-        place.must("must be a mapping without a tag" if _TAG in _mapping(value, place) else None, value)
+        place.must("must be a mapping without a tag" if _TAG_KEY in _mapping(value, place) else None, value)
         if rule.paths and inner is str:
             return _read_changes(value, rule.paths, place)
         names = value if Any in (inner, *get_args(inner)) else sorted(value, key=str)  # plain data stay as they are
@@ -130,8 +131,8 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     return result
 
 
-def dotted(changes: Any, paths: Mapping[str, Rule]) -> Any:
-    """Changes by dotted keys, without those that are None; what is no mapping stays as it is."""
+def dotted_changes(changes: Any, paths: Mapping[str, Rule]) -> Any:
+    """Changes by dotted keys, without those that are None; anything but a mapping is returned as it is."""
     if not isinstance(changes, dict):
         return changes
     return {key: _as_text(change) for key, change in _dotted_items(changes, paths) if change is not None}
@@ -153,22 +154,22 @@ def _as_text(change: Any) -> Any:
 
 
 def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place) -> dict[str, str]:
-    """Changes as `dotted` has them, each under one of the `paths`, and by its rule."""
+    """Changes as `dotted_changes` has them, each under one of the `paths`, and by its rule."""
     changes = dict[str, str]()
     for key, change in _dotted_items(value, paths):
-        at = place.below(key)
+        key_place = place.below(key)
         if key not in paths:
-            known = ", ".join(dict.fromkeys(path.partition(".")[0] for path in paths))
-            at.must(f"no such key; {did_you_mean(near_names(key, paths)) or f'known: {known}'}", change)
-        at.must("appears more than once" if key in changes else None, change)
+            first_names = ", ".join(dict.fromkeys(path.partition(".")[0] for path in paths))
+            key_place.must(f"no such key; {did_you_mean(near_names(key, paths)) or f'known: {first_names}'}", change)
+        key_place.must("appears more than once" if key in changes else None, change)
         if change is not None:
             changes[key] = _as_text(change)
-            at.must(_change_violation(changes[key], paths[key]), change)
+            key_place.must(_change_violation(changes[key], paths[key]), change)
     return changes
 
 
 def _change_violation(text: Any, rule: Rule) -> str | None:
-    """Sentence on how a change, or the words of a list, would have to be; None if it is valid."""
+    """Violated rule of a change, or of the words of a list, in words; None if valid."""
     if rule.known:
         is_known = isinstance(text, str) and set(text.split()) <= set(rule.choices)
         return None if is_known else f"must be text of the words {', '.join(rule.choices)}"
@@ -190,12 +191,12 @@ def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
 
 def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
     """A number, text, true or false."""
-    base, words = _PRIMITIVES[kind]
+    base, words = _PRIMITIVE_KINDS[kind]
     is_one = type(value) is kind or (isinstance(value, base) and (kind is bool or not isinstance(value, bool)))
     if not is_one and (place.strict or not _converts(value, kind)):
         place.must(f"must be {words}{f', {rule.unit}' if rule.unit else ''}", value)
-    is_too_large = kind is int and abs(int(value)) > _MOST_WHOLE
-    place.must(f"must be a whole number up to {_MOST_WHOLE}" if is_too_large else None, value)
+    is_too_large = kind is int and abs(int(value)) > _MAX_WHOLE_NUMBER
+    place.must(f"must be a whole number up to {_MAX_WHOLE_NUMBER}" if is_too_large else None, value)
     return kind(value)
 
 
@@ -205,16 +206,17 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
     document = {name: getattr(value, name) for name in fields} if is_object else _mapping(value, place)
     missing = [name for name in fields if is_own and name not in document]
     base = value if is_object else kind() if default is None and (missing or not is_own) else default
-    rule = _FRAMED if kind is ModelDirective else rule
-    known = rules(kind) if is_own else rule.parts
-    strict, values = place._replace(strict=True), dict[str, Any]()
+    rule = _FRAMED_RULE if kind is ModelDirective else rule
+    field_rules = rules(kind) if is_own else rule.parts
+    strict = place._replace(strict=True)
+    values = dict[str, Any]()
     inside = strict if is_object else place
     for name, item in document.items():
-        at = inside.below(name)
+        field_place = inside.below(name)
         if name not in fields:
-            at.must(f"no such key; {_hint(place, name, item, fields)}", item)
-        part_rule = known.get(name, _FRAMED if rule.framed else _ANY)
-        values[name] = read(item, fields[name], part_rule, at, getattr(base, name, None))
+            field_place.must(f"no such key; {_hint(place, name, item, fields)}", item)
+        part_rule = field_rules.get(name, _FRAMED_RULE if rule.framed else _ANY_RULE)
+        values[name] = read(item, fields[name], part_rule, field_place, getattr(base, name, None))
     if kind is ModelDirective:
         kinds = [name for name, item in document.items() if item is not None]
         place.must(None if len(kinds) == 1 else f"must have one of {', '.join(fields)}", kinds)
@@ -227,20 +229,20 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
                 inside.below(name).must(first_line(error), document[name])
         return base
     for name in missing:
-        values[name] = read(getattr(base, name), fields[name], known[name], strict.below(name))
+        values[name] = read(getattr(base, name), fields[name], field_rules[name], strict.below(name))
     try:
         result = value if is_object else kind(**values)
     except InputError as error:  # it asks its rules itself
         raise InputError(place.where, place.below(error.field).field, error.value, error.expected) from None
-    for name, item, expected in misfits(result):
+    for name, item, expected in violations(result):
         place.below(name).must(expected, item)
     return result
 
 
 def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
-    """What may be meant by a key that a part of a schema does not have."""
+    """Hint beside a key that a part of a schema does not have."""
     if is_near(key, fields):
-        return meant(key, fields)
+        return suggestion(key, fields)
     schema, document = place.schema, place.document
     kinds = {"models": "a scenario"} | {
         name: what for declared in added("DOCUMENTS") for name, what in declared.items()
@@ -252,11 +254,11 @@ def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
 
 
 def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
-    """Where a schema has the last key of an unknown field, a key near it, or else the keys below it; not many places.
+    """Places in a schema of the last key of an unknown field, of a key near it, or of the keys below it; a few at most.
 
     Those in the part of the document that has the field come alone.
     """
-    key, part, places = field.rpartition(".")[2], _PART.match(field), _places(schema)
+    key, part, places = field.rpartition(".")[2], _FIRST_KEY.match(field), _places(schema)
     below = [name for name in value if name in places] if isinstance(value, dict) else []
     for names in ([key] if key in places else [], near_names(key, places), below):
         matches = [place for name in names for place in places[name]]
@@ -267,12 +269,12 @@ def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
 
 
 _MAX_PLACES = 4  # that are suggested: a key in more, such as a name, says little
-_PART = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
+_FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
 
 
 @cache
 def _places(schema: Any, deepest: int = 4) -> dict[str, list[str]]:
-    """Where a schema has each key, with dots; an entry of a list or mapping is NAME."""
+    """Places of each key in a schema, with dots; an entry of a list or mapping is NAME."""
     _, kind, inner = unwrap_optional(schema)
     if kind in (list, tuple, dict):
         return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, deepest).items()}
@@ -295,7 +297,7 @@ def _is_finite(pose: Transform) -> bool:
         return False
 
 
-_ROTATIONS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
+_ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
 
 
 def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, Any]:
@@ -304,16 +306,17 @@ def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, An
         place.below("base_frame").must("leave it out; `parent` of a model names a frame", value["base_frame"])
     translation = _three(value.get("translation", [0, 0, 0]), place.below("translation"), "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
-    parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG: None}
+    parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG_KEY: None}
     kind: Any
-    kind, at = _ROTATIONS.get(parts.pop(_TAG, "!Identity")), place.below("rotation")
-    at.must(None if kind is not None and parts.keys() == _fields(kind).keys() else expected, rotation)
+    kind = _ROTATION_KINDS.get(parts.pop(_TAG_KEY, "!Identity"))
+    rotation_place = place.below("rotation")
+    rotation_place.must(None if kind is not None and parts.keys() == _fields(kind).keys() else expected, rotation)
     for name, part in parts.items():
         is_angle = name == "angle_deg"
-        numbers = _three([part, 0, 0] if is_angle else part, at.below(name), expected)
+        numbers = _three([part, 0, 0] if is_angle else part, rotation_place.below(name), expected)
         parts[name] = numbers[0] if is_angle else numbers
     if not any(parts.get("axis", [1])):
-        at.below("axis").must("must not be zero", rotation["axis"])
+        rotation_place.below("axis").must("must not be zero", rotation["axis"])
     return value | {"translation": translation, "rotation": kind(**parts)}
 
 
@@ -321,7 +324,7 @@ def _three(value: Any, place: Place, expected: str) -> list[float]:
     fits = isinstance(value, list) and len(value) == 3 and all(_converts(number, float) for number in value)
     place.must(None if fits else expected, value)
     for i, number in enumerate(value):
-        place.entry(i).must(_ANY.violation(float(number)), number)
+        place.entry(i).must(_ANY_RULE.violation(float(number)), number)
     return list(map(float, value))
 
 

@@ -38,7 +38,7 @@ def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any
         count = parts + text.count(",")
         if count > _MAX_VALUES:
             raise InputError(where, "size", count, f"give no more than {_MAX_VALUES} values")
-        data = (_FINITE if finite else _ANY).decode(text)
+        data = (_FINITE_DECODER if finite else _DECODER).decode(text)
         if "\\u" in text:
             json.dumps(data, ensure_ascii=False).encode()
     except RecursionError:
@@ -54,7 +54,7 @@ def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any
 
 
 def _is_shallow(data: Any) -> bool:
-    """Whether data are no more than _MAX_DEPTH deep; without recursion."""
+    """Whether data are no more than _MAX_DEPTH deep; works without recursion."""
     level = [data]
     for _ in range(_MAX_DEPTH):
         parts = (part for whole in level for part in (whole.values() if isinstance(whole, dict) else whole))
@@ -62,7 +62,7 @@ def _is_shallow(data: Any) -> bool:
     return not level
 
 
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(pairs) > _MAX_KEYS:
         raise ValueError(f"an object has more than {_MAX_KEYS} keys")
     data = dict(pairs)
@@ -72,7 +72,7 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return data
 
 
-def _whole(digits: str) -> int:
+def _whole_number(digits: str) -> int:
     if len(digits.lstrip("-")) > _MAX_DIGITS:
         raise ValueError(f"a whole number of {len(digits)} digits")
     return int(digits)
@@ -82,5 +82,7 @@ def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is not a number of JSON")
 
 
-_ANY = json.JSONDecoder(object_pairs_hook=_unique, parse_int=_whole)
-_FINITE = json.JSONDecoder(object_pairs_hook=_unique, parse_int=_whole, parse_constant=_refuse_constant)
+_DECODER = json.JSONDecoder(object_pairs_hook=_unique_keys, parse_int=_whole_number)
+_FINITE_DECODER = json.JSONDecoder(
+    object_pairs_hook=_unique_keys, parse_int=_whole_number, parse_constant=_refuse_constant
+)

@@ -1,8 +1,8 @@
 """Notes on files supplied by the user: what was mended or left out while they were read, so that nothing is in silence.
 
-A reader calls `note`, or leaves notes to its caller, who calls `report`; `collected` gathers the notes of all readers
-inside it, logs them once, and leaves them to its caller, who keeps them: a recording has them in its attribute `notes`,
-one a line.
+A reader calls `note`, or leaves notes to its caller, who calls `report`; `collect_notes` gathers the notes of all
+readers inside it, logs them once, and leaves them to its caller, who keeps them: a recording has them in its attribute
+`notes`, one a line.
 """
 
 import logging
@@ -16,7 +16,7 @@ from soft_gripper.errors import in_one_line, shortened
 
 _LOGGER = logging.getLogger(__name__)
 READ, MENDED, LEFT_OUT = "read", "mended", "left out"
-_SHOWN = 3  # elements of a line that a command prints
+_MAX_SUBJECTS = 3  # elements of a line that a command prints
 _LONGEST_VALUE = 60  # characters of a value
 
 
@@ -42,7 +42,7 @@ _open: ContextVar[list[Note] | None] = ContextVar("open", default=None)  # the i
 
 
 def make_note(outcome: str, file: Path | str, element: str, value: object, why: str) -> Note:
-    """A note in one line, whose value is as short as a message shows it."""
+    """A note in one line, with its value shortened as in a message."""
     return Note(outcome, str(file), in_one_line(element), shortened(in_one_line(str(value)), _LONGEST_VALUE), why)
 
 
@@ -52,17 +52,17 @@ def note(outcome: str, file: Path | str, element: str, value: object, why: str) 
 
 
 def report(made: Iterable[Note]) -> None:
-    """Adds notes to the innermost `collected`, or logs each at once if there is none."""
+    """Adds notes to the innermost `collect_notes`, or logs each at once if there is none."""
     notes = _open.get()
-    for each in made:
+    for entry in made:
         if notes is None:
-            _log([each])
-        elif each not in notes:
-            notes.append(each)
+            _log([entry])
+        elif entry not in notes:
+            notes.append(entry)
 
 
 @contextmanager
-def collected() -> Iterator[list[Note]]:
+def collect_notes() -> Iterator[list[Note]]:
     """Collects the notes made inside.
 
     At the end they go to the collection around it, or to the log; none do if an error ends it.
@@ -76,7 +76,7 @@ def collected() -> Iterator[list[Note]]:
     if around is None:
         _log(notes)
     else:
-        around += [each for each in notes if each not in around]
+        around += [entry for entry in notes if entry not in around]
 
 
 def as_text(notes: Iterable[Note]) -> str:
@@ -85,17 +85,18 @@ def as_text(notes: Iterable[Note]) -> str:
 
 
 def _log(notes: Iterable[Note]) -> None:
-    for line in summarized(notes):
+    for line in summarize(notes):
         _LOGGER.warning("%s", line)
 
 
-def summarized(notes: Iterable[Note]) -> list[str]:
+def summarize(notes: Iterable[Note]) -> list[str]:
     """A line for all notes that differ only in the element, which names the first of these."""
     alike: dict[tuple[str, str, str], list[str]] = {}
-    for each in notes:
-        alike.setdefault((each.file, each.outcome, each.why), []).append(each.subject)
+    for entry in notes:
+        alike.setdefault((entry.file, entry.outcome, entry.why), []).append(entry.subject)
     return [
-        f"{Path(file).name}: {outcome} {', '.join(subjects[:_SHOWN])}{_more(len(subjects) - _SHOWN)}: {why}"
+        f"{Path(file).name}: {outcome} {', '.join(subjects[:_MAX_SUBJECTS])}"
+        f"{_more(len(subjects) - _MAX_SUBJECTS)}: {why}"
         for (file, outcome, why), subjects in alike.items()
     ]
 

@@ -5,12 +5,12 @@ import re
 
 # Quantifiers are possessive: a million digits that are not a number are read once.
 DECIMAL = r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:e[-+]?[0-9]++)?+"
-_DECIMAL = re.compile(DECIMAL, re.IGNORECASE)
+_DECIMAL_PATTERN = re.compile(DECIMAL, re.IGNORECASE)
 
 
 def is_number(text: str) -> bool:
     """Whether a text is a decimal number, perhaps with an exponent."""
-    return _DECIMAL.fullmatch(text) is not None
+    return _DECIMAL_PATTERN.fullmatch(text) is not None
 
 
 def number(text: str) -> float:
@@ -29,7 +29,7 @@ CHANGE = 'or a change such as "+10 %"'  # for messages
 
 
 def changed(text: str, before: float) -> float:
-    """The number after a change of the one before, such as "+10 %", whose sign is required; or the one that a text is.
+    """The number after a change of the one before, such as "+10 %" with its sign; or the number in a text.
 
     Raises:
         ValueError: if the text is neither a number nor a change of one, or not finite.

@@ -47,9 +47,9 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
-_HOST = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
-_KEPT_CHARACTERS = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
+_TEMP_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
+_HOST_NAME = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
+_MAX_NAME_TAIL = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
 
 
 @contextmanager
@@ -61,14 +61,14 @@ def atomic_file(path: Path) -> Iterator[Path]:
     _require_name(path)
     target = Path(os.path.realpath(path))
     try:
-        with (_written_through if _is_device(target) else _replaced)(target, path.name) as partial:
+        with (_write_to_device if _is_device(target) else _replace_on_success)(target, path.name) as partial:
             yield partial
     except OSError as error:
         raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
 
 
 @contextmanager
-def _replaced(target: Path, name: str) -> Iterator[Path]:
+def _replace_on_success(target: Path, name: str) -> Iterator[Path]:
     partial = _partial(target.with_name(name))
     try:
         yield partial
@@ -79,7 +79,7 @@ def _replaced(target: Path, name: str) -> Iterator[Path]:
 
 
 @contextmanager
-def _written_through(target: Path, name: str) -> Iterator[Path]:
+def _write_to_device(target: Path, name: str) -> Iterator[Path]:
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         partial = Path(folder) / name
         yield partial
@@ -111,9 +111,9 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
     """
     partial = _partial(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    for left in filter(_is_left_over, folder.parent.glob(f"{_PREFIX}*")):
-        if left.name.endswith(f"-{folder.name[-_KEPT_CHARACTERS:]}") and left.is_dir() and not left.is_symlink():
-            shutil.rmtree(left, ignore_errors=True)
+    for entry in filter(_is_abandoned, folder.parent.glob(f"{_TEMP_PREFIX}*")):
+        if entry.name.endswith(f"-{folder.name[-_MAX_NAME_TAIL:]}") and entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry, ignore_errors=True)
     partial.mkdir()
     try:
         yield partial
@@ -142,7 +142,7 @@ def read_folder(folder: Path) -> dict[str, bytes]:
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes what `read_folder` returned, all or nothing.
+    """Writes files as `read_folder` returns them, all or nothing.
 
     Raises:
         InputError: if it cannot be written.
@@ -156,8 +156,8 @@ def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def _partial(path: Path) -> Path:
-    """Where something is written until it replaces `path`."""
-    return path.with_name(f"{_PREFIX}{_HOST}-{os.getpid()}-{path.name[-_KEPT_CHARACTERS:]}")
+    """Path of a file or folder that is written until it replaces `path`."""
+    return path.with_name(f"{_TEMP_PREFIX}{_HOST_NAME}-{os.getpid()}-{path.name[-_MAX_NAME_TAIL:]}")
 
 
 def writable_folder(path: Path) -> Path:
@@ -167,24 +167,24 @@ def writable_folder(path: Path) -> Path:
         InputError: if the folder cannot be made or written to.
     """
     _try_writing("folder", path, path, "probe")
-    _remove_left_over(path)
+    _remove_abandoned(path)
     return path
 
 
-def _remove_left_over(folder: Path) -> None:
+def _remove_abandoned(folder: Path) -> None:
     """Removes only files that killed processes of this machine left half written, see `atomic_file`."""
     with os.scandir(folder) as entries:
-        left = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_left_over(Path(entry))]
-    for entry in left:
+        abandoned = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_abandoned(Path(entry))]
+    for entry in abandoned:
         with suppress(OSError):  # another user's
             os.unlink(entry)
 
 
-def _is_left_over(path: Path) -> bool:
-    """Whether a name is one of `_partial`, of a process of this machine that has ended."""
-    host, _, rest = path.name.removeprefix(_PREFIX).partition("-")
+def _is_abandoned(path: Path) -> bool:
+    """Whether a path is a `_partial` one of a process of this machine that has ended."""
+    host, _, rest = path.name.removeprefix(_TEMP_PREFIX).partition("-")
     pid, _, _ = rest.partition("-")
-    return path.name.startswith(_PREFIX) and host == _HOST and pid.isdecimal() and not _is_alive(int(pid))
+    return path.name.startswith(_TEMP_PREFIX) and host == _HOST_NAME and pid.isdecimal() and not _is_alive(int(pid))
 
 
 def _is_alive(pid: int) -> bool:
@@ -300,4 +300,4 @@ def release_folders() -> None:
 
 def next_folder(folder: Path) -> Path:
     """The first of the folders 1, 2, 3 ... in a folder that does not exist."""
-    return next(found for found in (folder / str(i) for i in itertools.count(1)) if not found.exists())
+    return next(candidate for candidate in (folder / str(i) for i in itertools.count(1)) if not candidate.exists())

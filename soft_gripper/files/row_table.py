@@ -41,7 +41,7 @@ def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) 
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
-    """Reads what `write_csv` wrote from rows of type `row`, whose fields are str, bool, int or float.
+    """Reads a file written by `write_csv`, as rows of type `row` with fields of str, bool, int or float.
 
     Raises:
         InputError: if the file is missing, has no rows, or contains anything else.
@@ -49,7 +49,7 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
     names = columns(row)
     try:
         records = list(csv.DictReader(StringIO(read_text(path, MAX_BYTES))))
-        rows = [of_cells([record[name] for name in names], row) for record in records]
+        rows = [row_from_cells([record[name] for name in names], row) for record in records]
     except (KeyError, TypeError, ValueError, csv.Error) as error:
         if isinstance(error, InputError):
             raise
@@ -69,7 +69,7 @@ def cells(row: Any) -> list[str]:
     return [_text(value) for value in astuple(row)]
 
 
-def of_cells(texts: Sequence[str], row: type[Row]) -> Row:
+def row_from_cells(texts: Sequence[str], row: type[Row]) -> Row:
     """The row with these cells; raises a ValueError if they do not fit."""
     kinds = get_type_hints(row)
     return row(*(_value(text, kinds[name]) for text, name in zip(texts, columns(row), strict=True)))
@@ -107,11 +107,11 @@ def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Seq
         title: a line above the table.
     """
     records = [*map(list, rows)]
-    known = [not records or any(not _is_nan(record[i]) for record in records) for i in range(len(forms))]
+    has_values = [not records or any(not _is_nan(record[i]) for record in records) for i in range(len(forms))]
     columns = [
-        _Column(heading, form, [_shown(record[i], form) for record in records])
+        _Column(heading, form, [_cell_text(record[i], form) for record in records])
         for i, (heading, form) in enumerate(zip(headings, forms, strict=True))
-        if known[i]
+        if has_values[i]
     ]
     if _width(columns) > WIDTH:
         columns = [column.narrow() for column in columns]
@@ -120,7 +120,7 @@ def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Seq
 
 
 WIDTH = 100  # of a printed table
-_GAP = 2
+_COLUMN_GAP = 2
 
 
 class _Column:
@@ -143,11 +143,11 @@ class _Column:
 
 
 def _width(columns: Sequence[_Column]) -> int:
-    return sum(column.width + _GAP for column in columns) - _GAP
+    return sum(column.width + _COLUMN_GAP for column in columns) - _COLUMN_GAP
 
 
 def _blocks(columns: Sequence[_Column]) -> list[list[_Column]]:
-    """The columns in blocks that fit WIDTH, each of which begins with the columns of text that begin the table."""
+    """Blocks of columns that fit WIDTH; each begins with the leading text columns of the table."""
     names = [*itertools.takewhile(lambda column: column.side == "<", columns)]
     blocks, rest = [[*names]], columns[len(names) :]
     for column in rest:
@@ -159,7 +159,7 @@ def _blocks(columns: Sequence[_Column]) -> list[list[_Column]]:
 
 def _lines(columns: Sequence[_Column]) -> list[str]:
     heights = max(len(column.heading) for column in columns)
-    parts = [[*[""] * (heights - len(each.heading)), *each.heading] for each in columns]
+    parts = [[*[""] * (heights - len(column.heading)), *column.heading] for column in columns]
     if any(column.unit for column in columns):
         parts = [[*part, column.unit] for part, column in zip(parts, columns, strict=True)]
     texts = [[*part, *column.cells] for part, column in zip(parts, columns, strict=True)]
@@ -177,7 +177,7 @@ def _is_nan(cell: Any) -> bool:
     return isinstance(cell, float) and math.isnan(cell)
 
 
-def _shown(cell: Any, form: str) -> str:
+def _cell_text(cell: Any, form: str) -> str:
     """A cell as it is printed; zero has no sign."""
     if _is_nan(cell):
         return "-"

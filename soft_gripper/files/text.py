@@ -32,7 +32,7 @@ def check_regular(path: Path, max_bytes: int | None = None) -> None:
     Raises:
         InputError: if there is none, it is not regular, it is too large, or a pointer of Git LFS is in its place.
     """
-    _read(path, len(_LFS_POINTER), max_bytes)
+    _read_beginning(path, len(_LFS_POINTER), max_bytes)
 
 
 def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
@@ -41,7 +41,7 @@ def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
     Raises:
         InputError: as `check_regular`, or if the file cannot be read.
     """
-    data = _read(path, max_bytes + 1, max_bytes)
+    data = _read_beginning(path, max_bytes + 1, max_bytes)
     _check_size(path, len(data), max_bytes)  # some files of /proc say that they are empty
     return data
 
@@ -52,10 +52,10 @@ def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
     Raises:
         InputError: as `read_bytes`, or if it is not text.
     """
-    return decoded(path, read_bytes(path, max_bytes))
+    return decode(path, read_bytes(path, max_bytes))
 
 
-def _read(path: Path, count: int, max_bytes: int | None) -> bytes:
+def _read_beginning(path: Path, count: int, max_bytes: int | None) -> bytes:
     """The first `count` bytes of a file, which is checked."""
     try:
         size = os.stat(path).st_size  # reports what is wrong, such as a loop of symlinks
@@ -78,7 +78,7 @@ def _read(path: Path, count: int, max_bytes: int | None) -> bytes:
 
 
 def _open_without_waiting(path: str, flags: int) -> int:
-    """Opens a file of which no read waits: some of /proc are regular, and wait for data."""
+    """Opens a file so that no read waits: some of /proc are regular, and wait for data."""
     return os.open(path, flags | os.O_NONBLOCK)
 
 
@@ -87,7 +87,7 @@ def _check_size(path: Path, size: int, max_bytes: int | None) -> None:
         raise InputError(path, "size", size, f"give a file of at most {max_bytes} bytes")
 
 
-_MARKS = (  # those of UTF-32 begin like those of UTF-16
+_BYTE_ORDER_MARKS = (  # those of UTF-32 begin like those of UTF-16
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
     (codecs.BOM_UTF32_BE, "utf-32"),
@@ -96,7 +96,7 @@ _MARKS = (  # those of UTF-32 begin like those of UTF-16
 )
 
 
-def decoded(path: Path, data: bytes, encoding: str | None = None, fallback: str | None = None) -> str:
+def decode(path: Path, data: bytes, encoding: str | None = None, fallback: str | None = None) -> str:
     """Bytes of a file as text.
 
     Args:
@@ -108,16 +108,16 @@ def decoded(path: Path, data: bytes, encoding: str | None = None, fallback: str 
     Raises:
         InputError: if they are not text.
     """
-    marked = next((name for mark, name in _MARKS if data.startswith(mark)), "utf-8")
+    marked_encoding = next((name for mark, name in _BYTE_ORDER_MARKS if data.startswith(mark)), "utf-8")
     if len(data) > 3 and not data[1:64:2].strip(b"\0") and data[0]:
-        marked = "utf-16-le"  # as some write it, without a mark
-    tried = [encoding or marked]
+        marked_encoding = "utf-16-le"  # as some write it, without a mark
+    candidates = [encoding or marked_encoding]
     if fallback is not None and encoding is None and b"\0" not in data:
-        tried.append(fallback)
-    for each in tried:
+        candidates.append(fallback)
+    for candidate in candidates:
         try:
             # A log may end within a character. Newlines of all systems are one.
-            text = codecs.getincrementaldecoder(each)().decode(data, final=fallback is None)
+            text = codecs.getincrementaldecoder(candidate)().decode(data, final=fallback is None)
             return text.replace("\r\n", "\n").replace("\r", "\n")
         except UnicodeDecodeError:
             continue

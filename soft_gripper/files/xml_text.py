@@ -17,12 +17,12 @@ MAX_CHARACTERS = 2**23  # many times as long as any model, but for one with all 
 _MAX_WORD = 4096  # characters of names, as of a path; Drake's parsers recur for each character
 _MAX_PREFIXES = 100  # without a declaration
 _MAX_ATTRIBUTES = 200  # of an element
-_NAMES = ("name", "model")  # may be numbers
-_NUMBERS = re.compile(r"[-+.\deE\s]*")
-_COMMENT = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
-_PREFIX = re.compile(r"(?<=[<\s/])([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
-_ROOT = re.compile(r"<[A-Za-z_][\w:.-]*")
-_UNNAMED = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
+_TEXT_ATTRIBUTES = ("name", "model")  # may be numbers
+_NUMBERS_PATTERN = re.compile(r"[-+.\deE\s]*")
+_COMMENT_PATTERN = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
+_PREFIX_PATTERN = re.compile(r"(?<=[<\s/])([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
+_ROOT_PATTERN = re.compile(r"<[A-Za-z_][\w:.-]*")
+_DEFAULT_NAMESPACE_PATTERN = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -43,32 +43,36 @@ def parse_xml(where: Path | str, text: str) -> ET.Element:
     if len(text) > MAX_CHARACTERS:
         expected = f"has {len(text)} characters; give at most {MAX_CHARACTERS}, and meshes as files of their own"
         raise InputError(where, "file", Path(where).name, expected)
-    text = _UNNAMED.sub("", text.lstrip())
+    text = _DEFAULT_NAMESPACE_PATTERN.sub("", text.lstrip())
     try:
-        return _parsed(where, text)
+        return _parse(where, text)
     except ET.ParseError as error:
         try:
-            return _parsed(where, _forgiven(where, text))
+            return _parse(where, _repair(where, text))
         except ET.ParseError:
             raise InputError(where, "file", Path(where).name, f"is not well-formed XML: {error}") from None
     except UnicodeEncodeError:
         raise InputError(where, "file", Path(where).name, "is not well-formed XML: it holds half characters") from None
 
 
-def _parsed(where: Path | str, text: str) -> ET.Element:
+def _parse(where: Path | str, text: str) -> ET.Element:
     return ET.fromstring(text, ET.XMLParser(target=_Builder(where)))
 
 
-def _forgiven(where: Path | str, text: str) -> str:
+def _repair(where: Path | str, text: str) -> str:
     """XML text without comments, but with their lines, and with a declaration of each prefix that has none."""
-    text = _COMMENT.sub(lambda comment: "\n" * comment[0].count("\n") if comment[0].endswith("-->") else "<", text)
-    prefixes = sorted(set(_PREFIX.findall(text)) - {"xml", "xmlns"} - set(re.findall(r"\sxmlns:([\w.-]+)\s*=", text)))
+    text = _COMMENT_PATTERN.sub(
+        lambda comment: "\n" * comment[0].count("\n") if comment[0].endswith("-->") else "<", text
+    )
+    prefixes = sorted(
+        set(_PREFIX_PATTERN.findall(text)) - {"xml", "xmlns"} - set(re.findall(r"\sxmlns:([\w.-]+)\s*=", text))
+    )
     if len(prefixes) > _MAX_PREFIXES:
         expected = f"is one of more than {_MAX_PREFIXES} prefixes without a declaration; declare them by xmlns"
         raise InputError(where, "prefix", prefixes[0], expected)
     uris = {"drake": DRAKE.strip("{}")}
     declared = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
-    return _ROOT.sub(lambda root: root[0] + declared, text, count=1)
+    return _ROOT_PATTERN.sub(lambda root: root[0] + declared, text, count=1)
 
 
 class _Builder(ET.TreeBuilder):
@@ -91,9 +95,9 @@ class _Builder(ET.TreeBuilder):
         self._check_length(tag, tag)
         for name, value in attrs.items():
             self._check_length(f"{tag}.{name}", name)
-            if name in _NAMES or _NUMBERS.fullmatch(value) is None:
+            if name in _TEXT_ATTRIBUTES or _NUMBERS_PATTERN.fullmatch(value) is None:
                 self._check_length(f"{tag}.{name}", value)
-        return super().start(_of_drake(tag), attrs)
+        return super().start(_drake_tag(tag), attrs)
 
     def _check_length(self, field: str, word: str) -> None:
         if len(word) > _MAX_WORD:
@@ -101,10 +105,10 @@ class _Builder(ET.TreeBuilder):
 
     def end(self, tag: str) -> ET.Element:
         self._depth -= 1
-        return super().end(_of_drake(tag))
+        return super().end(_drake_tag(tag))
 
 
-def _of_drake(tag: str) -> str:
+def _drake_tag(tag: str) -> str:
     """A tag, in Drake's namespace if a file has that by another name, such as drake.mit.edu."""
     uri, _, name = tag.rpartition("}")
     return DRAKE + name if uri.endswith("drake.mit.edu") else tag
@@ -136,8 +140,8 @@ def check_counts(where: object, model: ET.Element) -> None:
 
 
 LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
-_NUMBER = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
-_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
+_NUMBER_PATTERN = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
+_COUNT_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
 
 
 def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:
@@ -152,8 +156,8 @@ def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[fl
         InputError: if it contains anything else, or another number of them.
     """
     words = text.split()
-    if any(_NUMBER.fullmatch(word) is None for word in words) or (counts and len(words) not in counts):
-        expected = " or ".join(_WORDS.get(count, f"{count} numbers") for count in counts if count) or "numbers"
+    if any(_NUMBER_PATTERN.fullmatch(word) is None for word in words) or (counts and len(words) not in counts):
+        expected = " or ".join(_COUNT_WORDS.get(count, f"{count} numbers") for count in counts if count) or "numbers"
         raise InputError(where, field, text, f"give {expected}")
     return tuple(map(float, words))
 

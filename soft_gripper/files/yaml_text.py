@@ -18,7 +18,7 @@ _MAX_SCALAR = 50_000  # characters of a value
 _MAX_DEPTH = 40  # mappings and lists inside each other
 _MAX_VALUES = 40_000  # those of an alias count every time
 _MAX_NUMBER = 2**63  # of whole numbers
-_TAGS = ("!Rpy", "!AngleAxis", "!Identity")  # Drake's, of poses; others are of random quantities
+_POSE_TAGS = ("!Rpy", "!AngleAxis", "!Identity")  # Drake's, of poses; others are of random quantities
 
 
 def read_yaml(path: Path) -> Any:
@@ -34,11 +34,11 @@ def parse_yaml(where: Path | str, text: str) -> Any:
     Raises:
         InputError: if the text is not YAML, contains anything else, repeats a key, or is nested or repeated too deeply.
     """
-    return copy.deepcopy(_parsed(where, text))
+    return copy.deepcopy(_parse(where, text))
 
 
 @lru_cache(maxsize=16)  # a sweep reads the same file for every run
-def _parsed(where: Path | str, text: str) -> Any:
+def _parse(where: Path | str, text: str) -> Any:
     name = Path(where).name
     if len(text) > _MAX_TEXT:
         raise InputError(where, "length", len(text), f"give no more than {_MAX_TEXT} characters")
@@ -107,7 +107,7 @@ class _Loader(yaml.SafeLoader):
 
 
 def _check_number(where: Path | str, node: yaml.ScalarNode) -> None:
-    """Checks that what YAML takes for a number is one to everybody: not 1_0, 0x10, octal 010, or 1:30 of base 60."""
+    """Checks that a number of YAML is decimal: not 1_0, 0x10, octal 010, or 1:30 of base 60."""
     kind, size = node.tag.rpartition(":")[2], node.value.lower().lstrip("+-")
     if node.style is not None or kind not in ("int", "float") or size in (".inf", ".nan"):
         return
@@ -116,11 +116,11 @@ def _check_number(where: Path | str, node: yaml.ScalarNode) -> None:
         raise InputError(where, "number", node.value, "give a decimal number, such as 10 or 1.5; put text in quotes")
 
 
-def _tagged(loader: _Loader, tag: str, node: yaml.Node) -> dict[Any, Any]:
+def _construct_tagged(loader: _Loader, tag: str, node: yaml.Node) -> dict[Any, Any]:
     return loader.construct_mapping(node) | {"_tag": tag}
 
 
-_Loader.add_multi_constructor("", _tagged)
+_Loader.add_multi_constructor("", _construct_tagged)
 
 
 def _check_plain(where: Path | str, value: Any, field: str) -> None:
@@ -129,8 +129,8 @@ def _check_plain(where: Path | str, value: Any, field: str) -> None:
             if not isinstance(key, str):
                 raise InputError(where, field or "key", key, "give text as the key; put it in quotes")
             _check_plain(where, item, f"{field}.{key}" if field else key)
-        if value.get("_tag", _TAGS[0]) not in _TAGS:
-            raise InputError(where, field, value["_tag"], f"no such tag here; known: {', '.join(_TAGS)}")
+        if value.get("_tag", _POSE_TAGS[0]) not in _POSE_TAGS:
+            raise InputError(where, field, value["_tag"], f"no such tag here; known: {', '.join(_POSE_TAGS)}")
     elif isinstance(value, list):
         for i, item in enumerate(value):
             _check_plain(where, item, f"{field}[{i}]")

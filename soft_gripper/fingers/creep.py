@@ -66,8 +66,8 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
             the same twice for angles that are held. Those of a finger with a pressure law divided by its softening.
         period: s.
     """
-    kept, of_before, of_after = recursion(branches, period)
-    later: Array = kept * z + of_before * before[..., None, :] + of_after * after[..., None, :]
+    kept, before_gain, after_gain = recursion(branches, period)
+    later: Array = kept * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
     return later
 
 
@@ -138,7 +138,7 @@ class CreepTorque(LinearSystem):
 
 
 class PressureSoftening(Diagram):
-    """How much further a finger bends with its pressure law, P(p) / p; see `PressureLaw.softening`.
+    """Ratio of the bend with a finger's pressure law to that without, P(p) / p; see `PressureLaw.softening`.
 
     ::
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.torsion import Rectangle, torsional_stiffness
-from soft_gripper.quantity import Misfit, quantity, valid
+from soft_gripper.quantity import Violation, quantity, valid
 
 SIZES = (1e-9, 1e12)  # range of nonzero parameters of a finger; beyond it, derived quantities would overflow
 Quantity = Array | float  # at one or several positions along the finger
@@ -98,7 +98,7 @@ class CrossSection:
 
     @cached_property
     def neutral_axis(self) -> Quantity:
-        """Neutral axis, whose length does not change in bending: m, along x from the middle of the outer section."""
+        """Axis that keeps its length in bending, m along x from the middle of the outer section."""
         return sum(E * w * t * x for E, w, t, x, _ in self._parts) / self.stretch_stiffness
 
     @cached_property
@@ -131,7 +131,7 @@ class CrossSection:
 
     @cached_property
     def chamber_eccentricity(self) -> Quantity:
-        """From the chamber's centroid to the neutral axis, m; positive where pressure closes the finger."""
+        """Distance from the chamber's centroid to the neutral axis, m; positive where pressure closes the finger."""
         return self.neutral_axis - self.chamber_center
 
     @property
@@ -169,7 +169,7 @@ class CrossSection:
             "inner": self.thickness / 2 - middle - half - self.layer_thickness,
         }
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         """Dimensions that cannot be moulded: field, value, and the valid range."""
         if (self.chamber_width == 0) != (self.chamber_thickness == 0):
             yield "chamber_width", self.chamber_width, "a chamber has a width and a thickness, a solid section neither"

@@ -27,14 +27,14 @@ from soft_gripper.fingers.finger_parts import (
 )
 from soft_gripper.fingers.paths import Chamber, Path, PathsOnChain, Tendon, length_gradients, paths_on_chain
 from soft_gripper.piecewise_linear import PiecewiseLinear
-from soft_gripper.quantity import Misfit, quantity, valid
+from soft_gripper.quantity import Violation, quantity, valid
 
-_ROUNDING = 1e-9  # m
-_MOST_SEGMENTS = 500
+_LENGTH_TOLERANCE = 1e-9  # m
+_MAX_SEGMENTS = 500
 _MAX_THICKNESS = 1000  # lengths of a segment; joints are drawn with as many cylinders
-_WIDTHS = ("thickness", "width")  # of a chamber, along x and along y
-_ON_STEP = 1e-9  # share of the length, within which a place is at a step, however it is rounded
-_LEAST_SECTION_SPACING = 1e-6  # share of the length, the least distance between sections that are not a step
+_CHAMBER_SIZES = ("thickness", "width")  # of a chamber, along x and along y
+_STEP_TOLERANCE = 1e-9  # share of the length, within which a place is at a step, however it is rounded
+_MIN_SECTION_SPACING = 1e-6  # share of the length, the least distance between sections that are not a step
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Finger:
     base: CrossSection
     tip: CrossSection
     sensor_spacing: float = field(metadata=valid("m", above=0, sizes=SIZES))  # of inner and outer sensor path (Delta_R)
-    segments: int = quantity(12, least=1, most=_MOST_SEGMENTS)
+    segments: int = quantity(12, least=1, most=_MAX_SEGMENTS)
     relaxation_time: float = quantity(0.015, "s", least=0, sizes=SIZES)  # Kelvin-Voigt: damping over stiffness
     contact: ContactMaterial = field(default_factory=ContactMaterial)
     elastic_law: ElasticLaw | None = None  # instead of E I times curvature
@@ -75,10 +75,10 @@ class Finger:
 
     @property
     def unnamed(self) -> tuple[Any, ...]:
-        """Equal for fingers that differ by nothing but their names."""
-        return tuple(getattr(self, each.name) for each in fields(self) if each.name != "name")
+        """Key for a cache: equal for fingers that differ by nothing but their names."""
+        return tuple(getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "name")
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
         yield from self._misplaced_sections()
         thickness = max(float(section.thickness) for section in self.cross_sections)
@@ -88,9 +88,9 @@ class Finger:
         inner, outer = self.sensor_offsets
         for place, section in zip(self.places, self.cross_sections, strict=True):
             beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
-            if beyond > _ROUNDING:
-                at = {0.0: "its base", 1.0: "its tip"}.get(place, f"{place:g} of its length")
-                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at {at}; give less"
+            if beyond > _LENGTH_TOLERANCE:
+                location = {0.0: "its base", 1.0: "its tip"}.get(place, f"{place:g} of its length")
+                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at {location}; give less"
                 yield "sensor_spacing", self.sensor_spacing, expected
         shares = [branch.share for branch in self.creep]
         if sum(shares) >= 1:
@@ -101,20 +101,20 @@ class Finger:
         if self.takes_stiffness and (self.elastic_law or self.pressures != 1 or self.yields != ("bending",)):
             expected = "leave it out: only a linear finger that bends in its plane alone, by one pressure, has it"
             yield "pressure_law.stiffness_taken", self.pressure_law and self.pressure_law.stiffness_taken, expected
-        yield from self._rigid_misfits()
-        yield from self._path_misfits()
+        yield from self._rigid_violations()
+        yield from self._path_violations()
 
-    def _misplaced_sections(self) -> Iterator[Misfit]:
-        for i, (before, at) in enumerate(pairwise(self.places[:-1])):
-            if at < before or 0 < at - before < _LEAST_SECTION_SPACING:
-                apart = f"{_LEAST_SECTION_SPACING:g} apart or at one place"
+    def _misplaced_sections(self) -> Iterator[Violation]:
+        for i, (before, position) in enumerate(pairwise(self.places[:-1])):
+            if position < before or 0 < position - before < _MIN_SECTION_SPACING:
+                apart = f"{_MIN_SECTION_SPACING:g} apart or at one place"
                 expected = f"give sections in order, {apart}; the one before is at {before:g}"
-                yield f"sections[{i}].at", at, expected
-            if self.places[: i + 2].count(at) > 2:
-                yield f"sections[{i}].at", at, "give one section at a place, or two for a step"
+                yield f"sections[{i}].at", position, expected
+            if self.places[: i + 2].count(position) > 2:
+                yield f"sections[{i}].at", position, "give one section at a place, or two for a step"
 
-    def _rigid_misfits(self) -> Iterator[Misfit]:
-        """Rules broken by the ways in which the finger yields, and by what these need."""
+    def _rigid_violations(self) -> Iterator[Violation]:
+        """Violations by the ways in which the finger yields, and by the parameters that these need."""
         layers = [section for section in self.cross_sections if section.layer_thickness > 0]
         given, moduli = " ".join(self.yields), [float(layer.layer_shear_modulus) for layer in layers]
         if "bending" not in self.yields or len(set(self.yields)) < len(self.yields):
@@ -131,40 +131,43 @@ class Finger:
             expected = "give it in every section with a layer, or in none: between them it is interpolated"
             yield "layer_shear_modulus", max(moduli), expected
 
-    def _path_misfits(self) -> Iterator[Misfit]:
-        """Rules broken by chambers and tendons: names, places off the section, chambers that meet or lack a mirror."""
+    def _path_violations(self) -> Iterator[Violation]:
+        """Violations by chambers and tendons: names, points off the section, chambers that overlap or lack a mirror."""
         names = [path.name for path in (*self.chambers, *self.tendons)]
         for path in (*self.chambers, *self.tendons):
             kind = "chamber" if isinstance(path, Chamber) else "tendon"
             if names.count(path.name) > 1:
                 yield f"{kind}.name", path.name, "appears more than once"
-            yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self.beyond(path))
+            yield from ((f"{kind}.{field}", value, expected) for field, value, expected in self.path_violations(path))
         if self.chambers and max(float(section.chamber_area) for section in self.cross_sections) > 0:
             yield "chamber", names[0], "leave out chamber_width and chamber_thickness of the sections, or <chamber>"
-        if self.creep and any(self.laws) and (len(self.chambers) > 1 or any(of.law for of in self.chambers)):
+        if self.creep and any(self.laws) and (len(self.chambers) > 1 or any(chamber.law for chamber in self.chambers)):
             yield "creep", self.creep, "only a finger with one chamber, and a pressure law of its own, creeps with one"
         if self.shear_factor > 0 and names:
             yield "shear_factor", self.shear_factor, "leave it out: a finger with chambers or tendons does not shear"
         for s in {s for chamber in self.chambers for s in self._stations(chamber)}:
             holes = self._holes(s)
-            off_plane = [hole for hole in holes if float(hole.area) > 0 and abs(float(hole.y)) > _ROUNDING]
-            if any(not any(_mirror(hole, other) for other in off_plane) for hole in off_plane):
+            off_plane = [hole for hole in holes if float(hole.area) > 0 and abs(float(hole.y)) > _LENGTH_TOLERANCE]
+            if any(not any(_are_mirrored(hole, other) for other in off_plane) for hole in off_plane):
                 yield "chamber.y", [float(hole.y) for hole in holes], "give a chamber at -y for each at y, and as wide"
-            if any(_meet(one, other) for i, one in enumerate(holes) for other in holes[:i]):
+            if any(_overlap(one, other) for i, one in enumerate(holes) for other in holes[:i]):
                 yield "chamber.x", [float(hole.x) for hole in holes], f"chambers overlap at {1e3 * s:.3g} mm"
 
-    def beyond(self, path: Path) -> Iterator[Misfit]:
-        """Where a path, or the chamber along it, leaves the section: the first misfit, of the path's own fields."""
+    def path_violations(self, path: Path) -> Iterator[Violation]:
+        """The first violation, by field, where a path or the chamber along it leaves the section."""
         for s in self._stations(path):
-            section, (x, y) = self.section(s), (float(path.along(name, s, self.length)) for name in "xy")
-            t, w = (float(path.along(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0 for n in _WIDTHS)
+            section, (x, y) = self.section(s), (float(path.value_at(name, s, self.length)) for name in "xy")
+            t, w = (
+                float(path.value_at(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0
+                for n in _CHAMBER_SIZES
+            )
             half = float(section.thickness) / 2
             room = half - float(section.layer_thickness) if isinstance(path, Chamber) else half
-            if not (x + t <= room + _ROUNDING and t - x <= half + _ROUNDING):
+            if not (x + t <= room + _LENGTH_TOLERANCE and t - x <= half + _LENGTH_TOLERANCE):
                 expected = f"leaves the section at {1e3 * s:.3g} mm, where x runs from {-half:.3g} to {room:.3g} m"
                 yield "x", path.x, expected
                 return
-            if abs(y) + w > float(section.width) / 2 + _ROUNDING:
+            if abs(y) + w > float(section.width) / 2 + _LENGTH_TOLERANCE:
                 expected = f"leaves the section at {1e3 * s:.3g} mm, which is {float(section.width):.3g} m wide"
                 yield "y", path.y, expected
                 return
@@ -183,12 +186,12 @@ class Finger:
 
     @property
     def cross_sections(self) -> tuple[CrossSection, ...]:
-        """All that are given, from the base to the tip."""
+        """Given cross-sections, base to tip."""
         return (self.base, *self.sections, self.tip)
 
     @property
     def places(self) -> tuple[float, ...]:
-        """Where these are, as shares of the length, from 0 to 1."""
+        """Positions of the cross-sections, as fractions of the length, from 0 to 1."""
         return (0.0, *(section.at for section in self.sections), 1.0)
 
     def with_sections(self, change: Callable[[Any], Any], **others: Any) -> "Finger":
@@ -201,28 +204,32 @@ class Finger:
 
         At a step it is the one beyond.
         """
-        along, (places, given) = np.asarray(s) / self.length, self._given
-        piece = np.clip(np.searchsorted(places, along + _ON_STEP) - 1, 0, len(places) - 2)
-        share = (along - places[piece]) / (places[piece + 1] - places[piece])
-        numbers = {name: each[piece] + (each[piece + 1] - each[piece]) * share for name, each in given.items()}
+        position = np.asarray(s) / self.length
+        places, parameters = self._section_parameters
+        piece = np.clip(np.searchsorted(places, position + _STEP_TOLERANCE) - 1, 0, len(places) - 2)
+        fraction = (position - places[piece]) / (places[piece + 1] - places[piece])
+        numbers = {
+            name: values[piece] + (values[piece + 1] - values[piece]) * fraction for name, values in parameters.items()
+        }
         return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
 
     @cached_property
-    def _given(self) -> tuple[Array, dict[str, Any]]:
-        """Where the cross-sections are, as shares of the length, and their parameters there."""
+    def _section_parameters(self) -> tuple[Array, dict[str, Any]]:
+        """Positions of the cross-sections, as fractions of the length, and the values of each parameter there."""
         names = [part.name for part in fields(CrossSection)]
         given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
         return np.array(self.places), given
 
     def _holes(self, s: Array | float) -> tuple[Hole, ...]:
         """The chambers at arc lengths `s`, m."""
-        s, found = np.asarray(s), []
+        s = np.asarray(s)
+        holes = []
         for chamber in self.chambers:
             first, last = (self.length * end for end in (chamber.at[0], chamber.at[-1]))
-            there = (s > first - _ROUNDING) & (s < last + _ROUNDING)
-            numbers = {name: chamber.along(name, s, self.length) for name in ("width", "thickness", "x", "y")}
-            found.append(Hole(there * numbers["width"], there * numbers["thickness"], numbers["x"], numbers["y"]))
-        return tuple(found)
+            there = (s > first - _LENGTH_TOLERANCE) & (s < last + _LENGTH_TOLERANCE)
+            numbers = {name: chamber.value_at(name, s, self.length) for name in ("width", "thickness", "x", "y")}
+            holes.append(Hole(there * numbers["width"], there * numbers["thickness"], numbers["x"], numbers["y"]))
+        return tuple(holes)
 
     def on_chain(self, paths: Sequence[Path]) -> PathsOnChain:
         """Paths of this finger, at the segments of its chain."""
@@ -230,7 +237,7 @@ class Finger:
         return paths_on_chain(paths, np.asarray(self.section(ends).neutral_axis), self.segment_length)
 
     @cached_property
-    def _at_joints(self) -> CrossSection:
+    def _joint_sections(self) -> CrossSection:
         return self.section(self.joint_arc_lengths)
 
     @property
@@ -248,32 +255,32 @@ class Finger:
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
     def ways(self, segment: int) -> tuple[str, ...]:
-        """In which ways the chain yields in the middle of a segment, from the base to the tip."""
+        """Names of the joints in the middle of a segment, from the base to the tip, by the way in which each yields."""
         return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
 
     @property
     def driven_ways(self) -> tuple[str, ...]:
-        """In which pressures and tendons drive the joints: a chamber of the sections bends and stretches."""
+        """Ways of yielding that pressures and tendons drive: a chamber of the sections bends and stretches."""
         return self.yields if self.chambers or self.tendons else tuple({"bending", "stretch"} & {*self.yields})
 
     @cached_property
     def stiffness(self) -> Array:
         """Bending stiffness of every joint, k_i = E I(s_i) / ds, N m/rad, shape (N,)."""
-        return np.asarray(self._at_joints.bending_stiffness) / self.segment_length
+        return np.asarray(self._joint_sections.bending_stiffness) / self.segment_length
 
     @cached_property
     def shear_stiffness(self) -> Array:
         """Stiffness of every joint across its link, kappa G A(s_i) / ds, N/m, (N,); G = E / 3 of rubber."""
-        section = self._at_joints
+        section = self._joint_sections
         return np.asarray(self.shear_factor * section.youngs_modulus / 3 * section.area) / self.segment_length
 
     @cached_property
     def stiffnesses(self) -> dict[str, Array]:
         """Stiffness of every joint in each way that it yields, N m/rad, and N/m where it slides, (N,) each."""
-        found = {"bending": self.stiffness, "shear": self.shear_stiffness}
+        stiffnesses = {"bending": self.stiffness, "shear": self.shear_stiffness}
         for way in set(self.yields) - {"bending"}:
-            found[way] = np.asarray(getattr(self._at_joints, f"{way}_stiffness")) / self.segment_length
-        return {way: found[way] for way in self.ways(0)}
+            stiffnesses[way] = np.asarray(getattr(self._joint_sections, f"{way}_stiffness")) / self.segment_length
+        return {way: stiffnesses[way] for way in self.ways(0)}
 
     def elastic_torque(self, q: Array) -> Array:
         """Elastic restoring torque at joint angles (..., N) rad, N m, (..., N)."""
@@ -304,7 +311,7 @@ class Finger:
 
     @cached_property
     def pressures(self) -> int:
-        """How many are supplied: one for each chamber."""
+        """Number of supplied pressures: one for each chamber."""
         is_pulled_alone = (
             bool(self.tendons) and max(float(section.chamber_area) for section in self.cross_sections) == 0
         )
@@ -324,7 +331,7 @@ class Finger:
 
     @property
     def tendon_axis(self) -> dict[str, list[str]]:
-        """Likewise of the tendons."""
+        """Labels of the tendons in a signal, if there are several."""
         names = [tendon.name for tendon in self.tendons]
         return {"tendon": names} if len(names) > 1 else {}
 
@@ -336,7 +343,10 @@ class Finger:
         """
         if len(self.chambers) == self.pressures:
             return self.chamber_gains({way: np.zeros(self.segments) for way in self.yields})
-        area, lever = np.asarray(self._at_joints.chamber_area), np.asarray(self._at_joints.chamber_eccentricity)
+        area, lever = (
+            np.asarray(self._joint_sections.chamber_area),
+            np.asarray(self._joint_sections.chamber_eccentricity),
+        )
         gains = {"bending": area * lever, "stretch": area}
         return {way: gains.get(way, 0 * area)[None, :] for way in self.yields}
 
@@ -354,7 +364,7 @@ class Finger:
 
     @cached_property
     def tension_gains(self) -> dict[str, Array]:
-        """Torque of every tendon per tension at every joint of the straight finger, likewise, (T, N), m."""
+        """Torque of every tendon per tension at every joint of the straight finger, by way of yielding, (T, N) m."""
         straight = {way: np.zeros(self.segments) for way in self.yields}
         return {way: -g for way, g in length_gradients(self.tendon_paths, straight).items()}
 
@@ -377,7 +387,7 @@ class Finger:
         """
         if self.pressures:
             return np.asarray(np.hypot.reduce(self.pressure_gains["bending"], axis=0))
-        section = self._at_joints
+        section = self._joint_sections
         return np.asarray(section.area * section.thickness / 16)
 
     def pressure_torque(self, pressure: Array | float) -> Array:
@@ -404,13 +414,13 @@ class Finger:
         return torque if tensions is None else torque + tensions @ self.tension_gains[way]
 
     def effective_pressure(self, pressures: Array) -> Array:
-        """With which the chamber law gives the torque, of every chamber, (..., C) Pa -> (..., C) Pa."""
+        """Pressure that gives the torque by the chamber law, of every chamber, (..., C) Pa -> (..., C) Pa."""
         if self.pressure_offset:
             pressures = pressures - self.pressure_offset
         if not any(self.laws):
             return pressures
-        each = zip(self.laws, np.moveaxis(pressures, -1, 0), strict=True)
-        return np.stack([p if law is None else law.softening(p) * p for law, p in each], axis=-1)
+        laws_and_pressures = zip(self.laws, np.moveaxis(pressures, -1, 0), strict=True)
+        return np.stack([p if law is None else law.softening(p) * p for law, p in laws_and_pressures], axis=-1)
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the torque to that without a pressure law, at pressures (...) Pa, (...)."""
@@ -420,7 +430,7 @@ class Finger:
 
     @property
     def takes_stiffness(self) -> bool:
-        """Whether pressure takes a part of its stiffness."""
+        """Whether pressure takes a part of the bending stiffness."""
         return self.pressure_law is not None and bool(self.pressure_law.stiffness_taken)
 
     def share_taken(self, pressure: Array | float) -> Array:
@@ -529,14 +539,14 @@ class Finger:
         return stiffness
 
 
-def _mirror(one: Hole, other: Hole) -> bool:
+def _are_mirrored(one: Hole, other: Hole) -> bool:
     """Whether two holes mirror each other in y."""
-    return bool(np.allclose(np.array(one) - np.array(other) * [1, 1, 1, -1], 0, atol=_ROUNDING))
+    return bool(np.allclose(np.array(one) - np.array(other) * [1, 1, 1, -1], 0, atol=_LENGTH_TOLERANCE))
 
 
-def _meet(one: Hole, other: Hole) -> bool:
+def _overlap(one: Hole, other: Hole) -> bool:
     """Whether two holes overlap."""
     (width, thickness, *_), (wide, thick, *_) = np.array(one, float), np.array(other, float)
     x, y = (np.array(one, float) - np.array(other, float))[2:]
     room = min((width + wide) / 2 - abs(y), (thickness + thick) / 2 - abs(x))
-    return bool(min(width * thickness, wide * thick) > 0 and room > _ROUNDING)
+    return bool(min(width * thickness, wide * thick) > 0 and room > _LENGTH_TOLERANCE)

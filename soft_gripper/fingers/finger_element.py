@@ -59,7 +59,7 @@ from dataclasses import MISSING, dataclass, fields
 from itertools import islice
 from typing import Any, NamedTuple, TypeVar
 
-from soft_gripper.errors import InputError, meant
+from soft_gripper.errors import InputError, suggestion
 from soft_gripper.files.xml_text import finite_numbers, read_numbers
 from soft_gripper.fingers.cross_section import CrossSection, Station
 from soft_gripper.fingers.finger import Finger
@@ -67,7 +67,7 @@ from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, Elas
 from soft_gripper.fingers.paths import Chamber, Tendon
 
 _S = TypeVar("_S", bound=CrossSection)
-_PSI = 6894.757  # Pa
+_PASCALS_PER_PSI = 6894.757  # Pa
 
 
 class Silicone(NamedTuple):
@@ -80,31 +80,31 @@ class Silicone(NamedTuple):
 
 def _from_stress_at_twice_the_length(psi: float) -> float:
     """Young's modulus, Pa, of a neo-Hookean solid with that nominal stress at 100 % strain."""
-    return 3 * psi * _PSI / (2 - 1 / 4)
+    return 3 * psi * _PASCALS_PER_PSI / (2 - 1 / 4)
 
 
-_ECOFLEX = "Smooth-On, Ecoflex Series, technical bulletin: modulus at 100 % strain"
-_CANTILEVER = "Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021"
-_CONNOLLY = "F. Connolly et al., Mechanical Programming of Soft Actuators by Varying Fiber Angle, 2015"
-_POLYGERINOS = "P. Polygerinos et al., Towards a Soft Pneumatic Glove for Hand Rehabilitation, 2013"
-_DRAGON_SKIN = "Smooth-On, Dragon Skin Series, technical bulletin"
+_ECOFLEX_SOURCE = "Smooth-On, Ecoflex Series, technical bulletin: modulus at 100 % strain"
+_CANTILEVER_SOURCE = "Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021"
+_CONNOLLY_SOURCE = "F. Connolly et al., Mechanical Programming of Soft Actuators by Varying Fiber Angle, 2015"
+_POLYGERINOS_SOURCE = "P. Polygerinos et al., Towards a Soft Pneumatic Glove for Hand Rehabilitation, 2013"
+_DRAGON_SKIN_SOURCE = "Smooth-On, Dragon Skin Series, technical bulletin"
 SILICONES = {
-    "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX} 10 psi"),
-    "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX} 12 psi"),
-    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER}: bending of a cantilever; {_DRAGON_SKIN}"),
+    "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX_SOURCE} 10 psi"),
+    "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX_SOURCE} 12 psi"),
+    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER_SOURCE}: bending of a cantilever; {_DRAGON_SKIN_SOURCE}"),
     "dragon_skin_30": Silicone(
-        _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN}: modulus at 100 % strain 86 psi"
+        _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN_SOURCE}: modulus at 100 % strain 86 psi"
     ),
     "smooth_sil_950": Silicone(
-        3 * 0.68e6, 1240.0, f"{_CONNOLLY}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
+        3 * 0.68e6, 1240.0, f"{_CONNOLLY_SOURCE}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
     ),
     "elastosil_m4601": Silicone(
-        6 * 0.11e6, 1130.0, f"{_POLYGERINOS}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
+        6 * 0.11e6, 1130.0, f"{_POLYGERINOS_SOURCE}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
     ),
 }
 
 
-_CHILDREN = {
+_CHILD_ATTRIBUTES = {
     "parent": ["link"],
     "origin": ["xyz", "rpy"],
     "body": ["length", "segments", "relaxation_time", "shear_factor", "yields"],
@@ -120,9 +120,9 @@ _CHILDREN = {
     "chamber": [f.name for f in fields(Chamber)],
     "tendon": [f.name for f in fields(Tendon)],
 }
-_PATHS = {"chamber": Chamber, "tendon": Tendon}
+_PATH_CLASSES = {"chamber": Chamber, "tendon": Tendon}
 # Names in the file of those fields of a Finger that have another name there.
-_IN_FILE = {
+_NAMES_IN_FILE = {
     "length": "body.length",
     "segments": "body.segments",
     "relaxation_time": "body.relaxation_time",
@@ -135,8 +135,8 @@ _IN_FILE = {
     "tip_load.x": "tip_load.xyz",
     "tip_load.z": "tip_load.xyz",
 }
-_REQUIRED = ("parent", "body", "base", "tip", "sensors")
-_SEVERAL = ("section", *_PATHS)
+_REQUIRED_TAGS = ("parent", "body", "base", "tip", "sensors")
+_REPEATABLE_TAGS = ("section", *_PATH_CLASSES)
 
 
 @dataclass(frozen=True)
@@ -159,12 +159,12 @@ class _Reader:
         self.name, self.where, self.element = name, f"{file}: finger '{name}'", element
         _check_names(self.where, "attribute", list(element.keys()), ["name"])
         children = [child for child in element if isinstance(child.tag, str)]  # comments have none
-        _check_names(self.where, "element", [child.tag for child in children], list(_CHILDREN))
-        for tag in _REQUIRED:
+        _check_names(self.where, "element", [child.tag for child in children], list(_CHILD_ATTRIBUTES))
+        for tag in _REQUIRED_TAGS:
             if element.find(tag) is None:
                 raise InputError(self.where, tag, None, f"the element <{tag}> is missing")
         for child in children:
-            _check_names(f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILDREN[child.tag])
+            _check_names(f"{self.where}: <{child.tag}>", "attribute", list(child.keys()), _CHILD_ATTRIBUTES[child.tag])
 
     def child(self, tag: str) -> ET.Element | None:
         """The element <tag>; with "tag[i]" one of several."""
@@ -190,15 +190,15 @@ class _Reader:
         value = "0 0 0" if child is None else child.get(attribute, "0 0 0")
         return finite_numbers(self.where, f"{tag}.{attribute}", value, 3, least=0.0)
 
-    def record(self, tag: str, cls: type, **known: float) -> Any:
-        """A dataclass whose fields are the attributes of <tag>; those with a default may be left out."""
+    def record(self, tag: str, cls: type, **values: float) -> Any:
+        """A dataclass filled from the attributes of <tag>; those with a default may be left out."""
         child = self.child(tag)
         given = set() if child is None else set(child.keys())
-        names = [f.name for f in fields(cls) if f.name not in known and (f.name in given or f.default is MISSING)]
-        return cls(**known, **{name: self.number(tag, name) for name in names})
+        names = [f.name for f in fields(cls) if f.name not in values and (f.name in given or f.default is MISSING)]
+        return cls(**values, **{name: self.number(tag, name) for name in names})
 
     def section(self, tag: str, cls: type[_S]) -> _S:
-        """A cross-section, whose silicone may be given by its name."""
+        """A cross-section; the name of a silicone may replace its properties."""
         child = self.child(tag)
         name = None if child is None else child.get("material")
         if child is None or name is None:
@@ -207,11 +207,11 @@ class _Reader:
         if name not in SILICONES:
             raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
         silicone = SILICONES[name]
-        known = {"youngs_modulus": silicone.youngs_modulus, "density": silicone.density}
-        for field in known:
+        silicone_values = {"youngs_modulus": silicone.youngs_modulus, "density": silicone.density}
+        for field in silicone_values:
             if child.get(field) is not None:
                 raise InputError(self.where, f"{tag}.{field}", child.get(field), "the material gives it; leave one out")
-        section = self.record(tag, cls, **known)
+        section = self.record(tag, cls, **silicone_values)
         return section
 
     def sections(self) -> tuple[Station, ...]:
@@ -229,7 +229,7 @@ class _Reader:
 
     def columns(self, tag: str) -> list[tuple[float, ...]]:
         """The attributes of <tag>, each a list of numbers."""
-        return [self.numbers(tag, attribute) for attribute in _CHILDREN[tag]]
+        return [self.numbers(tag, attribute) for attribute in _CHILD_ATTRIBUTES[tag]]
 
     def creep(self) -> tuple[CreepBranch, ...]:
         if self.element.find("creep") is None:
@@ -243,7 +243,11 @@ class _Reader:
         child = self.element.find("pressure_law")
         if child is None:
             return None
-        names = [name for name in _CHILDREN["pressure_law"] if name != "stiffness_taken" or child.get(name) is not None]
+        names = [
+            name
+            for name in _CHILD_ATTRIBUTES["pressure_law"]
+            if name != "stiffness_taken" or child.get(name) is not None
+        ]
         return PressureLaw(*(self.numbers("pressure_law", name) for name in names))
 
     def tip_load(self) -> TipLoad | None:
@@ -256,7 +260,8 @@ class _Reader:
 
     def paths(self, tag: str) -> tuple[Any, ...]:
         """The chambers, or the tendons."""
-        cls, found = _PATHS[tag], []
+        cls = _PATH_CLASSES[tag]
+        paths = []
         for child in self.element.findall(tag):
             given: dict[str, Any] = {"name": child.get("name", "")}
             for part in fields(cls):
@@ -267,24 +272,24 @@ class _Reader:
                 if text is not None and part.name != "name":
                     numbers = finite_numbers(where, part.name, text, *([1] if is_number else []))
                     given[part.name] = numbers[0] if is_number else numbers
-            found.append(cls(**given))
-        return tuple(found)
+            paths.append(cls(**given))
+        return tuple(paths)
 
     def body(self) -> dict[str, Any]:
         body = self.element.find("body")
         assert body is not None
-        numbers = [name for name in _CHILDREN["body"] if name != "yields"]
+        numbers = [name for name in _CHILD_ATTRIBUTES["body"] if name != "yields"]
         given = [name for name in numbers if name == "length" or body.get(name) is not None]
-        found = {name: self.number("body", name, int if name == "segments" else float) for name in given}
+        values = {name: self.number("body", name, int if name == "segments" else float) for name in given}
         ways = body.get("yields")
-        return found if ways is None else found | {"yields": tuple(ways.split())}
+        return values if ways is None else values | {"yields": tuple(ways.split())}
 
 
-def _check_names(where: str, kind: str, names: list[str], known: list[str]) -> None:
+def _check_names(where: str, kind: str, names: list[str], valid_names: list[str]) -> None:
     for name in names:
-        if name not in known:
-            raise InputError(where, kind, name, f"not known here; {meant(name, known)}")
-        if names.count(name) > 1 and name not in _SEVERAL:
+        if name not in valid_names:
+            raise InputError(where, kind, name, f"not known here; {suggestion(name, valid_names)}")
+        if names.count(name) > 1 and name not in _REPEATABLE_TAGS:
             raise InputError(where, kind, name, "appears more than once")
 
 
@@ -316,12 +321,12 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        raise InputError(f"{file}: {error.where}", _in_file(error.field), error.value, error.expected) from None
+        raise InputError(f"{file}: {error.where}", _name_in_file(error.field), error.value, error.expected) from None
 
 
-def _in_file(field: str) -> str:
+def _name_in_file(field: str) -> str:
     """The name in the file of a field of a Finger."""
     if field.startswith("sections["):
         return field.replace("sections", "section", 1)
     name = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
-    return _IN_FILE.get(name, name)
+    return _NAMES_IN_FILE.get(name, name)

@@ -17,10 +17,10 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
 
-_COLOR = "0.93 0.55 0.36 1"
+_SILICONE_COLOR = "0.93 0.55 0.36 1"
 _JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment over that of the link before
-_NARROWER = 0.994  # width of a knuckle over that of its link
-_STEEL = 7850.0  # kg/m^3
+_KNUCKLE_WIDTH_RATIO = 0.994  # width of a knuckle over that of its link
+_STEEL_DENSITY = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
 
 
@@ -69,15 +69,15 @@ class _Joint(NamedTuple):
 
 
 def _joints(finger: Finger) -> list[_Joint]:
-    """From the base to the tip."""
-    found: list[_Joint] = []
+    """Joints from the base to the tip."""
+    joints: list[_Joint] = []
     for i in range(finger.segments):
         ways = finger.ways(i)
         between = [f"{finger.name}_{way}_link_{i}" for way in ways[:-1]]
         links = [link_name(finger.name, i), *between, link_name(finger.name, i + 1)]
         heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(between)]
-        found += [_Joint(finger, i, *each) for each in zip(ways, links[:-1], links[1:], heights, strict=True)]
-    return found
+        joints += [_Joint(finger, i, *joint) for joint in zip(ways, links[:-1], links[1:], heights, strict=True)]
+    return joints
 
 
 SPRINGS = ("linear", "torsion", "implicit")
@@ -111,7 +111,7 @@ def finger_to_urdf(
     actuators = [_actuator(joint, is_implicit) for joint in driven]
     other = [
         _tip_frame(finger),
-        *_collision_filters(finger, _neighbours(finger) if touches_itself else finger.segments),
+        *_collision_filters(finger, _contact_free_links(finger) if touches_itself else finger.segments),
     ]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
     return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *other]
@@ -130,7 +130,7 @@ def _text(*values: float) -> str:
 def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.Element:
     return _element(
         "link",
-        _inertial_of_link(finger, index),
+        _link_inertial(finger, index),
         *(_visuals(finger, index) if visuals else []),
         *_skin(finger, index, points),
         name=link_name(finger.name, index),
@@ -139,7 +139,7 @@ def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.E
 
 def _visuals(finger: Finger, index: int) -> list[ET.Element]:
     """The visible shape of a link."""
-    block = _Block.of(finger, index, index)
+    block = _Block.from_links(finger, index, index)
     seen = [_element("visual", *block.box(), _material(finger))]
     if index:
         seen += _knuckles(finger, block.width, block.begin)
@@ -158,7 +158,7 @@ class _Block(NamedTuple):
     middle: float  # m, of the thickness, from the neutral axis
 
     @classmethod
-    def of(cls, finger: Finger, first: int, last: int) -> "_Block":
+    def from_links(cls, finger: Finger, first: int, last: int) -> "_Block":
         """Block of adjacent links."""
         begin, end = float(finger.link_ends[first]), float(finger.link_ends[last + 1])
         section = finger.section(np.array((begin + end) / 2))
@@ -170,7 +170,7 @@ class _Block(NamedTuple):
 
     @property
     def thinnest(self) -> float:
-        """Its smallest side, m."""
+        """Smallest side of the block, m."""
         return min(self.thickness, self.width, self.length)
 
     def box(self, origin: float | None = None) -> tuple[ET.Element, ET.Element]:
@@ -180,7 +180,7 @@ class _Block(NamedTuple):
         return _element("origin", xyz=_text(self.middle, 0, height)), _element("geometry", _element("box", size=size))
 
 
-def _inertial_of_link(finger: Finger, index: int) -> ET.Element:
+def _link_inertial(finger: Finger, index: int) -> ET.Element:
     links = finger.links
     mass = float(links.mass[index])
     x, y, z = mass * links.gyration[:, index]
@@ -200,7 +200,7 @@ def _inertial(mass: float, center: Sequence[float], moments: tuple[float, ...], 
 
 def _ball(load: TipLoad, length: float) -> ET.Element:
     """A visual steel ball with the mass of the load, on the last link."""
-    radius = (load.mass / (4 / 3 * np.pi * _STEEL)) ** (1 / 3)
+    radius = (load.mass / (4 / 3 * np.pi * _STEEL_DENSITY)) ** (1 / 3)
     return _element(
         "visual",
         _element("origin", xyz=_text(load.x, 0, length + load.z)),
@@ -219,7 +219,7 @@ def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
     half = float(section.thickness) / 2
     radius = half / math.ceil(half / room)
     middles = np.linspace(radius - half, half - radius, 2 * round(half / radius) - 1) - section.neutral_axis
-    size = {"radius": _text(radius), "length": _text(_NARROWER * width)}
+    size = {"radius": _text(radius), "length": _text(_KNUCKLE_WIDTH_RATIO * width)}
     return [
         _element(
             "visual",
@@ -232,7 +232,7 @@ def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
 
 
 def _material(finger: Finger) -> ET.Element:
-    return _element("material", _element("color", rgba=_COLOR), name=f"{finger.name}_skin")
+    return _element("material", _element("color", rgba=_SILICONE_COLOR), name=f"{finger.name}_skin")
 
 
 _SKIN_LINKS = 12  # segments of a finger whose skin is as stiff as its modulus says
@@ -249,7 +249,7 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     links = np.flatnonzero(pieces == pieces[index])
     if index != (links[len(links) // 2] if links[0] else 0):  # only link 0 may touch what the finger is mounted on
         return []
-    block, origin = _Block.of(finger, links[0], links[-1]), float(finger.link_ends[index])
+    block, origin = _Block.from_links(finger, links[0], links[-1]), float(finger.link_ends[index])
     at_end, usual = pieces[index] in (pieces[0], pieces[-1]), finger.length / _SKIN_LINKS
     usual = min(block.thickness, block.width, usual / 2 if at_end else usual)
     modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual
@@ -306,7 +306,8 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
     places = [(block.middle + side * out, y, height) for side in (1, -1) for y in across.tolist()]
     sphere = _element("geometry", _element("sphere", radius=_text(radius)))
     return [
-        _element("collision", _element("origin", xyz=_text(*at)), sphere, _touch(finger, stiffness)) for at in places
+        _element("collision", _element("origin", xyz=_text(*place)), sphere, _touch(finger, stiffness))
+        for place in places
     ]
 
 
@@ -401,14 +402,14 @@ def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
     controller = [_element(DRAKE + "controller_gains", **gains)] if is_spring else []
     return _element(
         "transmission",
-        _with_text("type", "transmission_interface/SimpleTransmission"),
-        _element("joint", _with_text("hardwareInterface", interface), name=name),
-        _element("actuator", _with_text("hardwareInterface", interface), *controller, name=name),
+        _text_element("type", "transmission_interface/SimpleTransmission"),
+        _element("joint", _text_element("hardwareInterface", interface), name=name),
+        _element("actuator", _text_element("hardwareInterface", interface), *controller, name=name),
         name=f"{name}_transmission",
     )
 
 
-def _with_text(tag: str, text: str) -> ET.Element:
+def _text_element(tag: str, text: str) -> ET.Element:
     element = ET.Element(tag)
     element.text = text
     return element
@@ -424,22 +425,22 @@ def _tip_frame(finger: Finger) -> ET.Element:
     )
 
 
-_NEIGHBOURS = 2  # pieces of skin that lie no further apart never touch
+_CONTACT_FREE_PIECES = 2  # pieces of skin that lie no further apart never touch
 
 
-def _neighbours(finger: Finger) -> int:
-    """Links that lie no further apart never touch."""
-    return _NEIGHBOURS * math.ceil(finger.segments / _FINEST_SKIN)
+def _contact_free_links(finger: Finger) -> int:
+    """Distance, in links, up to which links of a finger never touch."""
+    return _CONTACT_FREE_PIECES * math.ceil(finger.segments / _FINEST_SKIN)
 
 
 def _collision_filters(finger: Finger, apart: int) -> list[ET.Element]:
     """Links up to so far apart do not touch: neighbours overlap on the inner side of a bend, which is not contact."""
     names = [link_name(finger.name, i) for i in range(finger.segments + 1)]
     groups = [names[i : i + apart + 1] for i in range(max(len(names) - apart, 1))]
-    return [_without_contact(f"{finger.name}_links_{i}", group) for i, group in enumerate(groups)]
+    return [_contact_filter_group(f"{finger.name}_links_{i}", group) for i, group in enumerate(groups)]
 
 
-def _without_contact(name: str, links: Sequence[str]) -> ET.Element:
+def _contact_filter_group(name: str, links: Sequence[str]) -> ET.Element:
     members = [_element(DRAKE + "member", link=link) for link in links]
     ignored = _element(DRAKE + "ignored_collision_filter_group", name=name)
     return _element(DRAKE + "collision_filter_group", *members, ignored, name=name)

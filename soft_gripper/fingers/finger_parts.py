@@ -10,7 +10,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.piecewise_linear import PiecewiseLinear
-from soft_gripper.quantity import Misfit, quantity, valid
+from soft_gripper.quantity import Violation, quantity, valid
 
 # Ways in which the chain yields at a joint, and the axis about which it turns there, or along which it slides. Shear
 # has a factor of its own; of the others a finger names those in which it yields.
@@ -36,12 +36,12 @@ def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
     return ways[::-1] if segment % 2 else ways
 
 
-_PROPORTIONAL = 1e-9
+_SOFTENING_TOLERANCE = 1e-9
 NO_PRESSURE = 1.0  # Pa, below which the ratio of a pressure law is taken as there
 
 
-def _not_curves(law: Any, columns: Sequence[str]) -> Iterator[Misfit]:
-    """The columns of a law that are not as many increasing numbers as its first."""
+def _curve_violations(law: Any, columns: Sequence[str]) -> Iterator[Violation]:
+    """Violations of columns of a law that are not as many increasing numbers as the first."""
     count = len(getattr(law, columns[0]))
     for column in columns:
         values = getattr(law, column)
@@ -67,8 +67,8 @@ class ElasticLaw:
     base_moment: tuple[float, ...] = field(metadata=valid("N m"))  # increasing
     tip_moment: tuple[float, ...] = field(metadata=valid("N m"))  # increasing
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from _not_curves(self, [column.name for column in fields(self)])
+    def violations(self) -> Iterator[Violation]:
+        yield from _curve_violations(self, [column.name for column in fields(self)])
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,8 @@ class PressureLaw:
     effective: tuple[float, ...] = field(metadata=valid("Pa"))  # increasing, and 0 at 0
     stiffness_taken: tuple[float, ...] = quantity((), below=1)  # shares, 0 at 0; empty: none. Negative: it stiffens
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from _not_curves(self, ("pressure", "effective"))
+    def violations(self) -> Iterator[Violation]:
+        yield from _curve_violations(self, ("pressure", "effective"))
         if 0 in self.pressure and self.effective[self.pressure.index(0)] != 0:
             yield "effective", self.effective, "must be 0 for 0: without pressure nothing bends"
         if self.stiffness_taken and len(self.stiffness_taken) != len(self.pressure):
@@ -120,7 +120,7 @@ class PressureLaw:
     def widens(self) -> bool:
         """Whether the effective pressure is anything but proportional to the pressure."""
         ratios = self.softening(np.array(self.pressure))
-        return bool(np.ptp(ratios) > _PROPORTIONAL * np.abs(ratios).max())
+        return bool(np.ptp(ratios) > _SOFTENING_TOLERANCE * np.abs(ratios).max())
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the torque to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
@@ -163,9 +163,10 @@ class LinkInertias(NamedTuple):
         return tensors
 
     def loaded(self, mass: float, place: Array) -> "LinkInertias":
-        """With a point mass (kg) fixed to the last link, at `place`, (2,) m along x and z."""
+        """Copy with a point mass (kg) fixed to the last link, at `place`, (2,) m along x and z."""
         is_last = np.arange(len(self.mass)) == len(self.mass) - 1
-        share, away = is_last * mass / (self.mass + mass), place - self.center[:, -1]
+        share = is_last * mass / (self.mass + mass)
+        away = place - self.center[:, -1]
         x, z = away
         gyration = self.gyration + np.outer([x**2, 0.0, z**2], share)
         product = self.product + x * z * share

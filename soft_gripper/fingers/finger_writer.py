@@ -10,7 +10,7 @@ from typing import Any
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 
-_OF_BODY = ("segments", "relaxation_time", "shear_factor")
+_BODY_FIELDS = ("segments", "relaxation_time", "shear_factor")
 
 
 def finger_element(mounted: FingerElement) -> ET.Element:
@@ -47,14 +47,18 @@ def finger_element(mounted: FingerElement) -> ET.Element:
 
 
 def _body(finger: Finger) -> dict[str, str]:
-    numbers = {name: _text(getattr(finger, name)) for name in _OF_BODY}
+    numbers = {name: _text(getattr(finger, name)) for name in _BODY_FIELDS}
     return {"length": _text(finger.length), **numbers, "yields": " ".join(finger.yields)}
 
 
 def _attributes(part: Any) -> dict[str, str]:
     """The fields of a dataclass that are not as by default."""
-    values = ((each, getattr(part, each.name)) for each in fields(part))
-    return {each.name: _text(value) for each, value in values if each.default is MISSING or value != each.default}
+    values = ((parameter, getattr(part, parameter.name)) for parameter in fields(part))
+    return {
+        parameter.name: _text(value)
+        for parameter, value in values
+        if parameter.default is MISSING or value != parameter.default
+    }
 
 
 def _text(value: Any) -> str:

@@ -26,7 +26,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.steps import same
 
 TENSION, PULL = "tension", "pull"
-_PERIOD = 5e-3  # s, between changes of friction in a plant without steps
+_FRICTION_PERIOD = 5e-3  # s, between changes of friction in a plant without steps
 
 
 class Tendons:
@@ -43,11 +43,11 @@ class Tendons:
         self.slide = bool(self._friction.any())  # against friction
 
     def tensions(self, q: Joints, pulled: Array) -> Array:
-        """Tensions of tendons of which a length is pulled in, (..., T) m -> (..., T) N."""
-        return np.maximum(0.0, self.stiffness * self.stretches(q, pulled))
+        """Tensions of tendons at pulled-in lengths, (..., T) m -> (..., T) N."""
+        return np.maximum(0.0, self.stiffness * self.elongations(q, pulled))
 
-    def stretches(self, q: Joints, pulled: Array) -> Array:
-        """By which these tendons are longer than at rest, (..., T) m; negative where they are slack."""
+    def elongations(self, q: Joints, pulled: Array) -> Array:
+        """Elongation of these tendons over their length at rest, (..., T) m; negative where they are slack."""
         return np.asarray(pulled - self._slack - self._straight + path_lengths(self.paths, q))
 
     def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
@@ -70,13 +70,14 @@ class Tendons:
         angle = passed.cumsum(axis=-1) - passed / 2
         return np.asarray(np.exp(-(self._friction * sliding)[..., None] * angle))
 
-    def turned(self, sliding: Array, travel: Array) -> Array:
+    def next_sliding(self, sliding: Array, travel: Array) -> Array:
         """z of the friction after tendons travelled by (..., T) m toward their pulled ends, (..., T)."""
-        toward, kept = np.sign(travel), np.exp(-np.abs(travel) / self._reversal)
+        toward = np.sign(travel)
+        kept = np.exp(-np.abs(travel) / self._reversal)
         return np.asarray(toward + (sliding - toward) * kept)
 
 
-class _OnPaths(ArrayBlock):
+class _PathDriveBlock(ArrayBlock):
     """Reads the joints of a finger from the state of its plant, and drives its actuators."""
 
     def __init__(self, finger: PlantFinger, period: float | None = None):
@@ -99,7 +100,7 @@ class _OnPaths(ArrayBlock):
         return actuation
 
 
-class TendonDrive(_OnPaths):
+class TendonDrive(_PathDriveBlock):
     """Turns tensions, or pulled lengths, of the tendons of a finger into torques on its joints.
 
     ::
@@ -115,7 +116,7 @@ class TendonDrive(_OnPaths):
     def __init__(self, finger: PlantFinger, command: str):
         """`command` is "tension" or "pull"."""
         tendons = Tendons(finger.finger)
-        super().__init__(finger, (finger.plant.time_step() or _PERIOD) if tendons.slide else None)
+        super().__init__(finger, (finger.plant.time_step() or _FRICTION_PERIOD) if tendons.slide else None)
         self._tendons, self._is_pulled = tendons, command == PULL
         count = self._count = len(self._finger.tendons)
         commanded = f"{command}_command"
@@ -125,8 +126,8 @@ class TendonDrive(_OnPaths):
             self.remember(
                 *("friction", same),
                 begin=np.zeros(2 * count),
-                begin_of=(self.at_rest, "state"),
-                keep=self.travelled,
+                begin_of=(self.initial_friction, "state"),
+                keep=self.next_friction,
                 kept=("state",),
                 at_first=True,
             )
@@ -135,30 +136,30 @@ class TendonDrive(_OnPaths):
         self.put_out("actuation", self.actuation, "state", commanded, *friction, unit="N m", actuator=actuators)
 
     def tension(self, state: Array, commanded: Array) -> Array:
-        """At the pulled ends, (..., T) N, in a state of the plant, (..., nq + nv), from the command, (..., T)."""
+        """Tension at the pulled ends, (..., T) N, in plant states, (..., nq + nv), from commands, (..., T)."""
         if self._is_pulled:
             return self._tendons.tensions(self._joints(state), commanded)
         return np.maximum(commanded, 0.0)
 
-    def actuation(self, state: Array, commanded: Array, travelled: Array | None = None) -> Array:
-        """Torques on the joints, (..., nu) N m; `travelled` is the state of the friction, (..., 2 T), if any."""
-        sliding = None if travelled is None else travelled[..., : self._count]
+    def actuation(self, state: Array, commanded: Array, friction: Array | None = None) -> Array:
+        """Torques on the joints, (..., nu) N m; `friction` is the state of the friction, (..., 2 T), if any."""
+        sliding = None if friction is None else friction[..., : self._count]
         return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, commanded), sliding))
 
-    def at_rest(self, state: Array) -> Array:
+    def initial_friction(self, state: Array) -> Array:
         """The state of the friction where a run begins, (..., 2 T)."""
         lengths = path_lengths(self._tendons.paths, self._joints(state))
         return np.concatenate([np.zeros_like(lengths), lengths], axis=-1)
 
-    def travelled(self, before: Array, state: Array) -> Array:
+    def next_friction(self, before: Array, state: Array) -> Array:
         """The state of the friction, (..., 2 T), when the tendons have moved as the plant has."""
         lengths = path_lengths(self._tendons.paths, self._joints(state))
         sliding, was = np.split(before, 2, axis=-1)
-        after = np.concatenate([self._tendons.turned(sliding, was - lengths), lengths], axis=-1)
+        after = np.concatenate([self._tendons.next_sliding(sliding, was - lengths), lengths], axis=-1)
         return np.where(np.isfinite(after), after, before)
 
 
-class BentChambers(_OnPaths):
+class BentChambers(_PathDriveBlock):
     """Change of the torque of chambers as the finger that they run through bends and twists.
 
     ::

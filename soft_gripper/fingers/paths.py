@@ -26,7 +26,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import PressureLaw
-from soft_gripper.quantity import Misfit, quantity, valid
+from soft_gripper.quantity import Violation, quantity, valid
 
 SIZES = (1e-9, 1e12)
 Stations = tuple[float, ...]
@@ -34,14 +34,14 @@ Stations = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Path:
-    """A line along the finger through places of its section; what is given once holds for the whole path."""
+    """A line along the finger through points of its section; a single number holds for the whole path."""
 
     name: str = field(metadata=valid(is_name=True))
     x: Stations = field(metadata=valid("m", sizes=SIZES))  # from the middle of the outer section, toward the inner side
     y: Stations = field(metadata=valid("m", sizes=SIZES))  # across the finger
     at: Stations = quantity((0.0, 1.0), least=0, most=1)  # the stations, as shares of the length; increasing
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         """Stations out of order, and lists of another length."""
         if len(self.at) < 2 or not np.all(np.diff(self.at) > 0):
             yield "at", self.at, "must be two increasing shares of the length or more, such as 0 0.5"
@@ -53,12 +53,12 @@ class Path:
     def _columns(self) -> list[str]:
         return [part.name for part in fields(self) if part.name in ("x", "y", "width", "thickness")]
 
-    def along(self, column: str, s: Array | float, length: float) -> Array:
+    def value_at(self, column: str, s: Array | float, length: float) -> Array:
         """A number of the path at arc lengths `s`, m, of a finger of `length`; held beyond its ends."""
         values = getattr(self, column)
         stations = np.array(self.at) * length
-        found: Array = np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
-        return found
+        column_values: Array = np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
+        return column_values
 
 
 @dataclass(frozen=True)
@@ -71,15 +71,15 @@ class Chamber(Path):
     law_pressure: Stations | None = quantity(None, "Pa")
     law_effective: Stations | None = quantity(None, "Pa")
 
-    def misfits(self) -> Iterator[Misfit]:
-        """Rules broken by its path, and by its law."""
-        yield from super().misfits()
+    def violations(self) -> Iterator[Violation]:
+        """Violations by the path, and by the pressure law."""
+        yield from super().violations()
         if self.law is not None:
-            yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.misfits())
+            yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.violations())
 
     @cached_property
     def law(self) -> PressureLaw | None:
-        """Its own pressure law."""
+        """Pressure law of this chamber alone; None: that of the finger."""
         if self.law_pressure is None and self.law_effective is None:
             return None
         return PressureLaw(self.law_pressure or (), self.law_effective or ())
@@ -110,7 +110,7 @@ class PathsOnChain:
 
     @cached_property
     def are_parallel(self) -> bool:
-        """Whether all run parallel to the axis."""
+        """Whether all paths run parallel to the axis."""
         return not (self.x_slope.any() or self.y_slope.any())
 
     @cached_property
@@ -119,7 +119,7 @@ class PathsOnChain:
         return self.covered / self.segment_length
 
     @cached_property
-    def at_rest(self) -> Array:
+    def rest_changes(self) -> Array:
         """Change of a place per length, along x, y and z of the section, where nothing is bent, (3, P, N)."""
         return np.stack([self.x_slope, self.y_slope, np.ones_like(self.x)])
 
@@ -134,7 +134,7 @@ class PathsOnChain:
 
 
 def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: float) -> PathsOnChain:
-    """Paths of a chain, at the middles of what they cover of its segments.
+    """Positions and slopes of paths on a chain, at the middle of the covered part of each segment.
 
     Args:
         paths: of a finger.
@@ -143,22 +143,23 @@ def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: f
     """
     segments = len(neutral_axis) - 1
     ends = np.arange(segments + 1) * segment_length
-    length, found = float(ends[-1]), []
+    length = float(ends[-1])
+    columns = []
     for path in paths:
         first, last = path.at[0] * length, path.at[-1] * length
         low, high = np.clip(ends[:-1], first, last), np.clip(ends[1:], first, last)
         covered = high - low
         axis = np.interp([low, high], ends, neutral_axis)
-        x = np.array([path.along("x", s, length) for s in (low, high)]) - axis
-        y = np.array([path.along("y", s, length) for s in (low, high)])
-        run = np.where(covered > 0, covered, 1.0)
-        slopes = [_without_rounding(np.diff(each, axis=0)[0] / run) for each in (x, y)]
-        found.append((x.mean(axis=0), y.mean(axis=0), *slopes, covered))
-    x, y, x_slope, y_slope, covered = np.array(found).reshape(len(paths), 5, segments).swapaxes(0, 1)
+        x = np.array([path.value_at("x", s, length) for s in (low, high)]) - axis
+        y = np.array([path.value_at("y", s, length) for s in (low, high)])
+        distance = np.where(covered > 0, covered, 1.0)
+        slopes = [_zero_rounding(np.diff(coordinate, axis=0)[0] / distance) for coordinate in (x, y)]
+        columns.append((x.mean(axis=0), y.mean(axis=0), *slopes, covered))
+    x, y, x_slope, y_slope, covered = np.array(columns).reshape(len(paths), 5, segments).swapaxes(0, 1)
     return PathsOnChain(x, y, x_slope, y_slope, covered, segment_length)
 
 
-def _without_rounding(slope: Array) -> Array:
+def _zero_rounding(slope: Array) -> Array:
     return np.where(np.abs(slope) < 1e-12, 0.0, slope)
 
 
@@ -173,25 +174,25 @@ def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple
         levers: those of `paths.levers` for W ways, (3, P, W, N).
         q: joint positions, (..., W, N).
     """
-    changes = paths.at_rest + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)
-    stretched = _size(changes)
+    changes = paths.rest_changes + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)
+    stretched = _norm(changes)
     along = changes * (paths.share / stretched)[..., None, :, :]
     return paths.covered * stretched, np.einsum("apwn,...apn->...pwn", levers, along)
 
 
-def _size(changes: Array) -> Array:
+def _norm(changes: Array) -> Array:
     return np.sqrt((changes**2).sum(axis=-3))
 
 
 def _changes(paths: PathsOnChain, q: Joints) -> Array:
     """Change of the places of paths per length, along x, y and z of the section, (..., 3, P, N)."""
-    known = (angle[..., None, None, :] * paths.levers[way] for way, angle in q.items() if way in paths.levers)
-    return paths.at_rest + sum(known, np.zeros(1)) / paths.segment_length
+    bend_changes = (angle[..., None, None, :] * paths.levers[way] for way, angle in q.items() if way in paths.levers)
+    return paths.rest_changes + sum(bend_changes, np.zeros(1)) / paths.segment_length
 
 
 def lengths_on_segments(paths: PathsOnChain, q: Joints) -> Array:
     """Lengths of paths on every segment, (..., P, N) m, where joints stand at `q`."""
-    return np.asarray(paths.covered * _size(_changes(paths, q)))
+    return np.asarray(paths.covered * _norm(_changes(paths, q)))
 
 
 def path_lengths(paths: PathsOnChain, q: Joints) -> Array:
@@ -204,5 +205,5 @@ def length_gradients(paths: PathsOnChain, q: Joints) -> dict[str, Array]:
     if paths.are_parallel and "twist" not in q:
         return {way: paths.share * paths.levers[way][2] for way in q}
     changes = _changes(paths, q)
-    along = changes * (paths.share / _size(changes))[..., None, :, :]
+    along = changes * (paths.share / _norm(changes))[..., None, :, :]
     return {way: np.asarray((along * paths.levers[way]).sum(axis=-3)) for way in q}

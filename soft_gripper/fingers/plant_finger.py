@@ -41,7 +41,7 @@ class PlantFinger:
 
     @cached_property
     def links(self) -> list[RigidBody]:
-        """From the base to the tip, N + 1; the frame of the first is frame B."""
+        """Links from the base to the tip, N + 1; the frame of the first is frame B."""
         names = (link_name(self.finger.name, i) for i in range(self.finger.segments + 1))
         return [self.plant.GetBodyByName(name, self.model) for name in names]
 
@@ -52,11 +52,11 @@ class PlantFinger:
 
     def joints_of(self, way: str) -> list[Joint]:
         """Joints at which it yields in one way, see `finger_parts.AXES`, from the base to the tip, N."""
-        return _joints_of(self.plant, self.model, self.finger, way)
+        return _find_joints(self.plant, self.model, self.finger, way)
 
     @cached_property
     def frames(self) -> list[Frame]:
-        """At the joints, fixed to the links beyond them, and at the tip, N + 1."""
+        """Frames at the joints, fixed to the links beyond them, and at the tip, N + 1."""
         tip = self.plant.GetFrameByName(tip_name(self.finger.name), self.model)
         return [*(link.body_frame() for link in self.links[1:]), tip]
 
@@ -98,10 +98,10 @@ class PlantFinger:
 
     def torque_selector(self, way: str = "bending") -> Array:
         """Matrix that selects joints from the generalized forces of their model, (N, model's nv)."""
-        of_plant = np.zeros((len(self.joints), self.plant.num_velocities()))
+        plant_selector = np.zeros((len(self.joints), self.plant.num_velocities()))
         starts = [joint.velocity_start() for joint in self.joints_of(way)]
-        of_plant[np.arange(len(starts)), starts] = 1.0
-        return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in of_plant])
+        plant_selector[np.arange(len(starts)), starts] = 1.0
+        return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in plant_selector])
 
     def actuator_selector(self, way: str = "bending") -> Array:
         """Matrix that assigns joint torques, or forces, to the actuators of their model, (N, nu)."""
@@ -109,7 +109,7 @@ class PlantFinger:
         return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints_of(way)]]
 
 
-def _joints_of(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger, way: str) -> list[Joint]:
+def _find_joints(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger, way: str) -> list[Joint]:
     names = (joint_name(finger.name, i, way) for i in range(finger.segments))
     return [plant.GetJointByName(name, model) for name in names]
 
@@ -125,6 +125,6 @@ def add_torsion_springs(plant: MultibodyPlant, model: ModelInstanceIndex, finger
     springs = [
         RevoluteSpring(joint, 0.0, stiffness)
         for way in sorted(turning)  # bending first
-        for joint, stiffness in zip(_joints_of(plant, model, finger, way), turning[way], strict=True)
+        for joint, stiffness in zip(_find_joints(plant, model, finger, way), turning[way], strict=True)
     ]
     return PlantFinger(finger, plant, model, tuple(plant.AddForceElement(spring) for spring in springs))

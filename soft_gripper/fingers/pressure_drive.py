@@ -40,17 +40,17 @@ class Leak(ArrayBlock):
     """
 
     def __init__(self, shares: Array, time: float):
-        """Loses the `shares`, (C), from `time` s after the beginning of a run on."""
+        """Leaks away the `shares`, (C), of the pressure from `time` s after the beginning of a run on."""
         super().__init__()
-        self._left, self._time = 1 - shares, time
+        self._remaining_fractions, self._time = 1 - shares, time
         self.take("pressure", len(shares))
         self.take("offset", 1)
         chambers = range(len(shares))
-        self.put_out("pressure_left", self.left, "pressure", TIME, "offset", unit="Pa", chamber=chambers)
+        self.put_out("pressure_left", self._pressure_left, "pressure", TIME, "offset", unit="Pa", chamber=chambers)
 
-    def left(self, pressure: Array, time: Array, offset: Array) -> Array:
+    def _pressure_left(self, pressure: Array, time: Array, offset: Array) -> Array:
         """Pressures behind the leak, (..., C) Pa, at times and offsets, (..., 1) s."""
-        return np.where(time + offset >= self._time, pressure * self._left, pressure)
+        return np.where(time + offset >= self._time, pressure * self._remaining_fractions, pressure)
 
 
 class PressureDrive(Diagram):
@@ -90,8 +90,8 @@ class PressureDrive(Diagram):
         """
         super().__init__()
         builder = DiagramBuilder()
-        columns = [np.reshape(one, (len(one), -1)) for one in torque_maps.values()]
-        sizes = [one.shape[1] for one in columns]
+        columns = [np.reshape(torque_map, (len(torque_map), -1)) for torque_map in torque_maps.values()]
+        sizes = [column.shape[1] for column in columns]
         count, ones = sum(sizes), np.ones(sum(sizes))
         commands = builder.AddNamedSystem("commands", Multiplexer(sizes))
         chain = [builder.AddNamedSystem("limits", Saturation(minimum * ones, maximum * ones))]
@@ -104,9 +104,9 @@ class PressureDrive(Diagram):
             chain.append(builder.AddNamedSystem("leak", Leak(lost, leak_time)))
             begin = builder.AddNamedSystem("begin", RunBegin())
             builder.Connect(begin.get_output_port(), chain[-1].GetInputPort("offset"))
-        in_chambers = [law for name in torque_maps for law in (laws or {}).get(name, ())]
-        if any(in_chambers):
-            chain.append(builder.AddNamedSystem("laws", _effective(in_chambers)))
+        chamber_laws = [law for name in torque_maps for law in (laws or {}).get(name, ())]
+        if any(chamber_laws):
+            chain.append(builder.AddNamedSystem("laws", _law_block(chamber_laws)))
         chambers = builder.AddNamedSystem("chambers", MatrixGain(np.hstack(columns)))
         for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
             builder.Connect(upstream.get_output_port(), downstream.get_input_port(0))
@@ -128,7 +128,7 @@ def lag(time_constant: float, time_step: float, count: int) -> System:
     return LinearSystem(A=kept * one, B=(1 - kept) * one, C=one, D=0 * one, time_period=time_step)
 
 
-def _effective(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
+def _law_block(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
     """The laws of several pressures side by side; each is straight between the points of all."""
     points = np.unique(np.concatenate([law.pressure for law in laws if law is not None]))
     effective = np.array([points if law is None else law.curve(points) for law in laws])

@@ -34,7 +34,8 @@ class ScrewChain(NamedTuple):
         angles = state[..., self.positions].reshape(-1, len(self.positions)).T  # (J, K): long rows of samples are quick
         sines, versines = np.sin(angles), 1 - np.cos(angles)
         shifts = np.stack([angles, versines, angles - sines], axis=1)
-        rotation, shift, found = np.eye(3)[..., None] + 0 * angles[0], 0.0, []
+        rotation = np.eye(3)[..., None] + 0 * angles[0]
+        shift, poses = 0.0, []
         for home, begin, end in zip(self.homes, [0, *self.joints_before], self.joints_before, strict=False):
             for joint in range(begin, end):  # one at a time stays in the processor's cache
                 moved = self.moves[joint].T @ rotation
@@ -42,26 +43,26 @@ class ScrewChain(NamedTuple):
                 rotation = rotation + (moved[:, :3] * sines[joint] + moved[:, 3:6] * versines[joint])
             pose = home.T @ rotation
             pose[:, 3] += shift
-            found.append(pose)
-        return np.moveaxis(np.array(found), -1, 0).reshape(*state.shape[:-1], len(found), 3, 4)
+            poses.append(pose)
+        return np.moveaxis(np.array(poses), -1, 0).reshape(*state.shape[:-1], len(poses), 3, 4)
 
 
 def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
     """The chain from the first to the last of some frames of a finalized plant, and to all those between them."""
     context, base = plant.CreateDefaultContext(), frames[0]
-    on_the_way = [_moved_by(plant, context, frame, base) for frame in frames]
+    moving = [_moving_positions(plant, context, frame, base) for frame in frames]
     angles = plant.GetPositions(context)
-    angles[on_the_way[-1]] = 0
+    angles[moving[-1]] = 0
     plant.SetPositions(context, angles)
     homes = np.array([frame.CalcPose(context, base).GetAsMatrix34() for frame in frames])
     # Positions are numbered depth first, so those of a chain increase from its base to its tip.
-    rates = _velocity_jacobian(plant, context, frames[-1], base)[:, on_the_way[-1]].T
+    rates = _velocity_jacobian(plant, context, frames[-1], base)[:, moving[-1]].T
     axes = rates[:, :3]
     velocities = (rates[:, 3:] - np.cross(axes, homes[-1, :, 3]))[..., None]
     across = np.cross(axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
     twice = across @ across
     moves = np.concatenate([across, twice, velocities, across @ velocities, twice @ velocities], axis=-1)
-    return ScrewChain(on_the_way[-1], moves, homes, list(map(len, on_the_way)))
+    return ScrewChain(moving[-1], moves, homes, list(map(len, moving)))
 
 
 def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> Array:
@@ -71,6 +72,6 @@ def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, ba
     return jacobian
 
 
-def _moved_by(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> NDArray[np.intp]:
-    """Which of the plant's positions move a frame in the base."""
+def _moving_positions(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> NDArray[np.intp]:
+    """Indices of the plant's positions that move a frame in the base."""
     return np.flatnonzero(_velocity_jacobian(plant, context, frame, base).any(axis=0))

@@ -20,8 +20,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import AXES, SLIDES, joint_order
 
 _LOAD_STEPS = 6
-_MOST_ITERATIONS = 100
-_STILL = 1e-11  # rad, and m: the last change of a shape in balance
+_MAX_ITERATIONS = 100
+_POSITION_TOLERANCE = 1e-11  # rad, and m: the last change of a shape in balance
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +48,8 @@ class SpatialChain:
         return np.array([AXES[way] for way in self.ways])
 
     @cached_property
-    def moved(self) -> tuple[Array, Array]:
-        """From each frame to the next, (J, 16): at rest, and (J, 3, 16) what cos - 1, sin and position add to that.
+    def joint_transforms(self) -> tuple[Array, Array]:
+        """Transforms from frame to frame: at rest (J, 16), and the terms of cos - 1, sin and position (J, 3, 16).
 
         A joint lies `heights` along the link before it; there the frame turns, or slides along the axis.
         """
@@ -64,12 +64,12 @@ class SpatialChain:
 
     @cached_property
     def is_planar(self) -> bool:
-        """Whether it only bends, so that all axes are y of B."""
+        """Whether the chain only bends, so that all axes are y of B."""
         return set(self.ways) == {"bending"}
 
     @cached_property
     def turns(self) -> NDArray[np.bool_]:
-        """Which joints turn, (J,); the others slide."""
+        """Mask of the joints that turn, (J,); the others slide."""
         return np.array([way not in SLIDES for way in self.ways])
 
     @cached_property
@@ -78,24 +78,26 @@ class SpatialChain:
         is_first = np.diff(self.segments, prepend=-1) > 0
         return is_first * np.where(self.segments == 0, 0.5, 1.0) * self.segment_length
 
-    def spread(self, values: dict[str, Array]) -> Array:
+    def interleaved(self, values: dict[str, Array]) -> Array:
         """Values of joints by the way in which they yield, (..., N) each; 0 for ways that are missing, (..., J)."""
         shape = np.broadcast_shapes(*(np.shape(value)[:-1] for value in values.values()))
-        found = [values[way][..., i] if way in values else 0.0 for way, i in zip(self.ways, self.segments, strict=True)]
-        return np.stack([np.broadcast_to(value, shape) for value in found], axis=-1)
+        columns = [
+            values[way][..., i] if way in values else 0.0 for way, i in zip(self.ways, self.segments, strict=True)
+        ]
+        return np.stack([np.broadcast_to(value, shape) for value in columns], axis=-1)
 
-    def gathered(self, q: Array) -> dict[str, Array]:
+    def separated(self, q: Array) -> dict[str, Array]:
         """Joint positions (..., J) by the way in which the joints yield, (..., N) each."""
         ways = np.array(self.ways)
         return {way: q[..., ways == way] for way in dict.fromkeys(self.ways)}
 
-    def places(self, ways: Sequence[str]) -> NDArray[np.int_]:
+    def position_indices(self, ways: Sequence[str]) -> NDArray[np.int_]:
         """Indices of its joints among those that are counted way after way, (J,)."""
-        of_ways = np.array([ways.index(way) for way in self.ways])
-        return of_ways * (len(self.ways) // len(ways)) + self.segments
+        way_indices = np.array([ways.index(way) for way in self.ways])
+        return way_indices * (len(self.ways) // len(ways)) + self.segments
 
-    def beyond(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
-        """How many joints lie before links, (...) numbers from 0 at the base to N."""
+    def link_frames(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
+        """Frame of each link, (...); links count from 0 at the base to N."""
         return np.searchsorted(self.segments, link)
 
 
@@ -131,7 +133,7 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
     if chain.is_planar:
         return _planar_posture(chain, q)
-    joints, (rest, changes) = len(chain.ways), chain.moved
+    joints, (rest, changes) = len(chain.ways), chain.joint_transforms
     by_joint = np.empty((*q.shape, 1, 3))
     by_joint[..., 0, 0], by_joint[..., 0, 1], by_joint[..., 0, 2] = np.cos(q) - 1, np.sin(q), q
     steps = ((by_joint @ changes)[..., 0, :] + rest).reshape(*q.shape, 4, 4)
@@ -165,10 +167,10 @@ def _planar_posture(chain: SpatialChain, q: Array) -> Posture:
 
 
 def _entries(size: int, **places: tuple[int, ...]) -> Array:
-    """From cos, sin, x, z and 1 to the entries of a matrix: each adds to the places that are given, or takes away."""
+    """Matrix from cos, sin, x, z and 1 to the entries of a matrix: each adds to the given entries, or is subtracted."""
     entries = np.zeros((5, size))
-    for name, found in places.items():
-        for place in found:
+    for name, signed_indices in places.items():
+        for place in signed_indices:
             entries[("cos", "sin", "x", "z", "one").index(name), abs(place)] = np.sign(place) or 1.0
     return entries
 
@@ -177,32 +179,32 @@ _PLANAR_FRAME = _entries(16, cos=(0, 10), sin=(2, -8), one=(5, 15))
 _PLANAR_MOTION = _entries(12, one=(2, -8), z=(-3,), x=(11,))
 
 
-def _products(steps: Array, each: int) -> Array:
+def _products(steps: Array, joints_per_segment: int) -> Array:
     """Products of J matrices up to each of them, the identity first, (..., J + 1, 4, 4); a segment has `each` of them.
 
     Those of a segment are multiplied first, then those of all segments: of 2, of 4 and so on up to each of them.
     """
-    within = steps.reshape(*steps.shape[:-3], steps.shape[-3] // each, each, 4, 4)
-    for j in range(1, each):
+    within = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
+    for j in range(1, joints_per_segment):
         within[..., j, :, :] = within[..., j - 1, :, :] @ within[..., j, :, :]
-    found = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
-    found[..., 0, :, :] = np.eye(4)
-    before = found[..., :-1:each, :, :]  # of all segments before
+    products = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
+    products[..., 0, :, :] = np.eye(4)
+    before = products[..., :-1:joints_per_segment, :, :]  # of all segments before
     before[..., 1:, :, :] = within[..., :-1, -1, :, :]
     step, segments = 1, before.shape[-3]
     while step < segments:
         before[..., step:, :, :] = before[..., :-step, :, :] @ before[..., step:, :, :]
         step *= 2
-    found[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(steps.shape)
-    return found
+    products[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(steps.shape)
+    return products
 
 
-_CROSSES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
+_UNIT_CROSS_MATRICES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
 
 
 def cross_matrices(a: Array) -> Array:
     """Matrices of the products  a x  , (..., 3) -> (..., 3, 3)."""
-    return np.asarray(a @ _CROSSES).reshape(*a.shape, 3)
+    return np.asarray(a @ _UNIT_CROSS_MATRICES).reshape(*a.shape, 3)
 
 
 def vector_product(a: Array, b: Array) -> Array:
@@ -219,35 +221,35 @@ class Loads(NamedTuple):
     forces: Array  # (..., M, 3) N
     moments: Array  # (..., M, 3) N m
 
-    def places(self, at: Posture) -> Array:
-        """Places of the points, (..., M, 3) m in B."""
-        turned = at.rotations[..., self.frames, :, :] @ self.points[..., None]
-        places: Array = at.origins[..., self.frames, :] + turned[..., 0]
-        return places
+    def positions(self, bent: Posture) -> Array:
+        """Positions of the points, (..., M, 3) m in B."""
+        turned = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
+        positions: Array = bent.origins[..., self.frames, :] + turned[..., 0]
+        return positions
 
     def times(self, share: float) -> "Loads":
         """A share of the loads."""
         return self._replace(forces=share * self.forces, moments=share * self.moments)
 
 
-def torques(at: Posture, loads: Loads) -> Array:
+def torques(bent: Posture, loads: Loads) -> Array:
     """Torques of loads at the joints, N m, and N where joints slide, (..., J)."""
-    return np.asarray((at.screws * _wrenches(at, loads)).sum(axis=-1))
+    return np.asarray((bent.screws * _wrenches(bent, loads)).sum(axis=-1))
 
 
-def _carried(at: Posture, loads: Loads, values: Array) -> Array:
+def _outboard_sums(bent: Posture, loads: Loads, values: Array) -> Array:
     """Sums over the points that each joint moves, (..., M, K) -> (..., J, K)."""
-    moved = loads.frames > np.arange(at.screws.shape[-2])[:, None]
+    moved = loads.frames > np.arange(bent.screws.shape[-2])[:, None]
     return np.asarray(moved.astype(float) @ values)
 
 
-def _wrenches(at: Posture, loads: Loads) -> Array:
+def _wrenches(bent: Posture, loads: Loads) -> Array:
     """Wrenches of all that each joint carries, about B's origin: moment and force, (..., J, 6)."""
-    moments = np.cross(loads.places(at), loads.forces) + loads.moments
-    return _carried(at, loads, np.concatenate(np.broadcast_arrays(moments, loads.forces), axis=-1))
+    moments = np.cross(loads.positions(bent), loads.forces) + loads.moments
+    return _outboard_sums(bent, loads, np.concatenate(np.broadcast_arrays(moments, loads.forces), axis=-1))
 
 
-def torque_slopes(at: Posture, loads: Loads) -> Array:
+def torque_slopes(bent: Posture, loads: Loads) -> Array:
     """Derivatives of `torques` by the joint positions, (..., J, J): of the torque at j by the position of i.
 
     A joint i carries along all that lies beyond it: points, and for i < j the screw of joint j. So with the wrench
@@ -256,13 +258,13 @@ def torque_slopes(at: Posture, loads: Loads) -> Array:
         i < j:  w_i . (A_j' w_j + w_j x m_j + v_j x f_j)
         j <= i: w_j . (A_i w_i + v_i x f_i) .
     """
-    places = loads.places(at)
-    w, v = at.screws[..., :3], at.screws[..., 3:]
-    wrench = _wrenches(at, loads)
+    places = loads.positions(bent)
+    w, v = bent.screws[..., :3], bent.screws[..., 3:]
+    wrench = _wrenches(bent, loads)
     m, f = wrench[..., :3], wrench[..., 3:]
     products = places[..., :, None] * loads.forces[..., None, :]
     products = products - np.trace(products, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-    A = _carried(at, loads, products.reshape(*products.shape[:-2], 9)).reshape(*w.shape[:-1], 3, 3)
+    A = _outboard_sums(bent, loads, products.reshape(*products.shape[:-2], 9)).reshape(*w.shape[:-1], 3, 3)
     inner = (w[..., None, :] @ A)[..., 0, :] + np.cross(w, m) + np.cross(v, f)
     outer = (A @ w[..., None])[..., 0] + np.cross(v, f)
     return np.asarray(np.tril(inner @ w.swapaxes(-1, -2), -1) + np.triu(w @ outer.swapaxes(-1, -2)))
@@ -284,15 +286,16 @@ def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loa
     """
     q = driving / stiffness + np.zeros((*loads.forces.shape[:-2], len(chain.ways)))
     for share in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
-        for _ in range(_MOST_ITERATIONS):
-            at, part = posture(chain, q), loads.times(share)
-            missing = driving + torques(at, part) - stiffness * q
-            step = np.linalg.solve(np.diag(stiffness) - torque_slopes(at, part), missing[..., None])[..., 0]
+        for _ in range(_MAX_ITERATIONS):
+            bent = posture(chain, q)
+            part = loads.times(share)
+            missing = driving + torques(bent, part) - stiffness * q
+            step = np.linalg.solve(np.diag(stiffness) - torque_slopes(bent, part), missing[..., None])[..., 0]
             q = q + step
-            if np.abs(step).max() < _STILL:
+            if np.abs(step).max() < _POSITION_TOLERANCE:
                 break
         else:
-            raise SimulationDivergedError("the chain found no shape in balance with its loads")
+            raise SimulationDivergedError("no equilibrium found under the loads")
     return q
 
 
@@ -302,4 +305,4 @@ def weights(finger: Finger, chain: SpatialChain, gravity: Array) -> Loads:
     x, z = links.center
     forces = gravity[..., None, :] * links.mass[:, None]
     points = np.stack([x, np.zeros(x.shape), z], axis=-1)
-    return Loads(chain.beyond(np.arange(finger.segments + 1)), points, forces, np.zeros(forces.shape))
+    return Loads(chain.link_frames(np.arange(finger.segments + 1)), points, forces, np.zeros(forces.shape))

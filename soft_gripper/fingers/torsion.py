@@ -20,12 +20,14 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 
-_ELEMENTS = 48  # across the section, about
-_LEAST_EDGE_CELLS = 4  # between two edges
-_DIGITS = 9  # of the size of the section, up to which edges differ
-_SLOPES = np.array([[1.0, -1.0], [-1.0, 1.0]])  # integrals of products of slopes of two hat functions, on a unit length
-_PRODUCTS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6  # of the hat functions themselves
-_STEP = np.array([-1.0, 1.0])
+_SECTION_ELEMENTS = 48  # across the section, about
+_MIN_ELEMENTS_PER_GAP = 4  # between two edges
+_EDGE_DIGITS = 9  # of the size of the section, up to which edges differ
+_SLOPE_PRODUCTS = np.array(
+    [[1.0, -1.0], [-1.0, 1.0]]
+)  # integrals of products of slopes of two hat functions, on a unit length
+_HAT_PRODUCTS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6  # of the hat functions themselves
+_END_SIGNS = np.array([-1.0, 1.0])
 
 
 class Rectangle(NamedTuple):
@@ -39,12 +41,12 @@ class Rectangle(NamedTuple):
 
     @property
     def edges(self) -> tuple[float, float]:
-        """Along x, m."""
+        """Ends along x, m."""
         return self.center - self.thickness / 2, self.center + self.thickness / 2
 
     @property
     def sides(self) -> tuple[float, float]:
-        """Along y, m."""
+        """Ends along y, m."""
         return self.side - self.width / 2, self.side + self.width / 2
 
 
@@ -52,28 +54,28 @@ class Rectangle(NamedTuple):
 def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
     """G J of a section, N m^2; every part takes the place of those before it, and a hole is one of modulus 0."""
     size = max(parts[0].width, parts[0].thickness)
-    x = _lines([edge for part in parts for edge in part.edges], size)
-    y = _lines([0.0, *(edge for part in parts for edge in part.sides if edge >= 0)], size)
-    modulus = _painted(parts, (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
+    x = _grid_lines([edge for part in parts for edge in part.edges], size)
+    y = _grid_lines([0.0, *(edge for part in parts for edge in part.sides if edge >= 0)], size)
+    modulus = _grid_moduli(parts, (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
     i, j = np.nonzero(modulus)
-    rigid, stiffness, load = _elements(modulus[i, j], x[[i, i + 1]].T, y[[j, j + 1]].T)
+    rigid, stiffness, load = _element_terms(modulus[i, j], x[[i, i + 1]].T, y[[j, j + 1]].T)
     corners = (i[:, None, None] + np.arange(2)[:, None]) * len(y) + j[:, None, None] + np.arange(2)
     return 2 * (rigid - _warping_energy(corners.reshape(-1, 4), stiffness, load, len(y)))
 
 
-def _lines(edges: Sequence[float], size: float) -> Array:
+def _grid_lines(edges: Sequence[float], size: float) -> Array:
     """Lines of the grid: all edges and, between each two, places that crowd toward them."""
-    found = size * np.unique(np.round(np.array(edges) / size, _DIGITS))
-    between = [low + (high - low) * _shares((high - low) / size) for low, high in pairwise(found)]
-    return np.concatenate([found[:1], *between])
+    grid_edges = size * np.unique(np.round(np.array(edges) / size, _EDGE_DIGITS))
+    between = [low + (high - low) * _crowded_fractions((high - low) / size) for low, high in pairwise(grid_edges)]
+    return np.concatenate([grid_edges[:1], *between])
 
 
-def _shares(length: float) -> Array:
-    count = max(round(_ELEMENTS * length), _LEAST_EDGE_CELLS)
+def _crowded_fractions(length: float) -> Array:
+    count = max(round(_SECTION_ELEMENTS * length), _MIN_ELEMENTS_PER_GAP)
     return (1 - np.cos(np.pi * np.arange(1, count + 1) / count)) / 2
 
 
-def _painted(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
+def _grid_moduli(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
     """Shear modulus at places, (X, Y) Pa."""
     modulus = np.zeros((len(x), len(y)))
     for part in parts:
@@ -82,29 +84,29 @@ def _painted(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
     return modulus
 
 
-def _elements(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
+def _element_terms(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
     """Rectangles from x[:, 0] to x[:, 1] and y[:, 0] to y[:, 1]: the energy without warping, N m^2, and the matrix
     and the load of the warping at their corners, (E, 4, 4) and (E, 4).
     """
     a, b = np.diff(x)[:, 0], np.diff(y)[:, 0]
     squares = sum((side**2).sum(axis=1) + side.prod(axis=1) for side in (x, y)) / 3
-    stiffness = np.einsum("e,ik,jl->eijkl", modulus * b / a, _SLOPES, _PRODUCTS)
-    stiffness += np.einsum("e,ik,jl->eijkl", modulus * a / b, _PRODUCTS, _SLOPES)
-    load = np.einsum("e,i,ej->eij", modulus * b, _STEP, y @ _PRODUCTS)
-    load -= np.einsum("e,ei,j->eij", modulus * a, x @ _PRODUCTS, _STEP)
+    stiffness = np.einsum("e,ik,jl->eijkl", modulus * b / a, _SLOPE_PRODUCTS, _HAT_PRODUCTS)
+    stiffness += np.einsum("e,ik,jl->eijkl", modulus * a / b, _HAT_PRODUCTS, _SLOPE_PRODUCTS)
+    load = np.einsum("e,i,ej->eij", modulus * b, _END_SIGNS, y @ _HAT_PRODUCTS)
+    load -= np.einsum("e,ei,j->eij", modulus * a, x @ _HAT_PRODUCTS, _END_SIGNS)
     return float((modulus * a * b) @ squares), stiffness.reshape(-1, 4, 4), load.reshape(-1, 4)
 
 
 def _warping_energy(corners: NDArray[np.int_], stiffness: Array, load: Array, rows: int) -> float:
-    """The energy that warping saves, N m^2; `corners` number the places, `rows` of which lie along y."""
+    """The energy that warping saves, N m^2; `corners` number the grid points, with `rows` of them along y."""
     from scipy.sparse import coo_array
     from scipy.sparse.linalg import spsolve
 
     places, nodes = np.unique(np.where(corners % rows, corners, -1), return_inverse=True)
     nodes = nodes.reshape(corners.shape) - 1  # -1: where it does not warp
     free = len(places) - 1
-    at = [np.broadcast_to(part, stiffness.shape) for part in (nodes[:, :, None], nodes[:, None, :])]
-    used = (at[0] >= 0) & (at[1] >= 0)
-    matrix = coo_array((stiffness[used], (at[0][used], at[1][used])), shape=(free, free)).tocsc()
+    indices = [np.broadcast_to(part, stiffness.shape) for part in (nodes[:, :, None], nodes[:, None, :])]
+    used = (indices[0] >= 0) & (indices[1] >= 0)
+    matrix = coo_array((stiffness[used], (indices[0][used], indices[1][used])), shape=(free, free)).tocsc()
     pull = np.bincount(nodes[nodes >= 0], load[nodes >= 0], free)
     return float(pull @ spsolve(matrix, pull))

@@ -74,11 +74,11 @@ def expand_urdf(
     """
     path = Path(file)
     source = _Source(path, read_text(path), segments, only_name, tuple(without), model_name)
-    robot, read = _read(source)
+    robot, read = _parse_fingers(source)
     elements = tuple(map(change, read))
     meshes = _meshes(path, robot)  # links may have changed
-    manner = _Manner(springs, visuals, points, touches_itself)
-    return ExpandedUrdf(_expanded(source, elements, meshes, manner), tuple(element.finger for element in elements))
+    options = _ExpansionOptions(springs, visuals, points, touches_itself)
+    return ExpandedUrdf(_expand(source, elements, meshes, options), tuple(element.finger for element in elements))
 
 
 def read_fingers(
@@ -86,7 +86,7 @@ def read_fingers(
 ) -> tuple[FingerElement, ...]:
     """The fingers of a URDF, and where they are mounted; args and raises as `expand_urdf`."""
     path = Path(file)
-    return _read(_Source(path, read_text(path), segments, only_name, tuple(without), None)).elements
+    return _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None)).elements
 
 
 def changed_urdf(
@@ -101,7 +101,7 @@ def changed_urdf(
     Args and raises as `expand_urdf`.
     """
     path = Path(file)
-    read, elements = _read(_Source(path, read_text(path), segments, only_name, tuple(without), None))
+    read, elements = _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None))
     robot = deepcopy(read)
     for mesh, filename in zip(robot.iter("mesh"), _meshes(path, robot), strict=True):
         mesh.set("filename", filename)
@@ -116,7 +116,7 @@ def _text(robot: ET.Element) -> str:
 
 
 class _Source(NamedTuple):
-    """All that the fingers of a file depend on; with these and its meshes, all that its expansion depends on."""
+    """Inputs of reading the fingers of a file; with these and its meshes, those of its expansion."""
 
     path: Path
     text: str
@@ -126,8 +126,8 @@ class _Source(NamedTuple):
     model_name: str | None
 
 
-class _Manner(NamedTuple):
-    """How fingers are expanded, see `expand_urdf`."""
+class _ExpansionOptions(NamedTuple):
+    """Options of the expansion, see `expand_urdf`."""
 
     springs: str
     visuals: bool
@@ -136,17 +136,17 @@ class _Manner(NamedTuple):
 
 
 class _Unexpanded(NamedTuple):
-    """A <robot> with its <finger>s, and what these say; both are kept, so they must not be changed."""
+    """A <robot> with its <finger>s, and their contents; both are cached, so they must not be changed."""
 
     robot: ET.Element
     elements: tuple[FingerElement, ...]
 
 
-_KEPT_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
+_MAX_CACHED_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
 
 
-@lru_cache(maxsize=_KEPT_TEXTS)
-def _read(source: _Source) -> _Unexpanded:
+@lru_cache(maxsize=_MAX_CACHED_TEXTS)
+def _parse_fingers(source: _Source) -> _Unexpanded:
     path, only_name = source.path, source.only_name
     robot = _parse_robot(path, source.text)
     check_counts(path, robot)
@@ -160,11 +160,11 @@ def _read(source: _Source) -> _Unexpanded:
     return _Unexpanded(robot, elements)
 
 
-@lru_cache(maxsize=_KEPT_TEXTS)
-def _expanded(
-    source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], manner: _Manner
+@lru_cache(maxsize=_MAX_CACHED_TEXTS)
+def _expand(
+    source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], options: _ExpansionOptions
 ) -> ET.Element:
-    robot = deepcopy(_read(source).robot)
+    robot = deepcopy(_parse_fingers(source).robot)
     _check_links(source.path, robot, elements)
     for mesh, filename in zip(robot.iter("mesh"), meshes, strict=True):
         if filename:
@@ -173,7 +173,7 @@ def _expanded(
     robot[:] = []
     expanded = iter(elements)
     for child in children:
-        robot.extend(finger_to_urdf(next(expanded), *manner) if child.tag == "finger" else [child])
+        robot.extend(finger_to_urdf(next(expanded), *options) if child.tag == "finger" else [child])
     ET.indent(robot)
     return robot
 
@@ -208,9 +208,9 @@ def _check_links(path: Path, robot: ET.Element, elements: Sequence[FingerElement
 
 def _meshes(path: Path, robot: ET.Element) -> tuple[str, ...]:
     """The absolute names of the meshes in a robot."""
-    return tuple(_absolute(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))
+    return tuple(_absolute_name(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))
 
 
-def _absolute(path: Path, filename: str) -> str:
+def _absolute_name(path: Path, filename: str) -> str:
     is_uri = "://" in filename or not filename
     return filename if is_uri else f"file://{os.path.realpath(path.parent / filename)}"

@@ -14,7 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.steps import TIME
 
 THRESHOLD = 2.5e-3  # N m
-_RELEASE = 0.5  # of the threshold, below which contact ends
+_RELEASE_RATIO = 0.5  # of the threshold, below which contact ends
 
 
 class Touch(NamedTuple):
@@ -45,7 +45,7 @@ class ContactDetector(ArrayBlock):
     """
 
     def __init__(self, joints: int, base_joints: int, period: float, threshold: float = THRESHOLD):
-        """`joints` of the finger, of which `base_joints` lie in the section at the base; `threshold` in N m."""
+        """`base_joints` of the `joints` of the finger lie in the section at the base; `threshold` in N m."""
         super().__init__(period)
         self._base_joints, self._threshold = base_joints, threshold
         self.take("external_torque", joints)
@@ -63,15 +63,15 @@ class ContactDetector(ArrayBlock):
         self.put_out("contact_time", attrgetter("since"), "touch", unit="s")
 
     def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
-        """One sample, after contact and since of the sample before, (..., 2)."""
+        """Touch at a sample, after contact and since of the sample before, (..., 2)."""
         contact, since = before[..., 0], before[..., 1]
-        residual, above, below = self._judged(torque, tolerance)
+        residual, above, below = self._compare(torque, tolerance)
         touches = np.where(above, 1.0, np.where(below, 0.0, contact))
         return Touch(residual, touches, np.where(above & (contact == 0), now[..., 0], since))
 
     def _touches(self, now: Array, torque: Array, tolerance: Array) -> Touch:
-        """All samples of a recording, (T) each; the first is not remembered."""
-        residual, above, below = self._judged(torque, tolerance)
+        """Touches at all samples of a recording, (T) each; the first is not remembered."""
+        residual, above, below = self._compare(torque, tolerance)
         first = self._touch(np.array([0.0, np.nan]), now[0], torque[0], tolerance[0])
         samples = np.arange(len(residual))
         decided = np.maximum.accumulate(np.where(above | below, samples, 0))
@@ -81,9 +81,9 @@ class ContactDetector(ArrayBlock):
         since = np.where(last > 0, now[last, 0], np.nan)
         return Touch(residual, np.append(first.contact, touches[1:]), np.append(first.since, since))
 
-    def _judged(self, torque: Array, tolerance: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """The residuals, (...), and whether each is above the threshold for certain, or below its share."""
+    def _compare(self, torque: Array, tolerance: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+        """Residuals, (...), and masks of those above the threshold for certain, and of those that end contact."""
         n = self._base_joints
         residual, allowed = torque[..., :n].sum(axis=-1) / n, tolerance[..., :n].sum(axis=-1) / n
         above = np.abs(residual) - allowed > self._threshold
-        return residual, above, np.abs(residual) + allowed < _RELEASE * self._threshold
+        return residual, above, np.abs(residual) + allowed < _RELEASE_RATIO * self._threshold

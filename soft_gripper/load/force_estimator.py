@@ -37,15 +37,15 @@ from soft_gripper.fingers.kinematics import as_planar, as_points, rotated
 
 SAMPLES = 5
 DELAY = SAMPLES // 2  # delay of the result, samples
-_SMOOTHING = np.array([2.0, 3.0, 2.0]) / 7
+_SMOOTHING_WEIGHTS = np.array([2.0, 3.0, 2.0]) / 7
 # Over three samples, a second difference is a mean of the acceleration; this is the same mean of a value.
-_VALUE = np.convolve(_SMOOTHING, np.array([1.0, 10.0, 1.0]) / 12)
-_ACCELERATION = np.convolve(_SMOOTHING, [1.0, -2.0, 1.0])
+_VALUE_FILTER = np.convolve(_SMOOTHING_WEIGHTS, np.array([1.0, 10.0, 1.0]) / 12)
+_ACCELERATION_FILTER = np.convolve(_SMOOTHING_WEIGHTS, [1.0, -2.0, 1.0])
 # A real finger is damped at its current rate, a plant with steps of one period at the rate half a period later. The
 # rate is taken midway between, and its change from there to either counts as tolerance.
-_MIDWAY = _ACCELERATION / 4
-_RATE = np.convolve(_SMOOTHING, [-0.5, 0.0, 0.5]) + _MIDWAY
-_FILTERS = np.array([_VALUE, _RATE, _MIDWAY])
+_MIDWAY_FILTER = _ACCELERATION_FILTER / 4
+_RATE_FILTER = np.convolve(_SMOOTHING_WEIGHTS, [-0.5, 0.0, 0.5]) + _MIDWAY_FILTER
+_STATE_FILTERS = np.array([_VALUE_FILTER, _RATE_FILTER, _MIDWAY_FILTER])
 
 # Other residuals without contact, as fractions of the terms that are known less accurately.
 _INERTIA_UNCERTAINTY = 0.1  # of the torque of inertia
@@ -72,8 +72,8 @@ class ExternalTorque:
     @property
     def tolerance(self) -> Array:
         """Largest residual expected without contact, N m, (..., N)."""
-        of_motion = np.abs(self.damping_change) + _INERTIA_UNCERTAINTY * np.abs(self.inertia)
-        return of_motion + _DRIVING_UNCERTAINTY * self.driving_change
+        motion_tolerance = np.abs(self.damping_change) + _INERTIA_UNCERTAINTY * np.abs(self.inertia)
+        return motion_tolerance + _DRIVING_UNCERTAINTY * self.driving_change
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,13 @@ class TorqueBalance:
             moving: joint angles, rad, (..., 5, N), whose motion stands for the finger's; None: that of `motion` itself,
                 whose noise accelerations multiply.
         """
-        finger, moving = self.finger, motion.q if moving is None else moving
-        filtered = _FILTERS @ moving
+        finger = self.finger
+        moving = motion.q if moving is None else moving
+        filtered = _STATE_FILTERS @ moving
         inertia, weight = self._inertia_and_weight(motion._replace(q=moving), gravity, period)
         damping = filtered[..., 1:, :] * (finger.damping / period)
-        elastic = finger.elastic_torque(_VALUE @ motion.q)
-        torque = elastic + damping[..., 0, :] - _VALUE @ motion.driving + inertia - weight
+        elastic = finger.elastic_torque(_VALUE_FILTER @ motion.q)
+        torque = elastic + damping[..., 0, :] - _VALUE_FILTER @ motion.driving + inertia - weight
         driving_change = motion.driving.max(axis=-2) - motion.driving.min(axis=-2)
         return ExternalTorque(torque, inertia, damping[..., 1, :], driving_change)
 
@@ -116,7 +117,7 @@ class TorqueBalance:
         # Axes and origin of B at every sample, (..., 5, 4), seen in the bending plane of the middle one: z + i x.
         plane = as_planar(motion.X_WB[..., DELAY, :, ::2])
         frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :]
-        frames = frames * (_ACCELERATION / period**2)[:, None]
+        frames = frames * (_ACCELERATION_FILTER / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
         turning = (z @ cos + x @ sin)[..., 0, :]
         normals = (x @ cos - z @ sin)[..., 0, :]
@@ -157,13 +158,13 @@ class TorqueBalance:
 
 
 def windows(samples: Array) -> Array:
-    """All five samples that follow each other in a recording, (T, ...) -> (T - 4, 5, ...)."""
+    """Windows of five successive samples of a recording, (T, ...) -> (T - 4, 5, ...)."""
     moved = np.lib.stride_tricks.sliding_window_view(samples, SAMPLES, axis=0)
     return np.moveaxis(moved, -1, 1)
 
 
 class ForceEstimator(ArrayBlock):
-    """Estimates what bends one finger besides its driving torque, its weight and its motion (paper, II.D).
+    """Estimates the external torque on a finger: beside driving torque, weight and motion (paper, II.D).
 
     ::
 
@@ -196,14 +197,14 @@ class ForceEstimator(ArrayBlock):
         for name, size in sizes.items():
             self.take(name, size)
         before = np.full((SAMPLES - 1, sum(sizes.values())), np.nan)
-        self.remember("samples", _with_present, *sizes, begin=before, keep=_without_oldest, over_time=_recorded_samples)
+        self.remember("samples", _append_present, *sizes, begin=before, keep=_drop_oldest, over_time=_recorded_samples)
         self.derive("external", self._external_torque, "samples")
         self.put_out("free_bending_angles", finger.angle, DRIVING_TORQUE, unit="rad", joint=range(joints))
         for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):
             self.put_out(name, attrgetter(part), "external", unit="N m", joint=range(joints))
 
     def _external_torque(self, samples: Array) -> ExternalTorque:
-        """From samples (..., 5, 2 N + 12)."""
+        """External torque at the middle of samples, (..., 5, 2 N + 12)."""
         joints = self._finger.segments
         q, driving = samples[..., :joints], samples[..., joints : 2 * joints]
         X_WB = samples[..., 2 * joints :].reshape(*samples.shape[:-1], 3, 4)
@@ -218,17 +219,17 @@ class ForceEstimator(ArrayBlock):
         return motion.q[..., DELAY, None, :] + free - free[..., DELAY, None, :]
 
 
-def _with_present(before: Array, *inputs: Array) -> Array:
+def _append_present(before: Array, *inputs: Array) -> Array:
     """The samples remembered and the present one, (..., 5, 2 N + 12): joint angles, driving torque, X_WB."""
     return np.concatenate([before, np.concatenate(inputs, axis=-1)[..., None, :]], axis=-2)
 
 
-def _without_oldest(samples: Array) -> Array:
+def _drop_oldest(samples: Array) -> Array:
     return samples[..., 1:, :]
 
 
 def _recorded_samples(*inputs: Array) -> Array:
-    """Samples that `_with_present` returns along a recording, (T, 5, 2 N + 12); the first is not kept."""
+    """Samples that `_append_present` returns along a recording, (T, 5, 2 N + 12); the first is not kept."""
     present = np.concatenate(inputs, axis=-1)
     before = np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]])
     samples = windows(before).copy()

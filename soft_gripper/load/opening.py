@@ -19,10 +19,10 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import in_plane, in_space, link_directions
 
-_IN_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
+_PLANE_TO_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
 
 
-def spread(points: Array) -> Array:
+def mean_diameter(points: Array) -> Array:
     """Twice the mean distance of points from their centroid, (..., F, 3) m -> (...) m.
 
     For two points that is their distance, for the corners of a regular polygon the diameter of its circle.
@@ -60,7 +60,7 @@ class Gripper:
 
     @cached_property
     def _outward(self) -> Array:
-        """From the middle of the bases to each, (F, 3) m."""
+        """Vectors from the bases' centroid, (F, 3) m."""
         return self._origins - self._origins.mean(axis=0)
 
     def points(self, p_B: Array) -> Array:
@@ -104,12 +104,14 @@ class GripperOpening(ArrayBlock):
         ports = [f"{finger}.tip_pose" for finger in fingers]
         for port in ports:
             self.take(port, 3)
-        self.put_out("opening", lambda *tips: gripper.opening(np.stack(tips, axis=-2) @ _IN_SPACE), *ports, unit="m")
+        self.put_out(
+            "opening", lambda *tips: gripper.opening(np.stack(tips, axis=-2) @ _PLANE_TO_SPACE), *ports, unit="m"
+        )
 
 
-_POINTS = 4  # on the inner surface, for every segment
-_AT_ONCE = 256  # samples of which all pairs of points are compared at once, 20 kB each
-_ROUNDS = 4  # over all fingers, in search of the narrowest point
+_POINTS_PER_SEGMENT = 4  # on the inner surface, for every segment
+_SAMPLES_PER_BATCH = 256  # samples of which all pairs of points are compared at once, 20 kB each
+_SEARCH_ROUNDS = 4  # over all fingers, in search of the narrowest point
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ class InnerSurface:
     def levers(self) -> Planar:
         """Levers of each point along the direction and the inner normal of each link, m, (N + 1, M)."""
         finger, ends = self.finger, self.finger.link_ends
-        s = np.linspace(0.0, finger.length, _POINTS * finger.segments + 1)
+        s = np.linspace(0.0, finger.length, _POINTS_PER_SEGMENT * finger.segments + 1)
         along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
         own_link = np.searchsorted(ends[1:-1], s) == np.arange(finger.segments + 1)[:, None]
         return in_plane(own_link * finger.section(s).inner_face, along)
@@ -134,7 +136,7 @@ class InnerSurface:
 
 
 def narrowest(curves: Sequence[Array]) -> Array:
-    """The smallest spread of points, one of each curve, (..., M, 3) m each; (...) m.
+    """The smallest mean diameter of points, one of each curve, (..., M, 3) m each; (...) m.
 
     Compares all pairs of two curves. Of more it looks at points that lie equally far along them, and from the best of
     these moves one point at a time.
@@ -142,33 +144,33 @@ def narrowest(curves: Sequence[Array]) -> Array:
     shape = curves[0].shape[:-2]
     flat = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
     if len(curves) == 2:
-        parts = range(0, len(flat[0]), _AT_ONCE)
-        found = [_gap(*(curve[first : first + _AT_ONCE] for curve in flat)) for first in parts]
-        return np.concatenate([np.empty(0), *found]).reshape(shape)
-    return np.array([_narrowest_of_many(each) for each in zip(*flat, strict=True)]).reshape(shape)
+        parts = range(0, len(flat[0]), _SAMPLES_PER_BATCH)
+        gaps = [_gap(*(curve[first : first + _SAMPLES_PER_BATCH] for curve in flat)) for first in parts]
+        return np.concatenate([np.empty(0), *gaps]).reshape(shape)
+    return np.array([_narrowest_of_many(sample_curves) for sample_curves in zip(*flat, strict=True)]).reshape(shape)
 
 
 def _gap(one: Array, other: Array) -> Array:
     """The least distance of the points of two curves, (..., M, 3) m; (...) m."""
     middle = one.mean(axis=-2, keepdims=True)  # near both, so that few digits are lost
     one, other = one - middle, other - middle
-    squares, of_other = np.add.reduce(one**2, axis=-1), np.add.reduce(other**2, axis=-1)
-    apart = squares[..., :, None] + of_other[..., None, :] - 2 * one @ np.swapaxes(other, -1, -2)
+    squares, other_squares = np.add.reduce(one**2, axis=-1), np.add.reduce(other**2, axis=-1)
+    apart = squares[..., :, None] + other_squares[..., None, :] - 2 * one @ np.swapaxes(other, -1, -2)
     least: Array = np.sqrt(np.maximum(apart.min(axis=(-2, -1)), 0.0))
     return least
 
 
 def _narrowest_of_many(curves: Sequence[Array]) -> float:
-    """See `narrowest`, for one sample."""
+    """Smallest mean diameter of points of three or more curves at one sample, m, see `narrowest`."""
     along = np.linspace(0.0, 1.0, max(map(len, curves)))
     points = np.stack([curve[np.round(along * (len(curve) - 1)).astype(int)] for curve in curves], axis=1)
-    found = points[np.argmin(spread(points))]
-    for _ in range(_ROUNDS):
+    narrowest_points = points[np.argmin(mean_diameter(points))]
+    for _ in range(_SEARCH_ROUNDS):
         for i, curve in enumerate(curves):
-            choices = np.repeat(found[None], len(curve), axis=0)
+            choices = np.repeat(narrowest_points[None], len(curve), axis=0)
             choices[:, i] = curve
-            found = choices[np.argmin(spread(choices))]
-    return float(spread(found))
+            narrowest_points = choices[np.argmin(mean_diameter(choices))]
+    return float(mean_diameter(narrowest_points))
 
 
 class ObjectWidth(ArrayBlock):
@@ -198,7 +200,7 @@ class ObjectWidth(ArrayBlock):
         self.put_out("object_width", self._width, *angles, *contacts, unit="m")
 
     def _width(self, *inputs: Array) -> Array:
-        """From the joint angles of all fingers, (..., N) rad, and then their contacts, (..., 1); (...) m."""
+        """Width, (...) m, from the joint angles of all fingers, (..., N) rad, and then their contacts, (..., 1)."""
         count = len(self._surfaces)
         angles, contacts = inputs[:count], np.concatenate(inputs[count:], axis=-1)
         is_held = contacts.all(axis=-1) & np.logical_and.reduce([np.isfinite(q).all(axis=-1) for q in angles])

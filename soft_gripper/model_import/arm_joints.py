@@ -13,8 +13,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT, READ
 from soft_gripper.model_import.added_model import AddedModel
 
-_NUMBERS = "{ lower, upper, velocity, effort } in rad, rad/s and N m, or m, m/s and N"
-_ROUNDING = 1e-3  # rad or m, by which limits of joints that follow others may be rounded in files
+_LIMITS_FORM = "{ lower, upper, velocity, effort } in rad, rad/s and N m, or m, m/s and N"
+_LIMIT_TOLERANCE = 1e-3  # rad or m, by which limits of joints that follow others may be rounded in files
 
 
 class JointLimits(Protocol):
@@ -45,7 +45,7 @@ def set_limits(model: AddedModel, limits: Mapping[str, JointLimits]) -> None:
     motors = {actuator.joint().name(): actuator for actuator in _actuators(model)}
     for name, joint in joints.items():
         if name in limits:
-            _set(model.plant, joint, motors.get(name), limits[name])
+            _set_limits(model.plant, joint, motors.get(name), limits[name])
     motors = {actuator.joint().name(): actuator for actuator in _actuators(model)}
     for name in [name for name in joints if name not in leaders]:
         motor = motors.get(name)
@@ -71,7 +71,7 @@ def _limits(joint: Joint) -> tuple[float, float, float]:
     return lower, upper, velocity
 
 
-def _set(plant: MultibodyPlant, joint: Joint, motor: JointActuator | None, limits: JointLimits) -> None:
+def _set_limits(plant: MultibodyPlant, joint: Joint, motor: JointActuator | None, limits: JointLimits) -> None:
     lower, upper, _ = _limits(joint)
     if limits.lower is not None or limits.upper is not None:
         lower = lower if limits.lower is None else limits.lower
@@ -91,7 +91,7 @@ def _check(model: AddedModel, joint: Joint, effort: float) -> None:
     name = joint.name()
     where = f"{model.file.path}: joint '{name}'"
     lower, upper, velocity = _limits(joint)
-    expected = f"give what the joint can do at most, in the file or in the scenario: arm.limits.{name}: {_NUMBERS}"
+    expected = f"give what the joint can do at most, in the file or in the scenario: arm.limits.{name}: {_LIMITS_FORM}"
     for field, value in (("limit.effort", effort), ("limit.velocity", velocity)):
         if not value > 0:
             raise InputError(where, field, value, expected)
@@ -103,13 +103,13 @@ def _check(model: AddedModel, joint: Joint, effort: float) -> None:
 
 
 def couple(model: AddedModel) -> None:
-    """Lets joints follow others, by Drake's couplers; what follows has no actuator.
+    """Lets joints follow others, by Drake's couplers; followers have no actuators.
 
     Raises:
         InputError: if the solver of the plant knows no couplers.
     """
     followers = {mimic.joint for mimic in model.mimics}
-    for actuator in [each for each in _actuators(model) if each.joint().name() in followers]:
+    for actuator in [actuator for actuator in _actuators(model) if actuator.joint().name() in followers]:
         model.plant.RemoveJointActuator(actuator)
     for mimic in model.mimics:
         joint, leader = (model.joint(name) for name in (mimic.joint, mimic.leader))
@@ -124,24 +124,24 @@ def couple(model: AddedModel) -> None:
 
 
 def free_followers(model: AddedModel, limits: Mapping[str, JointLimits] = MappingProxyType({})) -> None:
-    """Leaves out limits of joints that would hold what they follow, with a note, but those of a scenario.
+    """Leaves out limits of joints that would stop their leaders, with a note, except those of a scenario.
 
     Limits that are rounded become those to which the leader takes the joint.
     """
     laws = {mimic.joint: mimic for mimic in model.mimics}
 
-    def led(name: str) -> tuple[float, float]:
-        """The range to which its leader takes a joint, whose own limits do not count."""
+    def leader_range(name: str) -> tuple[float, float]:
+        """Range of a joint as its leader moves it; limits of the joint itself do not count."""
         if (law := laws.get(name)) is None:
             return _limits(model.joint(name))[:2]
-        ends = [law.offset + (law.multiplier * end if law.multiplier else 0.0) for end in led(law.leader)]
+        ends = [law.offset + (law.multiplier * end if law.multiplier else 0.0) for end in leader_range(law.leader)]
         return min(ends), max(ends)
 
     for name, law in laws.items():
         joint, given = model.joint(name), limits.get(name)
-        (low, high), (lower, upper, velocity) = led(name), _limits(joint)
+        (low, high), (lower, upper, velocity) = leader_range(name), _limits(joint)
         is_bounded = math.isfinite(low) and math.isfinite(high)
-        contradicts = is_bounded and (low < lower - _ROUNDING or high > upper + _ROUNDING)
+        contradicts = is_bounded and (low < lower - _LIMIT_TOLERANCE or high > upper + _LIMIT_TOLERANCE)
         is_given = given is not None and (given.lower is not None or given.upper is not None)
         if not is_given and (contradicts or not lower < upper):
             joint.set_position_limits([-math.inf], [math.inf])
@@ -155,7 +155,7 @@ def free_followers(model: AddedModel, limits: Mapping[str, JointLimits] = Mappin
 
 
 def exclude_self_contact(model: AddedModel) -> None:
-    """Links of an arm do not touch each other, unless its file says which do: neighbours in most arms overlap."""
+    """Excludes contact between the links of an arm, unless its file says which do: neighbours in most arms overlap."""
     plant, scene_graph = model.plant, model.parser.scene_graph()
     if scene_graph is None or not model.parser.GetCollisionFilterGroups().empty():
         return
@@ -165,7 +165,7 @@ def exclude_self_contact(model: AddedModel) -> None:
 
 
 def exclude_contact(model: AddedModel, apart: Iterable[tuple[Iterable[str], Iterable[str]]]) -> None:
-    """Bodies of a model, in pairs of groups of their names, do not touch each other."""
+    """Excludes contact between bodies of a model, in pairs of groups of their names."""
     plant, scene_graph = model.plant, model.parser.scene_graph()
     for pair in apart if scene_graph is not None else ():
         one, other = (

@@ -20,8 +20,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.model_import.added_model import AddedModel
 
 # Drake's names of properties.
-_FRICTION = "material", "coulomb_friction"
-_TYPE = "hydroelastic", "compliance_type"
+_FRICTION_PROPERTY = "material", "coulomb_friction"
+_COMPLIANCE_PROPERTY = "hydroelastic", "compliance_type"
 
 
 def set_friction(where: str, friction: float, model: AddedModel) -> None:
@@ -35,7 +35,7 @@ def set_friction(where: str, friction: float, model: AddedModel) -> None:
         raise InputError(where, "friction", friction, "leave it out: the model has no rigid shape that could touch")
     for shape in shapes:
         properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(shape))
-        properties.UpdateProperty(*_FRICTION, CoulombFriction(friction, friction))
+        properties.UpdateProperty(*_FRICTION_PROPERTY, CoulombFriction(friction, friction))
         scene_graph.AssignRole(plant.get_source_id(), shape, properties, RoleAssign.kReplace)
 
 
@@ -50,7 +50,7 @@ def touch_at_surfaces(model: AddedModel) -> None:
         shape = inspector.GetShape(geometry)
         properties = ProximityProperties(inspector.GetProximityProperties(geometry))
         is_hull = not isinstance(shape, Mesh) or isinstance(shape, Convex) or _is_convex(shape)
-        if not (is_hull or inspector.IsDeformableGeometry(geometry) or properties.HasProperty(*_TYPE)):
+        if not (is_hull or inspector.IsDeformableGeometry(geometry) or properties.HasProperty(*_COMPLIANCE_PROPERTY)):
             AddRigidHydroelasticProperties(properties)
             scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 

@@ -20,8 +20,8 @@ from soft_gripper.files.notes import READ
 from soft_gripper.model_import.mesh_files import read_scene
 from soft_gripper.model_import.model_file import ModelFile
 
-_SLABS = 14
-_FLATNESS = 1e-6  # thickness over extent of points, below which they lie in a plane
+_SLAB_COUNT = 14
+_MIN_FLATNESS_RATIO = 1e-6  # thickness over extent of points, below which they lie in a plane
 _JOINED_FILL = 0.999  # slabs that fill this share of their common hull are one part
 _NOTABLE_EXCESS = 1.05  # volume of a hull over that of its mesh
 CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
@@ -35,19 +35,19 @@ def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
         path: of the file.
         modified: time of its last change, ns, so that a changed file is read again.
     """
-    mesh = _read(path)
+    mesh = _read_mesh(path)
     if hull_excess(path, modified) * CONVEX <= 1:
         return (np.array(mesh.convex_hull.vertices),)
     candidates = [_slabs(mesh, axis) for axis in range(3)]
     slabs = min(candidates, key=lambda slabs: sum(slab.volume for slab in slabs))
-    return tuple(np.array(part.vertices) for part in _joined(slabs))
+    return tuple(np.array(part.vertices) for part in _join_slabs(slabs))
 
 
 @lru_cache(maxsize=256)
 def hull_excess(path: Path, modified: int) -> float:
     """The volume of the convex hull of a mesh over its own; infinite if it is open; args as of `convex_parts`."""
     try:
-        mesh = _read(path)
+        mesh = _read_mesh(path)
     except InputError:  # a format that Drake alone reads
         return math.inf
     has_volume = mesh.is_watertight and mesh.is_winding_consistent and mesh.volume != 0
@@ -69,13 +69,13 @@ def note_hull(model: ModelFile, link: str, mesh: Path, origin: Path) -> None:
         model.note(READ, f"link '{link}': mesh", origin.name, why)
 
 
-def _read(path: Path) -> trimesh.Trimesh:
+def _read_mesh(path: Path) -> trimesh.Trimesh:
     mesh = read_scene(path).to_mesh()
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     return mesh
 
 
-def _joined(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
+def _join_slabs(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
     """Slabs, those that follow each other joined as long as they fill their common hull."""
     parts, filled = [slabs[0]], slabs[0].volume
     for slab in slabs[1:]:
@@ -89,7 +89,7 @@ def _joined(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
 def _slabs(mesh: trimesh.Trimesh, axis: int) -> list[trimesh.Trimesh]:
     """Hulls of slices of equal height along an axis."""
     low, high = mesh.bounds[:, axis]
-    slices = (_between(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, _SLABS + 1)))
+    slices = (_slice_points(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, _SLAB_COUNT + 1)))
     return [trimesh.convex.convex_hull(points) for points in slices if _is_solid(points)]
 
 
@@ -98,10 +98,10 @@ def _is_solid(points: Array) -> bool:
     if len(points) < 4:
         return False
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[-1] > _FLATNESS * spread[0])
+    return bool(spread[-1] > _MIN_FLATNESS_RATIO * spread[0])
 
 
-def _between(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
+def _slice_points(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
     """The vertices of a mesh between two planes across an axis, and where its edges cross these, (M, 3)."""
     vertices, edges = np.array(mesh.vertices), np.array(mesh.edges_unique)
     points = [vertices[(vertices[:, axis] >= begin) & (vertices[:, axis] <= end)]]

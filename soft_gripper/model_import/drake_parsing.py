@@ -13,17 +13,17 @@ from tempfile import TemporaryDirectory
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.tree import ModelInstanceIndex
 
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.document import require
 from soft_gripper.files.notes import LEFT_OUT, READ
 from soft_gripper.files.text import MAX_TEXT_BYTES, check_regular, read_text
 from soft_gripper.files.xml_text import check_counts, joint_end, parse_xml
-from soft_gripper.library_messages import MARK, PREFIX, of_drake, without_messages
+from soft_gripper.library_messages import MARK, PREFIX, drop_messages, original_message
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.model_numbers import check_numbers
 
-_SCHEMES = ("package://", "model://")
+_PACKAGE_SCHEMES = ("package://", "model://")
 
 
 def check_inside(where: object, uri: str) -> None:
@@ -45,7 +45,7 @@ def check_uris(path: Path, uris: Iterable[str]) -> None:
         InputError: if one leads out of its package, or names something, such as a pipe, that is not a file or folder.
     """
     for uri in uris:
-        if uri.startswith(_SCHEMES):
+        if uri.startswith(_PACKAGE_SCHEMES):
             check_inside(path, uri)
         elif os.path.exists(file := path.parent / uri.removeprefix("file://")) and not os.path.isdir(file):
             require(os.path.isfile(file), path, "file", uri, "is not a regular file")
@@ -60,56 +60,57 @@ def named_uris(root: ET.Element) -> Iterator[str]:
                 yield uri
 
 
-_XML = (".urdf", ".sdf", ".world", ".xml", ".mjcf")
+_XML_SUFFIXES = (".urdf", ".sdf", ".world", ".xml", ".mjcf")
 
 
-_HARMLESS = "[drake:wall_boundary_condition]"  # which Drake 1.51 misses in soft objects, and does not need
+_HARMLESS_WARNING = "[drake:wall_boundary_condition]"  # which Drake 1.51 misses in soft objects, and does not need
 
 
-_WARNING = re.compile(r"(?:\S+:\d+: )?(?:warning: )?(.*)", re.DOTALL)
-_BETWEEN = re.compile(r">\s*<")
-_GEOM = re.compile(r"^geom \S+ specified")  # whose name would make each warning another one
-_PLACE = re.compile(r"\W*(/.*?):(\d+): ")
+_WARNING_PATTERN = re.compile(r"(?:\S+:\d+: )?(?:warning: )?(.*)", re.DOTALL)
+_TAG_GAP = re.compile(r">\s*<")
+_GEOM_PATTERN = re.compile(r"^geom \S+ specified")  # whose name would make each warning another one
+_LINE_PATTERN = re.compile(r"\W*(/.*?):(\d+): ")
 
 
 @contextmanager
 def drake_reads(where: object, field: str, value: object, file: ModelFile | None = None) -> Iterator[None]:
-    """Turns what Drake raises into an InputError; a failed condition of Drake arrives as SystemExit.
+    """Turns exceptions of Drake into an InputError; a failed condition of Drake arrives as SystemExit.
 
     While a `file` is read, warnings of Drake become notes on it.
     """
 
     def keep(message: str) -> bool:
-        if file is not None and (said := _WARNING.fullmatch(of_drake(message))):
-            outcome = LEFT_OUT if "ignor" in said[1].lower() else READ
-            file.note(outcome, _element(message), "", _GEOM.sub("it specifies", " ".join(said[1].split())))
+        if file is not None and (match := _WARNING_PATTERN.fullmatch(original_message(message))):
+            outcome = LEFT_OUT if "ignor" in match[1].lower() else READ
+            file.note(outcome, _element(message), "", _GEOM_PATTERN.sub("it specifies", " ".join(match[1].split())))
         return file is None
 
     try:
-        with without_messages(lambda message: _HARMLESS in message or not keep(message)):
+        with drop_messages(lambda message: _HARMLESS_WARNING in message or not keep(message)):
             yield
     except InputError:
         raise
     except (RuntimeError, ValueError, IndexError, SystemExit) as error:
         if isinstance(error, SystemExit) and not isinstance(error.code, str):
             raise
-        element = "" if (found := _element(str(error))) == "it" else f"{found}: "
-        raise InputError(where, field, value, f"Drake cannot read it: {element}{of_drake(first_line(error))}") from None
+        element = "" if (name := _element(str(error))) == "it" else f"{name}: "
+        message = original_message(first_line(error))
+        raise InputError(where, field, value, f"Drake cannot read it: {element}{message}") from None
     finally:
         clearcache()
 
 
-_TAG = re.compile(r"<([\w:]+)")
-_NAME = re.compile(r"""\sname=["']([^"']*)""")
+_TAG_PATTERN = re.compile(r"<([\w:]+)")
+_NAME_PATTERN = re.compile(r"""\sname=["']([^"']*)""")
 
 
 def _element(message: str) -> str:
     """The element that a message is about, from the text that Drake reads, whose lines are not those of the file."""
-    place = _PLACE.match(message)
-    tag = _TAG.search(line := getline(place[1], int(place[2]))) if place else None
+    place = _LINE_PATTERN.match(message)
+    tag = _TAG_PATTERN.search(line := getline(place[1], int(place[2]))) if place else None
     if tag is None:
         return "it"
-    name = _NAME.search(line.partition(">")[0])
+    name = _NAME_PATTERN.search(line.partition(">")[0])
     return f"{tag[1]} '{name[1]}'" if name else f"<{tag[1]}>"
 
 
@@ -129,7 +130,7 @@ def check_file(path: Path) -> ET.Element | None:
     Raises:
         InputError: if it is XML that would end the process.
     """
-    if path.suffix.lower() not in _XML:
+    if path.suffix.lower() not in _XML_SUFFIXES:
         is_model = not path.name.endswith(".dmd.yaml")
         require(is_model, path, "file", path.name, "holds directives: add them by add_directives")
         check_regular(path, MAX_TEXT_BYTES)
@@ -146,16 +147,16 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
     Raises:
         InputError: if it would end the process.
     """
-    _check(path, text, lambda: _without_includes(path, ET.fromstring(text)))
+    _check(path, text, lambda: _refuse_includes(path, ET.fromstring(text)))
     with TemporaryDirectory(prefix=PREFIX) as folder:
         expanded = Path(folder) / f"{path.stem}{MARK}{suffix}"
-        expanded.write_text(_BETWEEN.sub(">\n<", text), encoding="utf-8")  # lines of messages tell elements apart
+        expanded.write_text(_TAG_GAP.sub(">\n<", text), encoding="utf-8")  # lines of messages tell elements apart
         getlines(str(expanded))  # kept while Drake's messages are read
         return list(parser.AddModels(str(expanded)))
 
 
-def _without_includes(path: Path, root: ET.Element) -> ET.Element:
-    """The root of a model that includes nothing: Drake follows files that include themselves without an end.
+def _refuse_includes(path: Path, root: ET.Element) -> ET.Element:
+    """Returns the root of a model, and refuses includes: Drake follows files that include themselves without an end.
 
     Raises:
         InputError: for an <include> that is where no model can be.
@@ -169,17 +170,17 @@ def _without_includes(path: Path, root: ET.Element) -> ET.Element:
     return root
 
 
-_MOST_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run
+_MAX_CACHED_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run
 _named: OrderedDict[tuple[Path, str], tuple[str, ...]] = OrderedDict()
 
 
 def _check(path: Path, text: str, root: Callable[[], ET.Element]) -> None:
-    named = kept(_named, (path, text), lambda: _named_in_checked(path, root()), _MOST_TEXTS)
+    named = get_or_make(_named, (path, text), lambda: _check_and_list_uris(path, root()), _MAX_CACHED_TEXTS)
     check_uris(path, named)  # what they name may have changed, unlike the text
 
 
-def _named_in_checked(path: Path, root: ET.Element) -> tuple[str, ...]:
-    """The URIs in a model, whose numbers and links are right."""
+def _check_and_list_uris(path: Path, root: ET.Element) -> tuple[str, ...]:
+    """Checks numbers and links of a model, and returns its URIs."""
     check_numbers(path, root)
     for model in root.iter("model") if root.tag == "sdf" else (root,):
         _check_tree(path, model)
@@ -187,7 +188,7 @@ def _named_in_checked(path: Path, root: ET.Element) -> tuple[str, ...]:
 
 
 def _check_tree(path: Path, model: ET.Element) -> None:
-    """Joints must not close a loop of links: Drake simulates trees, and fails only when the plant is finalized."""
+    """Refuses loops of links: Drake simulates trees, and fails only when the plant is finalized."""
     joined: dict[str, str] = {}  # a link, and another one that is connected to it
 
     def first(link: str) -> str:

@@ -20,7 +20,7 @@ class Mimic(NamedTuple):
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What is asked of a model beside its file."""
+    """Options of an import beside the file of the model."""
 
     where: str = "model"  # its place in a scenario, for messages
     is_arm: bool = False  # its joints get actuators, its meshes become convex for contact

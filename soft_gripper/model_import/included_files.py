@@ -9,14 +9,14 @@ from pathlib import Path
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import MAX_CHARACTERS, MAX_ELEMENTS, read_xml
 from soft_gripper.model_import.drake_parsing import check_file
-from soft_gripper.model_import.mesh_names import mesh_file, named_in_packages
+from soft_gripper.model_import.mesh_names import find_in_packages, mesh_file
 
 _MAX_DEPTH = 10  # files inside each other
 _MAX_FILES = 500  # more than the largest models have, and read within a second
 
 
 class IncludedFiles:
-    """Reads the files that a model includes, however often and by way of which others."""
+    """Reader of the files that a model includes, directly or through others, within limits."""
 
     def __init__(self, path: Path, root: ET.Element):
         self._chain = [path]  # files that are being read, the model's own first
@@ -87,7 +87,7 @@ def sdf_file(path: Path, include: ET.Element) -> tuple[str, Path]:
     """
     uri = (include.findtext("uri") or "").strip()
     beside = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
-    folders = [folder for folder in (beside, *named_in_packages(uri, path)) if os.path.isdir(folder)]
+    folders = [folder for folder in (beside, *find_in_packages(uri, path)) if os.path.isdir(folder)]
     if not folders:
         try:
             return uri, mesh_file(uri, path)

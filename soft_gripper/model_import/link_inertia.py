@@ -16,10 +16,10 @@ SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
 NEXT_TO_NONE = (1e-9, 1e-15 * np.eye(3))  # kg, kg m^2
 SPECK_WHY = "it moves on a joint of its own, and weighs 1 g now"
 NOT_POSSIBLE = "no body has it; the nearest that a body can have takes its place"
-_THINNEST = 1e-3  # m, spread of the mass along any axis
-_ROUNDED = 1e-3  # change relative to the trace, below which an inertia was only rounded in its file
-_DENSITY = "1000"  # kg/m^3, of SDFormat
-_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+_MIN_MASS_SPREAD = 1e-3  # m, spread of the mass along any axis
+_ROUNDING_TOLERANCE = 1e-3  # change relative to the trace, below which an inertia was only rounded in its file
+_DEFAULT_DENSITY = "1000"  # kg/m^3, of SDFormat
+_INERTIA_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
 
 
 def possible_inertia(mass: float, inertia: Array) -> Array:
@@ -32,7 +32,7 @@ def possible_inertia(mass: float, inertia: Array) -> Array:
     moments, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
     if moments[0] >= 0 and moments[0] + moments[1] > 0:
         return inertia
-    second_moments = (axes * np.maximum(moments, mass * _THINNEST**2)) @ axes.T
+    second_moments = (axes * np.maximum(moments, mass * _MIN_MASS_SPREAD**2)) @ axes.T
     nearest: Array = np.trace(second_moments) * np.eye(3) - second_moments
     return nearest
 
@@ -53,17 +53,17 @@ def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
         name = link.get("name")
         if is_sdf and (link.find("inertial") is None or link.find("inertial[@auto]") is not None):
             continue  # 1 kg and 1 kg m^2, or computed by Drake
-        mass, inertia = _read(f"{model.path}: link '{name}'", link, is_sdf)
+        mass, inertia = _read_inertial(f"{model.path}: link '{name}'", link, is_sdf)
         if mass > 0:
             possible = possible_inertia(mass, inertia)
             if possible is not inertia:
-                _write(link, mass, possible, is_sdf)
-                is_rounded = np.abs(possible - inertia).max() <= _ROUNDED * np.trace(possible)
+                _write_inertial(link, mass, possible, is_sdf)
+                is_rounded = np.abs(possible - inertia).max() <= _ROUNDING_TOLERANCE * np.trace(possible)
                 if not (is_rounded and np.linalg.eigvalsh(inertia)[0] > 0):
                     moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
                     model.note(MENDED, f"link '{name}': inertia ixx, iyy, izz", moments, NOT_POSSIBLE)
         elif name in jointed and name not in heavy:
-            _write(link, *SPECK, is_sdf)
+            _write_inertial(link, *SPECK, is_sdf)
             model.note(MENDED, f"link '{name}': mass", "0", SPECK_WHY)
         else:
             massless(link, is_sdf)
@@ -80,18 +80,18 @@ def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
         auto = link.find("inertial[@auto='true']")
         if auto is not None:  # computed by Drake, from the densities of the shapes or that of the link
             density = _child(auto, "density")
-            density.text = density.text or _DENSITY
-            for each in (density, *link.findall("collision/density")):
-                each.text = repr(factor * float(each.text or _DENSITY))
+            density.text = density.text or _DEFAULT_DENSITY
+            for element in (density, *link.findall("collision/density")):
+                element.text = repr(factor * float(element.text or _DEFAULT_DENSITY))
         elif is_sdf or link.find("inertial") is not None:
-            mass, inertia = _read(f"{path}: link '{link.get('name')}'", link, is_sdf)
-            _write(link, factor * mass, factor * inertia, is_sdf)
+            mass, inertia = _read_inertial(f"{path}: link '{link.get('name')}'", link, is_sdf)
+            _write_inertial(link, factor * mass, factor * inertia, is_sdf)
 
 
 def _heavy(model: ModelFile, is_sdf: bool) -> set[str]:
     """The links to which something with a mass is fixed, directly or by way of others."""
     masses = {
-        link.get("name", ""): _read(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
+        link.get("name", ""): _read_inertial(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
         for link in model.root.findall("link")
     }
     fixed = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
@@ -104,18 +104,18 @@ def _heavy(model: ModelFile, is_sdf: bool) -> set[str]:
 
 
 def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
-    """This link without mass, or with next to none in SDFormat, where a link that has none weighs 1 kg."""
+    """Removes the mass of a link, or nearly all of it in SDFormat, where one without mass weighs 1 kg; returns it."""
     for inertial in link.findall("inertial"):
         link.remove(inertial)
     if is_sdf:
-        _write(link, *NEXT_TO_NONE, is_sdf)
+        _write_inertial(link, *NEXT_TO_NONE, is_sdf)
     return link
 
 
-def _read(where: str, link: ET.Element, is_sdf: bool) -> tuple[float, Array]:
+def _read_inertial(where: str, link: ET.Element, is_sdf: bool) -> tuple[float, Array]:
     inertial, inertia = link.find("inertial"), np.zeros((3, 3))
     entries = None if inertial is None else inertial.find("inertia")
-    for key, (i, j) in _ENTRIES.items():
+    for key, (i, j) in _INERTIA_ENTRIES.items():
         inertia[i, j] = inertia[j, i] = number(where, entries, key, "1" if is_sdf and i == j else "0")
     mass = number(where, inertial, "mass", "1" if is_sdf else "0")
     check_mass(where, mass)
@@ -128,9 +128,9 @@ def check_mass(where: str, mass: float) -> None:
         raise InputError(where, "mass", mass, "give a mass of at least 0, kg")
 
 
-def _write(link: ET.Element, mass: float, inertia: Array, is_sdf: bool) -> None:
+def _write_inertial(link: ET.Element, mass: float, inertia: Array, is_sdf: bool) -> None:
     inertial = _child(link, "inertial")
-    entries = {key: repr(float(inertia[index])) for key, index in _ENTRIES.items()}
+    entries = {key: repr(float(inertia[index])) for key, index in _INERTIA_ENTRIES.items()}
     if is_sdf:
         _child(inertial, "mass").text = repr(mass)
         for key, text in entries.items():

@@ -18,16 +18,16 @@ from soft_gripper.model_import.mesh_names import is_known_package, mesh_file
 from soft_gripper.model_import.model_file import ModelFile
 
 JOINTED = ("revolute", "continuous", "prismatic")
-_UNUSED = ("calibration", "property", "arg")  # without any effect; the last two of xacro
+_IGNORED_TAGS = ("calibration", "property", "arg")  # without any effect; the last two of xacro
 _WITHOUT_AXIS = ("fixed", "floating", "ball")
-_OF_AXIS = ("axis", "axis2", "limit", "dynamics", "mimic")
+_AXIS_TAGS = ("axis", "axis2", "limit", "dynamics", "mimic")
 _DRAKE_READS = (".obj", ".gltf", ".vtk")  # meshes
 
 
-def drop_others(model: ModelFile, known: Mapping[str, Sequence[str]]) -> None:
-    """Removes what is for other programs, but what is `known`, by the element around it; "." is the model."""
-    for around, tags in known.items():
-        for parent in model.root.findall(around):
+def drop_others(model: ModelFile, tags_by_parent: Mapping[str, Sequence[str]]) -> None:
+    """Removes elements for other programs: those not in `tags_by_parent`, by path of the parent; "." is the model."""
+    for path, tags in tags_by_parent.items():
+        for parent in model.root.findall(path):
             for element in [element for element in parent if _is_other(element, tags)]:
                 drop(model, parent, element)
 
@@ -36,7 +36,7 @@ def drop(model: ModelFile, parent: ET.Element, element: ET.Element) -> None:
     """Removes an element that is for other programs."""
     parent.remove(element)
     tag = plain(element.tag)
-    if tag in _UNUSED:
+    if tag in _IGNORED_TAGS:
         return
     name = element.get("name") or element.get("reference") or parent.get("name", "")
     value = (element.text or "").strip() or element.get("filename", "")
@@ -48,16 +48,16 @@ def plain(tag: str) -> str:
     return tag.rpartition("}")[2]
 
 
-def _is_other(element: ET.Element, known: Sequence[str]) -> bool:
+def _is_other(element: ET.Element, valid_tags: Sequence[str]) -> bool:
     tag = element.tag
-    is_macro = isinstance(tag, str) and "xacro" in tag and plain(tag) not in _UNUSED
-    return isinstance(tag, str) and tag not in known and not tag.startswith(DRAKE) and not is_macro
+    is_macro = isinstance(tag, str) and "xacro" in tag and plain(tag) not in _IGNORED_TAGS
+    return isinstance(tag, str) and tag not in valid_tags and not tag.startswith(DRAKE) and not is_macro
 
 
 def drop_unused(model: ModelFile) -> None:
-    """Removes what a joint of a kind does not use."""
+    """Removes elements that are unused by a joint's type."""
     for joint in model.root.findall("joint"):
-        for tag in _OF_AXIS if joint.get("type") in _WITHOUT_AXIS else ():
+        for tag in _AXIS_TAGS if joint.get("type") in _WITHOUT_AXIS else ():
             for element in joint.findall(tag):
                 joint.remove(element)
 
@@ -83,12 +83,12 @@ def _take_mimics(model: ModelFile) -> list[Mimic]:
         for parent in [joint, *joint.findall("axis")]:
             for element in parent.findall("mimic"):
                 parent.remove(element)
-                found = _mimic(model, joint.get("name", ""), element)
-                if kinds.get(found.leader) not in JOINTED:
-                    known = ", ".join(name for name, kind in kinds.items() if kind in JOINTED)
-                    expected = f"no joint with one degree of freedom has this name; known: {known}"
-                    raise InputError(f"{model.path}: joint '{found.joint}'", "mimic.joint", found.leader, expected)
-                mimics[found.joint] = found
+                mimic = _mimic(model, joint.get("name", ""), element)
+                if kinds.get(mimic.leader) not in JOINTED:
+                    joint_names = ", ".join(name for name, kind in kinds.items() if kind in JOINTED)
+                    expected = f"no joint with one degree of freedom has this name; known: {joint_names}"
+                    raise InputError(f"{model.path}: joint '{mimic.joint}'", "mimic.joint", mimic.leader, expected)
+                mimics[mimic.joint] = mimic
     check_chains(model.path, list(mimics.values()))
     return list(mimics.values())
 
@@ -177,8 +177,8 @@ def _free_from_world(model: ModelFile, free: bool, child: str | None) -> None:
     if free and links and not joints and len(model.root.findall("link")) > 1:
         model.root.remove(links[0])
     elif joints and not links:
-        at = next((i for i, element in enumerate(model.root) if element.tag == "link"), 0)
-        model.root.insert(at, massless(ET.Element("link", name=anchor), model.root.tag == "model"))
+        first_link = next((i for i, element in enumerate(model.root) if element.tag == "link"), 0)
+        model.root.insert(first_link, massless(ET.Element("link", name=anchor), model.root.tag == "model"))
     children = {joint_end(joint, "child") for joint in model.root.findall("joint")}
     for root in (link for link in model.root.findall("link") if (free or links) and link.get("name") not in children):
         model.root.remove(root)  # the first link is the one whose place is that of the object
@@ -215,7 +215,7 @@ def mend_links(model: ModelFile, options: ImportOptions) -> None:
 
 
 def _drop_empty_shapes(model: ModelFile) -> None:
-    """Removes shapes whose sizes are all zero."""
+    """Removes shapes with sizes that are all zero."""
     for link in model.root.findall("link"):
         for shape in [*link.findall("visual"), *link.findall("collision")]:
             for solid in shape.findall("geometry/*"):
@@ -262,14 +262,14 @@ def _mesh_name(mesh: ET.Element) -> str:
 
 def _find(model: ModelFile, shape: ET.Element, mesh: ET.Element) -> tuple[Path, Path]:
     """Gives a mesh of a shape a file that Drake reads, and returns it and the one that the model names."""
-    from soft_gripper.model_import.mesh_files import converted, outward
+    from soft_gripper.model_import.mesh_files import convert_to_obj, outward
 
     file = origin = mesh_file(_mesh_name(mesh), model.path)
     is_foreign = file.suffix.lower() not in _DRAKE_READS
     has_surface = shape.tag == "collision" and mesh.find(DRAKE + "declare_convex") is None
     try:
         check_mesh_file(file)
-        file = converted(file) if is_foreign else file
+        file = convert_to_obj(file) if is_foreign else file
         file = outward(model, file, origin) if has_surface and file.suffix == ".obj" else file
     except InputError as error:
         raise error.inside(model.path) from None

@@ -18,8 +18,8 @@ MESH_SUFFIXES = (".obj", ".stl", ".dae", ".ply", ".off", ".gltf", ".glb", ".msh"
 _MAX_SIZE = 2**25  # bytes of a mesh file, or one that it names: over half a million faces of an STL file
 _MAX_GROUPS = 5000  # of an OBJ file; trimesh makes a mesh of each
 _MAX_LINE = 2**14  # characters of an OBJ file: a face of over 1000 vertices, of which triangles are made
-_GROUP = re.compile(rb"^\s*(?:o|g|usemtl)\s", re.MULTILINE)
-_NAMED = {
+_GROUP_PATTERN = re.compile(rb"^\s*(?:o|g|usemtl)\s", re.MULTILINE)
+_FILE_PATTERNS = {
     ".obj": re.compile(rb"^\s*mtllib\s+(.*\S)", re.MULTILINE),
     ".mtl": re.compile(rb"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s+(?:.*\s)?(\S+)", re.MULTILINE),
 }
@@ -42,21 +42,21 @@ def check_mesh_file(path: Path) -> None:
 
 @lru_cache(maxsize=256)
 def _check_content(path: Path, modified: int) -> None:
-    """Checks what a file holds; `modified`, ns: a changed file is read again."""
+    """Checks the content of a mesh file; `modified`, ns: a changed file is read again."""
     suffix = path.suffix.lower()
     if suffix in (".gltf", ".glb"):
         _check_gltf(path)
     elif suffix == ".obj":
         content = read_bytes(path)
         for what, count, most in (
-            ("groups", len(_GROUP.findall(content)), _MAX_GROUPS),
+            ("groups", len(_GROUP_PATTERN.findall(content)), _MAX_GROUPS),
             ("longest line", max(map(len, content.splitlines()), default=0), _MAX_LINE),
         ):
             if count > most:
                 raise InputError(path, what, count, f"must be at most {most}")
-        for library in _NAMED[suffix].findall(content):
+        for library in _FILE_PATTERNS[suffix].findall(content):
             if (materials := named_file(path, os.fsdecode(library))).is_file():
-                for name in _NAMED[".mtl"].findall(read_bytes(materials)):
+                for name in _FILE_PATTERNS[".mtl"].findall(read_bytes(materials)):
                     named_file(materials, os.fsdecode(name))
 
 
@@ -74,12 +74,12 @@ def named_file(path: Path, name: str) -> Path:
     return file
 
 
-_COMPONENTS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
+_COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers
 
 
 class _Gltf:
-    """The JSON of a glTF file, whose entries refer to each other by their indices."""
+    """JSON of a glTF file; its entries refer to each other by index."""
 
     def __init__(self, path: Path, content: Any):
         self._path, self._content = path, content
@@ -95,10 +95,10 @@ class _Gltf:
 
     def entries(self, name: str) -> Sequence[Mapping[str, Any]]:
         """The objects of a list."""
-        found = self._content.get(name, []) if isinstance(self._content, dict) else None
-        if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
-            self.refuse(name, found, "must be a list of objects")
-        return found
+        entries = self._content.get(name, []) if isinstance(self._content, dict) else None
+        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+            self.refuse(name, entries, "must be a list of objects")
+        return entries
 
     def count(self, entry: Mapping[str, Any], field: str, default: int | None = None, least: int = 0) -> int:
         """A whole number of an entry."""
@@ -107,22 +107,22 @@ class _Gltf:
             self.refuse(field, value, f"give a whole number of at least {least}")
         return value
 
-    def referred(self, entry: Mapping[str, Any], field: str, name: str) -> Mapping[str, Any]:
+    def find_entry(self, entry: Mapping[str, Any], field: str, name: str) -> Mapping[str, Any]:
         """The entry of a list to which another refers."""
-        known = self.entries(name)
+        entries = self.entries(name)
         index = self.count(entry, field)
-        if index >= len(known):
-            self.refuse(field, index, f"there are {len(known)} {name}")
-        return known[index]
+        if index >= len(entries):
+            self.refuse(field, index, f"there are {len(entries)} {name}")
+        return entries[index]
 
     def indices(self, entry: Mapping[str, Any], field: str) -> list[int]:
         """The nodes that an entry lists."""
-        found = entry.get(field, [])
-        if not isinstance(found, list):
-            self.refuse(field, found, "must be a list of numbers")
-        for index in found:
-            self.referred({field: index}, field, "nodes")
-        return found
+        indices = entry.get(field, [])
+        if not isinstance(indices, list):
+            self.refuse(field, indices, "must be a list of numbers")
+        for index in indices:
+            self.find_entry({field: index}, field, "nodes")
+        return indices
 
 
 def _check_gltf(path: Path) -> None:
@@ -137,7 +137,7 @@ def _check_gltf(path: Path) -> None:
         gltf.refuse("asset.version", version, "must be 2.0")
     sizes = [_buffer_size(gltf, path, buffer, binary) for buffer in gltf.entries("buffers")]
     for view in gltf.entries("bufferViews"):
-        gltf.referred(view, "buffer", "buffers")
+        gltf.find_entry(view, "buffer", "buffers")
         begin, length = gltf.count(view, "byteOffset", 0), gltf.count(view, "byteLength", least=1)
         if begin + length > sizes[view["buffer"]]:
             gltf.refuse("bufferView.byteLength", length, f"its buffer ends at {sizes[view['buffer']]} bytes")
@@ -186,12 +186,12 @@ def _buffer_size(gltf: _Gltf, path: Path, buffer: Mapping[str, Any], binary: int
 
 def _check_accessor(gltf: _Gltf, accessor: Mapping[str, Any]) -> None:
     component, kind = accessor.get("componentType"), accessor.get("type")
-    if not (isinstance(component, int) and component in _COMPONENTS and isinstance(kind, str) and kind in _WIDTHS):
+    if not (isinstance(component, int) and component in _COMPONENT_BYTES and isinstance(kind, str) and kind in _WIDTHS):
         gltf.refuse("accessor.type", [component, kind], "is no type of glTF")
     if "sparse" in accessor:
         gltf.refuse("accessor.sparse", accessor["sparse"], "leave it out, and give all values")
-    view, count = gltf.referred(accessor, "bufferView", "bufferViews"), gltf.count(accessor, "count", least=1)
-    width = _COMPONENTS[component] * _WIDTHS[kind]
+    view, count = gltf.find_entry(accessor, "bufferView", "bufferViews"), gltf.count(accessor, "count", least=1)
+    width = _COMPONENT_BYTES[component] * _WIDTHS[kind]
     stride = max(gltf.count(view, "byteStride", 0), width)
     if gltf.count(accessor, "byteOffset", 0) + (count - 1) * stride + width > view["byteLength"]:
         gltf.refuse("accessor.count", count, f"its bufferView has {view['byteLength']} bytes")
@@ -205,13 +205,13 @@ def _check_mesh(gltf: _Gltf, mesh: Mapping[str, Any]) -> None:
         attributes = part.get("attributes")
         if not isinstance(attributes, dict) or "POSITION" not in attributes:
             gltf.refuse("primitive.attributes", attributes, "give a POSITION")
-        if gltf.referred(attributes, "POSITION", "accessors")["type"] != "VEC3":
+        if gltf.find_entry(attributes, "POSITION", "accessors")["type"] != "VEC3":
             gltf.refuse("primitive.attributes.POSITION", attributes["POSITION"], "must be an accessor of type VEC3")
         for name in attributes:
-            gltf.referred(attributes, name, "accessors")
+            gltf.find_entry(attributes, name, "accessors")
         for field, name in (("indices", "accessors"), ("material", "materials")):
             if field in part:
-                gltf.referred(part, field, name)
+                gltf.find_entry(part, field, name)
 
 
 def _check_tree(gltf: _Gltf) -> None:
@@ -219,7 +219,7 @@ def _check_tree(gltf: _Gltf) -> None:
     for node in [*nodes, *gltf.entries("scenes")]:
         for field, name in (("mesh", "meshes"), ("camera", "cameras"), ("skin", "skins")):
             if field in node:
-                gltf.referred(node, field, name)
+                gltf.find_entry(node, field, name)
     for node in nodes:
         for child in gltf.indices(node, "children"):
             if child in parents:

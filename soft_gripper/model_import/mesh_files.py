@@ -21,20 +21,20 @@ from soft_gripper.files.text import read_bytes, read_text
 from soft_gripper.model_import.mesh_checks import check_mesh_file, named_file
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.msh_file import read_msh
-from soft_gripper.model_import.solid_mesh import closed_parts, together
+from soft_gripper.model_import.solid_mesh import closed_parts, join_parts
 from soft_gripper.registry import registered
 
-_MATERIALS = re.compile(r"<bind_material>.*?</bind_material>", re.DOTALL)
-_DIGITS = 12  # of coordinates in metres
-_MOST_CHECKED = 50_000  # faces of a mesh of which it is checked which way they are turned: seconds
-_CONVERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
+_MATERIALS_PATTERN = re.compile(r"<bind_material>.*?</bind_material>", re.DOTALL)
+_COORDINATE_DIGITS = 12  # of coordinates in metres
+_MAX_CHECKED_FACES = 50_000  # faces of a mesh of which it is checked which way they are turned: seconds
+_OBJ_VERSION = f"2, trimesh {trimesh.__version__}"  # to be increased when the same mesh leads to another OBJ file
 
 
 class NamedFiles(FilePathResolver):
     """The files that a mesh names, for trimesh."""
 
     def get(self, name: str) -> bytes:
-        """The content of a file; raises an InputError for a pipe or what is too large."""
+        """The content of a file; raises an InputError for a pipe or a file that is too large."""
         named_file(Path(self.file_path), name)
         content: bytes = super().get(name)
         return content
@@ -52,7 +52,7 @@ def read_scene(path: Path) -> trimesh.Scene:
     try:
         scene = trimesh.load_scene(path, resolver=NamedFiles(path))
         if path.suffix.lower() == ".dae" and not _has_faces(scene):  # a material that is missing hides all faces
-            bare = _MATERIALS.sub("", read_text(path))
+            bare = _MATERIALS_PATTERN.sub("", read_text(path))
             scene = trimesh.load_scene(BytesIO(bare.encode()), file_type="dae")
     except InputError:
         raise
@@ -69,7 +69,7 @@ def _has_faces(scene: trimesh.Scene) -> bool:
     return any(len(getattr(part, "faces", ())) for part in scene.geometry.values())
 
 
-def converted(path: Path) -> Path:
+def convert_to_obj(path: Path) -> Path:
     """An OBJ file, in metres, with the normals of the mesh and an MTL file beside it if the mesh has colours.
 
     As in ROS, the unit of a COLLADA file counts and its up axis does not; a glTF file's +y becomes +z, as in Drake.
@@ -78,7 +78,7 @@ def converted(path: Path) -> Path:
         InputError: if the mesh is missing or cannot be read, or the cache cannot be written to.
     """
     check_mesh_file(path)
-    name = _digest(read_bytes(path) + path.suffix.lower().encode() + _CONVERSION.encode())
+    name = _digest(read_bytes(path) + path.suffix.lower().encode() + _OBJ_VERSION.encode())
     kept = cache_folder() / f"{name}.obj"
     if not kept.is_file():
         text, materials = _to_obj(path, f"{name}.mtl")
@@ -100,7 +100,7 @@ def outward(model: ModelFile, path: Path, origin: Path) -> Path:
 
 
 def weighable(model: ModelFile, path: Path, origin: Path) -> Path:
-    """A file as of `outward`, whose volume counts: an open mesh is noted."""
+    """A file as of `outward` for a mass from the volume: an open mesh is noted."""
     turned, is_open = _outward(model, path, origin)
     if is_open:
         why = "it is open: its volume, and a mass from its density, are uncertain"
@@ -110,25 +110,25 @@ def weighable(model: ModelFile, path: Path, origin: Path) -> Path:
 
 def _outward(model: ModelFile, path: Path, origin: Path) -> tuple[Path, bool]:
     check_mesh_file(path)
-    turned, notes, is_open = _turned(path, origin, path.stat().st_mtime_ns)
+    turned, notes, is_open = _turn_outward(path, origin, path.stat().st_mtime_ns)
     model.notes += notes
     return turned, is_open
 
 
 @lru_cache(maxsize=256)
-def _turned(path: Path, origin: Path, modified: int) -> tuple[Path, list[Note], bool]:
+def _turn_outward(path: Path, origin: Path, modified: int) -> tuple[Path, list[Note], bool]:
     """The file of `outward`, the notes on it, and whether it is open; `modified`, ns: a changed file is read again."""
     mesh, file = read_scene(path).to_mesh(), ModelFile(origin)
-    if len(mesh.faces) > _MOST_CHECKED:
-        why = f"it has more than {_MOST_CHECKED} faces, and is not searched for parts that are inside out"
+    if len(mesh.faces) > _MAX_CHECKED_FACES:
+        why = f"it has more than {_MAX_CHECKED_FACES} faces, and is not searched for parts that are inside out"
         file.note(READ, "the mesh", "", why)
         return path, file.notes, False
     try:
         parts = closed_parts(file, mesh)
     except InputError:
         return path, [], True
-    turned = [each for each in file.notes if each.outcome == MENDED]
-    return (keep_by_content(obj_text(together(parts).smooth_shaded, normals=True)) if turned else path), turned, False
+    mended = [note for note in file.notes if note.outcome == MENDED]
+    return (keep_by_content(obj_text(join_parts(parts).smooth_shaded, normals=True)) if mended else path), mended, False
 
 
 def keep(name: str, text: str) -> Path:
@@ -147,8 +147,8 @@ def keep_by_content(text: str, suffix: str = ".obj") -> Path:
 
 def cache_folder() -> Path:
     """The user's cache folder, according to the XDG specification."""
-    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    return (given if given.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
+    configured = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return (configured if configured.is_absolute() else Path.home() / ".cache") / "soft-gripper" / "meshes"
 
 
 def _digest(content: bytes) -> str:
@@ -159,14 +159,14 @@ def _to_obj(path: Path, mtl_name: str) -> tuple[str, dict[str, bytes]]:
     scene = read_scene(path)
     if path.suffix.lower() == ".glb":
         scene.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
-    parts = [_shaded(part) for part in scene.dump() if len(getattr(part, "faces", ()))]
+    parts = [_shade(part) for part in scene.dump() if len(getattr(part, "faces", ()))]
     text, materials = trimesh.exchange.obj.export_obj(
         trimesh.Scene(parts), include_normals=True, return_texture=True, mtl_name=mtl_name, header=None
     )
     return text, materials
 
 
-def _shaded(part: trimesh.Trimesh) -> trimesh.Trimesh:
+def _shade(part: trimesh.Trimesh) -> trimesh.Trimesh:
     """A part in metres, smooth but for its sharp edges, in one colour or none."""
     if part.units:
         part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
@@ -190,6 +190,6 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
 
 def obj_text(mesh: trimesh.Trimesh, normals: bool = False) -> str:
     text: str = trimesh.exchange.obj.export_obj(
-        mesh, include_texture=False, include_normals=normals, header=None, digits=_DIGITS
+        mesh, include_texture=False, include_normals=normals, header=None, digits=_COORDINATE_DIGITS
     )
     return text

@@ -10,7 +10,7 @@ from soft_gripper.files.xml_text import read_xml
 from soft_gripper.model_import.drake_parsing import check_inside
 from soft_gripper.models import package_map
 
-_URI = re.compile(r"(?:package|model):/+([^/]+)(?:/(.*))?")
+_PACKAGE_URI_PATTERN = re.compile(r"(?:package|model):/+([^/]+)(?:/(.*))?")
 
 
 def is_known_package(name: str) -> bool:
@@ -28,11 +28,11 @@ def mesh_file(name: str, model: Path) -> Path:
     Raises:
         InputError: if there is no such file.
     """
-    uri = _URI.fullmatch(name)
+    uri = _PACKAGE_URI_PATTERN.fullmatch(name)
     if uri is None:
         candidates = [Path(os.path.realpath(model.parent)) / name.removeprefix("file://")]
     else:
-        package, candidates = uri[1], named_in_packages(name, model)
+        package, candidates = uri[1], find_in_packages(name, model)
         if not candidates:
             expected = (
                 f"no folder '{package}', and no package.xml of that name, in any folder above the file or along "
@@ -45,19 +45,19 @@ def mesh_file(name: str, model: Path) -> Path:
     raise InputError(model, "mesh", name, f"there is no file {', nor '.join(map(str, candidates))}")
 
 
-def named_in_packages(uri: str, model: Path) -> list[Path]:
-    """Where a URI of a package may lead; nowhere if it is a plain name.
+def find_in_packages(uri: str, model: Path) -> list[Path]:
+    """Candidate files of a URI of a package; none for a plain name.
 
     Raises:
         InputError: if it leads out of the package.
     """
-    found = _URI.fullmatch(uri)
-    if found is None:
+    match = _PACKAGE_URI_PATTERN.fullmatch(uri)
+    if match is None:
         return []
-    package, inside = found.groups()
+    package, inside = match.groups()
     check_inside(model, f"package://{package}/{inside or 'package.xml'}")
-    known = [Path(package_map().GetPath(package))] if package_map().Contains(package) else []
-    return [root / (inside or "") for root in (*known, *_package_roots(package, model))]
+    package_folders = [Path(package_map().GetPath(package))] if package_map().Contains(package) else []
+    return [root / (inside or "") for root in (*package_folders, *_package_roots(package, model))]
 
 
 def _package_roots(package: str, model: Path) -> Iterator[Path]:

@@ -11,7 +11,7 @@ from soft_gripper.files.xml_text import read_xml
 
 
 class ModelFile:
-    """A file whose model is read; readers mend its elements, and leave the notes on that to their caller."""
+    """A file of a model; readers mend its elements, and leave the notes on that to their caller."""
 
     def __init__(self, path: Path, root: ET.Element | None = None):
         """`root` is the root element if it is known, such as that of a URDF whose fingers are expanded."""

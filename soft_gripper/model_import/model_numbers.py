@@ -9,13 +9,13 @@ import numpy as np
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import DRAKE, LEAST, finite_numbers, read_numbers
 
-_SMALLEST, _LARGEST = 1e-9, 1e6  # m, of a shape; some mark points by spheres of 0.1 um
-_NAMED = ("link", "joint", "model")
-_Found = Iterator[tuple[str, str, tuple[int, ...]]]  # field, text, how many numbers it may hold
-_LIMITS = ("lower", "upper", "velocity", "effort", "acceleration")  # infinite, or as good as, if there is none
-_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_MIN_SIZE, _MAX_SIZE = 1e-9, 1e6  # m, of a shape; some mark points by spheres of 0.1 um
+_NAMED_TAGS = ("link", "joint", "model")
+_NumberTexts = Iterator[tuple[str, str, tuple[int, ...]]]  # field, text, how many numbers it may hold
+_LIMIT_FIELDS = ("lower", "upper", "velocity", "effort", "acceleration")  # infinite, or as good as, if there is none
+_INERTIA_FIELDS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # How many numbers: of an attribute in URDF, by element and attribute, and of the text of an element in SDFormat.
-_ATTRIBUTES: dict[str, dict[str, tuple[int, ...]]] = {
+_URDF_COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
     "origin": {"xyz": (3,), "rpy": (3,)},
     "axis": {"xyz": (3,)},
     "box": {"size": (3,)},
@@ -25,13 +25,13 @@ _ATTRIBUTES: dict[str, dict[str, tuple[int, ...]]] = {
     "ellipsoid": {"a": (1,), "b": (1,), "c": (1,)},
     "mesh": {"scale": (1, 3)},
     "mass": {"value": (1,)},
-    "inertia": dict.fromkeys(_INERTIA, (1,)),
-    "limit": dict.fromkeys(_LIMITS, (1,)),
+    "inertia": dict.fromkeys(_INERTIA_FIELDS, (1,)),
+    "limit": dict.fromkeys(_LIMIT_FIELDS, (1,)),
     "dynamics": {"damping": (1,), "friction": (1,)},
     "mimic": {"multiplier": (1,), "offset": (1,)},
     "color": {"rgba": (4,)},
 }
-_TEXTS: dict[str, tuple[int, ...]] = {
+_SDF_COUNTS: dict[str, tuple[int, ...]] = {
     "pose": (0, 6, 7),
     "size": (2, 3),
     "scale": (1, 3),
@@ -39,20 +39,21 @@ _TEXTS: dict[str, tuple[int, ...]] = {
     "xyz": (3,),
     "normal": (3,),
     **dict.fromkeys(("diffuse", "ambient", "specular", "emissive"), (3, 4)),
-    **dict.fromkeys((*_INERTIA, "radius", "length", "mass", "lower", "upper", "velocity", "effort"), (1,)),
+    **dict.fromkeys((*_INERTIA_FIELDS, "radius", "length", "mass", "lower", "upper", "velocity", "effort"), (1,)),
     **dict.fromkeys(("damping", "mu", "mu2", "spring_stiffness", "spring_reference"), (1,)),
 }
-_OF_DRAKE = (
+_DRAKE_FIELDS = (
     *("mu_static", "mu_dynamic", "hydroelastic_modulus", "hunt_crossley_dissipation", "mesh_resolution_hint"),
     *("point_contact_stiffness", "relaxation_time", "rotor_inertia", "gear_ratio", "acceleration"),
 )
-_SIZES = {
-    f"{shape}.{name}" for shape in ("box", "sphere", "cylinder", "capsule", "ellipsoid") for name in _ATTRIBUTES[shape]
+_SIZE_FIELDS = {
+    f"{shape}.{name}" for shape in ("box", "sphere", "cylinder", "capsule", "ellipsoid") for name in _URDF_COUNTS[shape]
 }
-_SIZES |= {"size", "radius", "length", "radii"}
-_PRODUCTS = ("ixy", "ixz", "iyz")
-_ROUNDED = ("origin.xyz", "origin.rpy", "pose", *_PRODUCTS, *(f"inertia.{product}" for product in _PRODUCTS))
-_NOT_ZERO = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
+_SIZE_FIELDS |= {"size", "radius", "length", "radii"}
+_PRODUCT_FIELDS = ("ixy", "ixz", "iyz")
+_ROUNDED_FIELDS: tuple[str, ...] = ("origin.xyz", "origin.rpy", "pose", *_PRODUCT_FIELDS)
+_ROUNDED_FIELDS += tuple(f"inertia.{product}" for product in _PRODUCT_FIELDS)
+_NONZERO_FIELDS = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
 _WITHOUT_AXIS = ("fixed", "floating", "ball")  # types of joints in URDF whose axis Drake does not read
 
 
@@ -62,45 +63,45 @@ def check_numbers(where: Path | str, root: ET.Element) -> None:
     Raises:
         InputError: for the first that is not a finite number, is one too many or missing, or fits no shape or axis.
     """
-    _check_inside(where, root, _of_sdf if root.tag == "sdf" else _of_urdf)
+    _check_inside(where, root, _sdf_numbers if root.tag == "sdf" else _urdf_numbers)
 
 
-def _check_inside(where: Path | str, element: ET.Element, numbers: Callable[[ET.Element], _Found]) -> None:
-    has_axis = numbers is _of_sdf or element.tag != "joint" or element.get("type") not in _WITHOUT_AXIS
+def _check_inside(where: Path | str, element: ET.Element, numbers: Callable[[ET.Element], _NumberTexts]) -> None:
+    has_axis = numbers is _sdf_numbers or element.tag != "joint" or element.get("type") not in _WITHOUT_AXIS
     for child in element:
         if isinstance(child.tag, str) and (has_axis or child.tag != "axis"):  # a comment has no text as its tag
-            inside = f"{where}: {child.tag} '{child.get('name')}'" if child.tag in _NAMED else where
-            for field, text, counts in (*numbers(child), *_of_drake(child)):
+            inside = f"{where}: {child.tag} '{child.get('name')}'" if child.tag in _NAMED_TAGS else where
+            for field, text, counts in (*numbers(child), *_drake_numbers(child)):
                 _check(inside, field, text, counts)
             _check_inside(inside, child, numbers)
 
 
-def _of_urdf(element: ET.Element) -> _Found:
-    for name, counts in _ATTRIBUTES.get(element.tag, {}).items():
+def _urdf_numbers(element: ET.Element) -> _NumberTexts:
+    for name, counts in _URDF_COUNTS.get(element.tag, {}).items():
         if (text := element.get(name)) is not None:
             yield f"{element.tag}.{name}", text, counts
 
 
-def _of_sdf(element: ET.Element) -> _Found:
-    if element.tag in _TEXTS and len(element) == 0:
-        yield element.tag, element.text or "", _TEXTS[element.tag]
+def _sdf_numbers(element: ET.Element) -> _NumberTexts:
+    if element.tag in _SDF_COUNTS and len(element) == 0:
+        yield element.tag, element.text or "", _SDF_COUNTS[element.tag]
 
 
-def _of_drake(element: ET.Element) -> _Found:
+def _drake_numbers(element: ET.Element) -> _NumberTexts:
     name = element.tag.rpartition("}")[2]
-    if element.tag == DRAKE + name and name in _OF_DRAKE:
+    if element.tag == DRAKE + name and name in _DRAKE_FIELDS:
         yield f"drake:{name}", element.get("value", element.text or ""), (1,)
 
 
 def _check(where: Path | str, field: str, text: str, counts: tuple[int, ...]) -> None:
-    if field.removeprefix("limit.") in _LIMITS:
+    if field.removeprefix("limit.") in _LIMIT_FIELDS:
         if np.isinf(read_numbers(where, field, text, *counts)).any() and field.startswith("limit."):
             raise InputError(where, field, text, "give a finite number, or leave it out: Drake reads no other in URDF")
         return
-    numbers = finite_numbers(where, field, text, *counts, least=0.0 if field in _ROUNDED else LEAST)
-    if field in _SIZES and not all(_SMALLEST <= number <= _LARGEST for number in numbers):
-        raise InputError(where, field, text, f"give sizes from {_SMALLEST:g} to {_LARGEST:g} m")
-    if field in _NOT_ZERO and not any(numbers):
+    numbers = finite_numbers(where, field, text, *counts, least=0.0 if field in _ROUNDED_FIELDS else LEAST)
+    if field in _SIZE_FIELDS and not all(_MIN_SIZE <= number <= _MAX_SIZE for number in numbers):
+        raise InputError(where, field, text, f"give sizes from {_MIN_SIZE:g} to {_MAX_SIZE:g} m")
+    if field in _NONZERO_FIELDS and not any(numbers):
         raise InputError(where, field, text, "give numbers of which one at least is not 0")
     if field in ("mass", "mass.value") and numbers[0] < 0:
         raise InputError(where, field, text, "give a mass of at least 0, kg")

@@ -10,15 +10,15 @@ from pydrake.multibody.tree import RevoluteJoint
 
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import READ
-from soft_gripper.library_messages import of_drake
+from soft_gripper.library_messages import original_message
 from soft_gripper.model_import.added_model import AddedModel
 from soft_gripper.model_import.forms.mesh import MAX_SIZE
 
 _LARGEST_GYRATION = 3.0  # times the farthest point of a link; a body's radius of gyration never exceeds one time
 _LARGEST_LINK = 10.0  # m, of what is carried or moves
-_HEAVIEST = 20.0  # kg, of a free object
-_ROUGHEST = 3.0  # Coulomb friction
-_MOST_TURNS, _UNLIMITED = 4 * math.pi, 1000.0  # rad, of limits; larger ones mean that there is none
+_MAX_FREE_MASS = 20.0  # kg, of a free object
+_MAX_FRICTION = 3.0  # Coulomb friction
+_MAX_ANGLE, _MIN_UNLIMITED = 4 * math.pi, 1000.0  # rad, of limits; larger ones mean that there is none
 
 
 def check_meshes(model: AddedModel, free: bool, is_fixture: bool) -> None:
@@ -54,16 +54,16 @@ def note_quantities(model: AddedModel, free: bool) -> None:
     plant = model.plant
     bodies = [plant.get_body(index) for index in plant.GetBodyIndices(model.index)]
     mass = sum(body.default_mass() for body in bodies)
-    if free and mass > _HEAVIEST:
+    if free and mass > _MAX_FREE_MASS:
         model.file.note(READ, "mass", f"{mass:g} kg", "is it in grams?")
     for body in bodies:
         rough = [_friction(model, geometry) for geometry in plant.GetCollisionGeometriesForBody(body)]
-        if max(rough, default=0.0) > _ROUGHEST:
+        if max(rough, default=0.0) > _MAX_FRICTION:
             why = "hardly any two materials have a coefficient of friction above 3"
             model.file.note(READ, f"link '{body.name()}': friction", f"{max(rough):g}", why)
     for joint in map(plant.get_joint, plant.GetJointIndices(model.index)):
         ends = [*joint.position_lower_limits(), *joint.position_upper_limits()]
-        if isinstance(joint, RevoluteJoint) and _MOST_TURNS < max(map(abs, ends)) < _UNLIMITED:
+        if isinstance(joint, RevoluteJoint) and _MAX_ANGLE < max(map(abs, ends)) < _MIN_UNLIMITED:
             why = f"up to {max(map(abs, ends)) / 2 / math.pi:.3g} turns; are they in degrees?"
             model.file.note(READ, f"joint '{joint.name()}': limits", f"{ends[0]:g} to {ends[1]:g} rad", why)
 
@@ -122,5 +122,5 @@ def _box_of(model: AddedModel, inspector: SceneGraphInspector, shape: GeometryId
     except RuntimeError as error:
         mesh = inspector.GetShape(shape).source().description()
         raise InputError(
-            model.file.path, "mesh", mesh, f"Drake cannot read it: {of_drake(first_line(error))}"
+            model.file.path, "mesh", mesh, f"Drake cannot read it: {original_message(first_line(error))}"
         ) from None

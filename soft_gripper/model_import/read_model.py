@@ -13,10 +13,10 @@ from soft_gripper.model_import.added_model import model_mass
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
 from soft_gripper.model_import.model_file import ModelFile
 
-_XML = (".urdf", ".xacro", ".sdf", ".world", ".xml", ".mjcf")
+_XML_SUFFIXES = (".urdf", ".xacro", ".sdf", ".world", ".xml", ".mjcf")
 _NO_OPTIONS = ImportOptions()
-_NAMES = sorted((module.name for module in pkgutil.iter_modules(forms.__path__)), reverse=True)
-FORMS: list[Form] = [import_module(f"{forms.__name__}.{name}").FORM for name in _NAMES]
+_FORM_MODULES = sorted((module.name for module in pkgutil.iter_modules(forms.__path__)), reverse=True)
+FORMS: list[Form] = [import_module(f"{forms.__name__}.{name}").FORM for name in _FORM_MODULES]
 _BY_MARK = {mark: form for form in FORMS for mark in form.marks}
 
 
@@ -27,22 +27,22 @@ def form_of(file: ModelFile) -> Form | None:
         InputError: if it is XML of no known form.
     """
     suffix = file.path.suffix.lower()
-    if suffix not in _XML:
+    if suffix not in _XML_SUFFIXES:
         return _BY_MARK.get(suffix)
     if file.root.tag not in _BY_MARK:
-        known = ", ".join(f"<{mark}> ({form.name})" for mark, form in _BY_MARK.items() if not mark.startswith("."))
-        file.refuse("root element", file.root.tag, f"a model begins with one of {known}")
+        marks = ", ".join(f"<{mark}> ({form.name})" for mark, form in _BY_MARK.items() if not mark.startswith("."))
+        file.refuse("root element", file.root.tag, f"a model begins with one of {marks}")
     return _BY_MARK[file.root.tag]
 
 
 def has_form(file: ModelFile, name: str) -> bool:
-    """Whether a file is of the form of a name; raises as `form_of`."""
+    """Whether a file has the form with a name; raises as `form_of`."""
     form = form_of(file)
     return form is not None and form.name == name
 
 
 def read_model(file: ModelFile, options: ImportOptions = _NO_OPTIONS) -> ImportedModel:
-    """A model with which Drake can simulate an arm, a gripper or an object; what Drake understands already is kept.
+    """Reads a model as Drake can simulate it, an arm, a gripper or an object; keeps elements that Drake understands.
 
     Its elements are changed; the notes on that are those of the file.
 

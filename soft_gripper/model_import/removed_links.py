@@ -8,7 +8,7 @@ from soft_gripper.model_import.model_file import ModelFile
 
 
 def remove_links(model: ModelFile, names: Sequence[str]) -> None:
-    """Removes links, with all links beyond them, the joints before them, and what refers to these.
+    """Removes links, with all links beyond them, the joints before them, and references to these.
 
     Args:
         model: a <robot>, or a <model> of SDFormat without models in it, which is changed.
@@ -41,15 +41,15 @@ def remove_links(model: ModelFile, names: Sequence[str]) -> None:
     cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut}
     cut_frames = {name for name in frames if link_of(name) in cut}
     for element in list(model.root):
-        if _is_of(element, cut, cut_joints, cut_frames):
+        if _refers_to(element, cut, cut_joints, cut_frames):
             model.root.remove(element)
-    for parent in [*model.root.findall("joint"), *model.root.findall("joint/axis"), *model.root.findall(_GROUP)]:
+    for parent in [*model.root.findall("joint"), *model.root.findall("joint/axis"), *model.root.findall(_FILTER_GROUP)]:
         for element in [*parent.findall("mimic"), *parent.findall(DRAKE + "member")]:
             if element.get("joint") in cut_joints or element.get("link", (element.text or "").strip()) in cut:
                 parent.remove(element)
 
 
-_GROUP = DRAKE + "collision_filter_group"
+_FILTER_GROUP = DRAKE + "collision_filter_group"
 
 
 def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
@@ -58,15 +58,15 @@ def _hangs_on(link: str, names: Sequence[str], parents: dict[str, str]) -> bool:
     return link in names
 
 
-def _is_of(element: ET.Element, links: set[str], joints: set[str], frames: set[str]) -> bool:
-    """Whether a child of a model is, or refers to, what is removed."""
-    own = {"joint": joints, "link": links, "frame": frames}
-    if element.tag in own:
-        return element.get("name") in own[element.tag]
+def _refers_to(element: ET.Element, links: set[str], joints: set[str], frames: set[str]) -> bool:
+    """Whether a child of a model is, or refers to, one of the links, joints or frames."""
+    names_by_tag = {"joint": joints, "link": links, "frame": frames}
+    if element.tag in names_by_tag:
+        return element.get("name") in names_by_tag[element.tag]
     if element.tag == "finger":
         return joint_end(element, "parent") in links
-    if str(element.tag).startswith(DRAKE) and element.tag != _GROUP:
+    if str(element.tag).startswith(DRAKE) and element.tag != _FILTER_GROUP:
         words = {word.strip() for part in element.iter() for word in (*part.attrib.values(), part.text or "")}
         return bool(words & (links | joints | frames))
-    spoken_of = {joint.get("name") for joint in element.findall("joint")}
-    return element.get("reference") in links | joints or element.get("link") in links or bool(spoken_of & joints)
+    named_joints = {joint.get("name") for joint in element.findall("joint")}
+    return element.get("reference") in links | joints or element.get("link") in links or bool(named_joints & joints)

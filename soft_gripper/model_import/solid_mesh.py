@@ -11,10 +11,10 @@ from soft_gripper.files.notes import MENDED, READ
 from soft_gripper.model_import.model_file import ModelFile
 
 _INSIDE_WINDING = 0.5  # winding number above which a point is inside
-_RAYS = 5_000_000  # triangles that the search for overlaps compares with rays at most
-_AT_A_TIME = 500_000  # of these
-_POINTS = 512  # at which two parts are searched for an overlap, at most
-_PAIRS = 500  # of parts that are searched
+_MAX_RAY_TESTS = 5_000_000  # triangles that the search for overlaps compares with rays at most
+_RAY_TESTS_PER_CHUNK = 500_000  # of these
+_MAX_SEARCH_POINTS = 512  # at which two parts are searched for an overlap, at most
+_MAX_PAIRS = 500  # of parts that are searched
 _MAX_PARTS = 1000  # of a mesh
 _FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below which it has none
 
@@ -27,13 +27,13 @@ def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """
     parts = closed_parts(file, mesh)
     _note_overlap(file, [part for part in parts if part.volume > 0])
-    return together(parts)
+    return join_parts(parts)
 
 
-def together(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
+def join_parts(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
     """One mesh of several parts."""
-    found: trimesh.Trimesh = trimesh.util.concatenate(parts)
-    return found
+    mesh: trimesh.Trimesh = trimesh.util.concatenate(parts)
+    return mesh
 
 
 def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -51,7 +51,7 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
     """
     mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     is_closed = _is_in_closed_part(mesh)
-    parts = _parts(file, _faces(mesh, is_closed)) + _parts(file, _joined(_faces(mesh, ~is_closed)))
+    parts = _parts(file, _select_faces(mesh, is_closed)) + _parts(file, _join_vertices(_select_faces(mesh, ~is_closed)))
     is_open = sum(not part.is_watertight for part in parts)
     if is_open or not parts:
         which = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
@@ -77,7 +77,7 @@ def _part_of_faces(mesh: trimesh.Trimesh) -> NDArray[np.int_]:
 
 
 def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
-    """Whether each face, (F,), belongs to a part of which every edge has two faces."""
+    """Mask of the faces, (F,), of parts with two faces at every edge."""
     part = _part_of_faces(mesh)
     edges = mesh.edges_unique_inverse * len(part) + np.repeat(part, 3)  # one number for an edge of a part
     _, edge, counts = np.unique(edges, return_inverse=True, return_counts=True)
@@ -86,12 +86,12 @@ def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
     return is_closed[part]
 
 
-def _faces(mesh: trimesh.Trimesh, chosen: NDArray[np.bool_]) -> trimesh.Trimesh:
+def _select_faces(mesh: trimesh.Trimesh, chosen: NDArray[np.bool_]) -> trimesh.Trimesh:
     """The mesh of some faces, (F,) of all."""
-    found = mesh.copy()
-    found.update_faces(chosen)
-    found.remove_unreferenced_vertices()
-    return found
+    chosen_mesh = mesh.copy()
+    chosen_mesh.update_faces(chosen)
+    chosen_mesh.remove_unreferenced_vertices()
+    return chosen_mesh
 
 
 def _parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -103,8 +103,8 @@ def _parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
     return list(mesh.split(only_watertight=False, repair=False))
 
 
-def _joined(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh whose parts are joined where their vertices coincide, without what lies double, or between them."""
+def _join_vertices(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Joins parts of a mesh where their vertices coincide, without double faces and walls between them."""
     if not len(mesh.faces):
         return mesh
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
@@ -131,7 +131,7 @@ def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
             file.note(MENDED, f"part {number}", "", "some of its faces were turned the other way")
     outward = [part.triangles if part.volume > 0 else part.triangles[:, ::-1] for part in parts]
     for number, part in enumerate(parts):
-        others = [each for i, each in enumerate(outward) if i != number]
+        others = [triangles for i, triangles in enumerate(outward) if i != number]
         if part.volume < 0 and others and _is_inside(part, np.concatenate(others)):
             file.note(READ, f"part {number}", "", "it is inside out and in another part: a cavity")
         elif part.volume < 0:
@@ -143,13 +143,14 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
     """The faces of a connected part, (F, 3), turned as the first one is."""
     pairs, edges, faces = part.face_adjacency, part.face_adjacency_edges, np.array(part.faces)
 
-    def along(face: NDArray[np.int_]) -> NDArray[np.bool_]:
-        """Whether each edge runs along a face rather than against it."""
+    def runs_along(face: NDArray[np.int_]) -> NDArray[np.bool_]:
+        """Mask of the edges that run along a face rather than against it."""
         starts = faces[face] == edges[:, :1]
         follows: NDArray[np.bool_] = (np.roll(faces[face], -1, axis=1) == edges[:, 1:])[starts]
         return follows
 
-    differs = along(pairs[:, 0]) == along(pairs[:, 1])  # neighbours that are turned alike run along it in opposite ways
+    # Neighbours that are turned alike run along their edge in opposite ways.
+    differs = runs_along(pairs[:, 0]) == runs_along(pairs[:, 1])
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
     shape, unlike = (len(faces), len(faces)), np.concatenate([differs, differs])
     graph, turned = (
@@ -164,7 +165,7 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
 
 
 def _is_inside(part: trimesh.Trimesh, triangles: Array) -> bool:
-    """Whether most of the surface of a part is inside of others, (F, 3, 3)."""
+    """Whether most of the surface of a part is inside other triangles, (F, 3, 3)."""
     points = part.triangles_center[:: max(1, len(part.faces) // 50)]
     return bool((winding(points, triangles) > _INSIDE_WINDING).mean() > 0.5)
 
@@ -174,12 +175,12 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
     one, other = np.triu_indices(len(parts), 1)
     is_near = (np.minimum(high[one], high[other]) > np.maximum(low[one], low[other])).all(axis=1)
     near = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
-    if len(near) > _PAIRS:
-        file.note(READ, "overlaps of parts", f"{len(near)} pairs", f"only {_PAIRS} pairs are searched for them")
-    for one, other in near[:_PAIRS]:
+    if len(near) > _MAX_PAIRS:
+        file.note(READ, "overlaps of parts", f"{len(near)} pairs", f"only {_MAX_PAIRS} pairs are searched for them")
+    for one, other in near[:_MAX_PAIRS]:
         pair = parts[one], parts[other]
-        count = _RAYS // (len(near) * sum(len(part.faces) for part in pair))
-        points = _between(*pair, int(np.clip(count, 27, _POINTS)))
+        count = _MAX_RAY_TESTS // (len(near) * sum(len(part.faces) for part in pair))
+        points = _overlap_grid(*pair, int(np.clip(count, 27, _MAX_SEARCH_POINTS)))
         if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
             file.note(READ, f"parts {one} and {other}", "", "they overlap: density counts twice there")
 
@@ -190,7 +191,7 @@ def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
     return room
 
 
-def _between(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
+def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
     """Points of a grid in the box in which two parts may overlap, about `count`, (M, 3)."""
     steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
     grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
@@ -199,18 +200,18 @@ def _between(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
 
 
 def winding(points: Array, triangles: Array) -> Array:
-    """How often closed surfaces of triangles (F, 3, 3) go around each of some points (M, 3), (M,).
+    """Winding numbers of closed surfaces of triangles (F, 3, 3) around points (M, 3), (M,).
 
     That is how often a ray from the point leaves them more than it enters; no ray is along an edge of a box.
     """
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
     points, corners = points @ turn.T, np.moveaxis(triangles @ turn.T, 1, 0)
-    chunk, numbers = max(1, _AT_A_TIME // len(triangles)), []
+    chunk, numbers = max(1, _RAY_TESTS_PER_CHUNK // len(triangles)), []
     for begin in range(0, len(points), chunk):
         a, b, c = corners[:, None] - points[None, begin : begin + chunk, None]  # (m, F, 3) each
         doubled = [u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1] for u, v in ((b, c), (c, a), (a, b))]
         signs = np.sign(doubled)
-        way = np.where((signs == signs[0]).all(axis=0), signs[0], 0.0)
-        ahead = (np.array(doubled) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * way > 0
-        numbers.append((way * ahead).sum(axis=-1))
+        orientation = np.where((signs == signs[0]).all(axis=0), signs[0], 0.0)
+        ahead = (np.array(doubled) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * orientation > 0
+        numbers.append((orientation * ahead).sum(axis=-1))
     return np.concatenate(numbers)

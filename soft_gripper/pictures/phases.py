@@ -25,8 +25,8 @@ WANTED: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (4, 2))}
 THRESHOLD: dict[str, Any] = {"color": "0.35", "lw": 0.9, "ls": (0, (1, 1.5))}
 BAND: dict[str, Any] = {"color": "#33608c", "alpha": 0.2, "lw": 0}
 SHADES = ("0.93", "0.98")
-_CHARACTER = 0.053  # inches per character of a phase name
-_BEYOND = 0.3  # of the range of the forces, on either side of it
+_CHARACTER_WIDTH = 0.053  # inches per character of a phase name
+_FORCE_MARGIN = 0.3  # of the range of the forces, on either side of it
 _LEAST_SLIP = 1.0  # mm, of the axis: less is creep, not to be magnified
 
 
@@ -34,11 +34,11 @@ def recorded_plots(recording: Recording, slips: Array | None = None, forces: Con
     """The plots with something to show: forces, slip, opening and torque of a commanded gripper, and the drive."""
     force = [] if forces is None else ["force"]
     slip = ["slip"] if slips is not None and np.isfinite(slips).any() else []
-    drive = "pressure" if _of_fingers(recording, "pressure") else "tension"
+    drive = "pressure" if _finger_signals(recording, "pressure") else "tension"
     return [*force, *slip, *(["opening", "torque"] if "grip.opening" in recording.data else []), drive]
 
 
-def _of_fingers(recording: Recording, kind: str) -> list[str]:
+def _finger_signals(recording: Recording, kind: str) -> list[str]:
     return [str(name) for name in recording.data if str(name).endswith(f".{kind}")]
 
 
@@ -80,14 +80,14 @@ def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
     assert forces is not None
     data = forces.data
     for i, finger in enumerate(data["finger"].values):
-        of, time = data.sel(finger=finger), data["time"]
-        touches, label = of["transverse"] != 0, "" if i else "95 % band"
-        axes.fill_between(time, of["least"], of["most"], where=touches, label=label, **BAND)
-        axes.plot(time, of["true_transverse"], label="" if i else "true, of a finger", **WANTED)
-        axes.plot(time, of["transverse"], label="" if i else "estimated", **MEASURED)
+        force, time = data.sel(finger=finger), data["time"]
+        touches, label = force["transverse"] != 0, "" if i else "95 % band"
+        axes.fill_between(time, force["least"], force["most"], where=touches, label=label, **BAND)
+        axes.plot(time, force["true_transverse"], label="" if i else "true, of a finger", **WANTED)
+        axes.plot(time, force["transverse"], label="" if i else "estimated", **MEASURED)
     shown = np.concatenate([data[name].values.ravel() for name in ("true_transverse", "transverse")])
     least, most = np.nanmin(shown), np.nanmax(shown)
-    axes.set_ylim(least - _BEYOND * (most - least), most + _BEYOND * (most - least))
+    axes.set_ylim(least - _FORCE_MARGIN * (most - least), most + _FORCE_MARGIN * (most - least))
     axes.set_ylabel("transverse\nforce [N]")
 
 
@@ -114,7 +114,7 @@ def _draw_torque(axes: Axes, scenario: Scenario, recording: Recording) -> None:
 
 
 def _draw_pressure(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    fingers = _of_fingers(recording, "pressure")
+    fingers = _finger_signals(recording, "pressure")
     _plot(axes, recording, 1e-3, f"{fingers[0]}_command", "command", WANTED)
     for name in fingers:
         _plot(axes, recording, 1e-3, name, "in the fingers" if name == fingers[0] else "", MEASURED)
@@ -122,7 +122,7 @@ def _draw_pressure(axes: Axes, scenario: Scenario, recording: Recording) -> None
 
 
 def _draw_tension(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    for i, name in enumerate(_of_fingers(recording, "tension")):
+    for i, name in enumerate(_finger_signals(recording, "tension")):
         _plot(axes, recording, 1.0, name, "" if i else "of the tendons", MEASURED)
     axes.set_ylabel("tension\n[N]")
 
@@ -136,14 +136,14 @@ def _name_spans(axes: Axes, spans: Sequence[Span]) -> None:
     (begin, end), width = axes.get_xlim(), axes.get_window_extent().width / axes.figure.dpi
     for i, span in enumerate(spans, 1):
         text = f"{i} {span.phase.name}"
-        fits = _CHARACTER * len(text) < width * (span.end - span.begin) / (end - begin)
+        fits = _CHARACTER_WIDTH * len(text) < width * (span.end - span.begin) / (end - begin)
         middle = ((span.begin + span.end) / 2, 1.04)
         axes.annotate(
             text if fits else str(i), middle, xycoords=axes.get_xaxis_transform(), ha="center", fontsize="small"
         )
 
 
-_LEVEL, _ALL = np.array([1.0, 1.0, 0.0]), np.ones(3)
+_LEVEL_AXES, _ALL_AXES = np.array([1.0, 1.0, 0.0]), np.ones(3)
 
 
 class CloseUp:
@@ -153,7 +153,7 @@ class CloseUp:
     """
 
     def __init__(self, renderer: SceneRenderer, times: Iterable[float], height: int, width: int, level: bool = False):
-        self._scene, self._follows = renderer.scene, _LEVEL if level else _ALL
+        self._scene, self._follows = renderer.scene, _LEVEL_AXES if level else _ALL_AXES
         corners = [self._scene.gripper_corners(time) - self._shift(time) for time in times]
         self._camera = framing_camera(np.concatenate(corners), height, width, renderer.direction)
 

@@ -117,7 +117,7 @@ class RecordedScene:
         moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
         fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
         small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(moving) / 2]
-        deformed = [each.vertices(self._go_to(time)) for each in self._deformables.values()]
+        deformed = [deformable.vertices(self._go_to(time)) for deformable in self._deformables.values()]
         return np.concatenate([moving, *small, *deformed])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
@@ -203,23 +203,23 @@ DIMMED = 0.9  # factor on these intensities when there is a sun
 SUN = np.array([-0.22, -0.40, 0.89])  # unit vector toward it
 SUN_INTENSITY = 0.25
 SUN_DISTANCE = 8.0  # in radii of the lit region
-_CONE = 12.0  # degrees, half angle of its light cone
-_WHITE = [1.0, 1.0, 1.0]
-_UNTURNED, _TO_THE_RIGHT = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
+_SUN_CONE_ANGLE = 12.0  # degrees, half angle of its light cone
+_WHITE_COLOR = [1.0, 1.0, 1.0]
+_NO_ROTATION, _QUARTER_TURN = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
 
 
-def make_renderer(turn: RotationMatrix = _UNTURNED, light: float = 1.0) -> RenderEngine:
+def make_renderer(turn: RotationMatrix = _NO_ROTATION, light: float = 1.0) -> RenderEngine:
     """A renderer for fingers without an arm: lights on all sides, a white background, and ambient occlusion.
 
     The lights turn with the viewer; `light` is a factor on their intensities.
     """
     shading = SsaoParameter(radius=0.03, bias=0.01, sample_count=16, blur=True)
     lamps = [_lamp(turn @ np.array(position), light * intensity) for position, intensity in LAMPS]
-    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=_WHITE, lights=lamps, ssao=shading))
+    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=_WHITE_COLOR, lights=lamps, ssao=shading))
 
 
 def make_workshop(direction: Array, p_W: Array) -> RenderEngine:
-    """A renderer for an arm: lights around a viewer who looks in `direction`, and a sun, whose shadows show heights.
+    """A renderer for an arm: lights around a viewer who looks in `direction`, and a sun with shadows that show heights.
 
     The sun lights the region around the points p_W, (M, 3) m.
     """
@@ -231,11 +231,11 @@ def make_workshop(direction: Array, p_W: Array) -> RenderEngine:
         frame="world",
         position=(p_W.min(axis=0) + p_W.max(axis=0)) / 2 + SUN_DISTANCE * radius * toward_sun,
         direction=-toward_sun,
-        cone_angle=_CONE,
+        cone_angle=_SUN_CONE_ANGLE,
         intensity=SUN_INTENSITY,
     )
     lights, shadows = [*lamps, sun], {"cast_shadows": True, "shadow_map_size": 2048}
-    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=_WHITE, lights=lights, **shadows))
+    return MakeRenderEngineVtk(RenderEngineVtkParams(default_clear_color=_WHITE_COLOR, lights=lights, **shadows))
 
 
 def _lamp(position: Array, intensity: float) -> LightParameter:
@@ -244,7 +244,7 @@ def _lamp(position: Array, intensity: float) -> LightParameter:
 
 Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
 
-_RENDERER = "vtk"
+_RENDERER_NAME = "vtk"
 _OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
 _FARTHEST_FRAMED = 2.0  # m from the centre; anything beyond is not framed
 _FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
@@ -274,18 +274,18 @@ class SceneRenderer:
         corners = np.concatenate([scene.framed_corners(time) for time in times])
         # Framing an object that has fallen far away would make everything else too small.
         corners = corners[np.linalg.norm(corners - np.median(corners, axis=0), axis=1) < _FARTHEST_FRAMED]
-        turn = _TO_THE_RIGHT if aside else _UNTURNED
+        turn = _QUARTER_TURN if aside else _NO_ROTATION
         self.direction = turn @ viewing_direction(scenario.arm, scene.plant, scene.fingers, DIRECTION)
         self.camera = framing_camera(corners, height, width, self.direction)
         engine = make_workshop(self.direction, corners) if scenario.arm is not None else make_renderer(turn, light)
-        scene.scene_graph.AddRenderer(scene.scene_graph_context, _RENDERER, engine)
+        scene.scene_graph.AddRenderer(scene.scene_graph_context, _RENDERER_NAME, engine)
 
     def render(self, time: float, camera: Camera | None = None) -> Picture:
         """The scene at a time of the recording, s, seen by the default camera or by another one."""
         camera = camera or self.camera
         self._paint_fingers(time)
         query, world = self.scene.query(time), self.scene.scene_graph.world_frame_id()
-        image = query.RenderColorImage(camera.render_camera(_RENDERER, _OVERSAMPLING), world, camera.X_WC).data
+        image = query.RenderColorImage(camera.render_camera(_RENDERER_NAME, _OVERSAMPLING), world, camera.X_WC).data
         size = (camera.width, camera.height)
         return np.asarray(Image.fromarray(image[..., :3]).resize(size, Image.Resampling.BOX))
 

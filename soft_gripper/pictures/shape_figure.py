@@ -38,14 +38,14 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, corners
 
 SECTION_COLORS = ("#33608c", "#d1663b", "#3d8f5f", "#a9489c")
 TRUE_COLOR, ESTIMATED_COLOR, BAND_COLOR = "#731a80", "#e09f00", "#009999"  # as in Meshcat, darker on white
-_STRAIGHT = 10.0  # m; an arc with a larger radius is labelled straight
+_MAX_LABELLED_RADIUS = 10.0  # m; an arc with a larger radius is labelled straight
 _TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radius
-_EDGE = "0.35"
-_IN_PLANE, _ASIDE = [0, 2], [1, 2]  # axes of B: as seen along y, and along x
-_OFF_PLANE = 1e-4  # m, beyond which a finger is drawn from the side as well
+_EDGE_COLOR = "0.35"
+_FRONT_AXES, _SIDE_AXES = [0, 2], [1, 2]  # axes of B: as seen along y, and along x
+_MIN_OFF_PLANE = 1e-4  # m, beyond which a finger is drawn from the side as well
 
 
-def in_mm(planar: Planar) -> Array:
+def to_mm(planar: Planar) -> Array:
     """(x, z) in mm, (..., 2), of points in m."""
     return 1e3 * as_points(planar)
 
@@ -63,7 +63,7 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, asi
     Seen along y, or with `aside` along x, foreshortened.
     """
     middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
-    ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, _ASIDE if aside else _IN_PLANE]
+    ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, _SIDE_AXES if aside else _FRONT_AXES]
     section, whole = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
     half = np.asarray(section.width) / 2
     faces = 1e3 * np.array([-half, half] if aside else [section.outer_face, section.inner_face]).T
@@ -71,7 +71,7 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, asi
     for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
         length = float(np.hypot(*(end - begin))) if aside else whole
         segment = FancyBboxPatch(
-            (outer, -length / 2), inner - outer, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE, lw=0.6
+            (outer, -length / 2), inner - outer, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE_COLOR, lw=0.6
         )
         place = Affine2D().rotate(-np.arctan2(*(end - begin))).translate(*(begin + end) / 2)
         segment.set_transform(place + axes.transData)
@@ -86,16 +86,17 @@ def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -
         piece = _outline(layout, arcs, section, *ends)
         axes.add_patch(Polygon(piece, facecolor=rgb, edgecolor=rgb, lw=0.6))
     for section in range(layout.sections):
-        axes.add_patch(Polygon(_outline(layout, arcs, section), fill=False, edgecolor=_EDGE, lw=0.8))
+        axes.add_patch(Polygon(_outline(layout, arcs, section), fill=False, edgecolor=_EDGE_COLOR, lw=0.8))
 
 
 def _outline(layout: MeasurementModel, arcs: Arcs, section: int, begin: float = 0.0, end: float = 1.0) -> Array:
     """Outline of the finger from `begin` to `end`, fractions of an arc, (M, 2) mm."""
     fraction = np.linspace(begin, end, 17)
     s = layout.section_ends[section] * layout.finger.segment_length + fraction * layout.rest_lengths[section]
-    built, of = layout.finger.section(s), np.full(len(fraction), section)
-    inner, outer = (points_on_arcs(arcs, of, fraction, face) for face in (built.inner_face, built.outer_face))
-    return in_mm(np.concatenate([inner, outer[::-1]]))
+    built = layout.finger.section(s)
+    sections = np.full(len(fraction), section)
+    inner, outer = (points_on_arcs(arcs, sections, fraction, face) for face in (built.inner_face, built.outer_face))
+    return to_mm(np.concatenate([inner, outer[::-1]]))
 
 
 def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
@@ -104,9 +105,9 @@ def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
         look: dict[str, Any] = {"color": SECTION_COLORS[section % len(SECTION_COLORS)]}
         fraction = np.linspace(0, 1, 31)
         curve = points_on_arcs(arcs, np.full(len(fraction), section), fraction)
-        axes.plot(*in_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
-        axes.plot(*in_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
-        axes.plot(*in_mm(np.array([center])).T, "+", ms=7, **look)
+        axes.plot(*to_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
+        axes.plot(*to_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
+        axes.plot(*to_mm(np.array([center])).T, "+", ms=7, **look)
         _write_radius(axes, layout, arcs, section, **look)
 
 
@@ -114,8 +115,8 @@ def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int
     """The radius of an arc, mm, beside its middle on the outer side of the bend."""
     base, radius = layout.finger.base, abs(arcs.start[section] - arcs.centers[section])
     offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
-    ((x, z),) = in_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
-    text = f"{1e3 * radius:.0f}" if radius < _STRAIGHT else "straight"
+    ((x, z),) = to_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
+    text = f"{1e3 * radius:.0f}" if radius < _MAX_LABELLED_RADIUS else "straight"
     axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
@@ -188,7 +189,7 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
 
 def leaves_plane(corners: Array) -> bool:
     """Whether a finger with these corners, (..., 3) m in B, is bent sideways."""
-    return bool(np.abs(corners[..., 1]).max() > _OFF_PLANE)
+    return bool(np.abs(corners[..., 1]).max() > _MIN_OFF_PLANE)
 
 
 def _true_in_space(signals: Mapping[str, Array]) -> Array | None:
@@ -217,7 +218,7 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     true, estimate = snapshot.true, snapshot.estimate
     limit = torque_limit([estimate.torque, true.torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    aside, y_limits = _aside(snapshot), _limits_aside(finger, snapshot)
+    aside, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
     widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(aside)]]
     height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(aside)
     highest = 4.5 if aside else 4.2
@@ -232,15 +233,15 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
             draw_segments(panels[2], finger, estimate.corners, color(estimate.torque, limit))
         else:
             draw_tube(panels[2], layout, snapshot.arcs, color(estimate.torque, limit))
-        _draw_load(panels[0], _IN_PLANE, true.force)
-        _draw_load(panels[2], _IN_PLANE, None if estimate.force is None else true.force, estimate)
+        _draw_load(panels[0], _FRONT_AXES, true.force)
+        _draw_load(panels[2], _FRONT_AXES, None if estimate.force is None else true.force, estimate)
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
         for axes, (title, shown) in zip(panels[3:], aside, strict=True):
             draw_segments(axes, finger, shown.corners, color(shown.torque, limit), aside=True)
             draw_base(axes, finger, aside=True)
-            _draw_load(axes, _ASIDE, true.force, shown if shown is estimate else None, "_")
+            _draw_load(axes, _SIDE_AXES, true.force, shown if shown is estimate else None, "_")
             axes.set(xlabel="y [mm]", aspect="equal", xlim=y_limits, ylim=z_limits)
             axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
@@ -266,16 +267,16 @@ def _draw_load(
         draw_force(axes, true[:, view], TRUE_COLOR, f"{named}true contact force", _TRUE_WIDTH)
 
 
-def _aside(snapshot: Snapshot) -> list[tuple[str, Shown]]:
-    """Titles and what is drawn from the side as well."""
+def _side_panels(snapshot: Snapshot) -> list[tuple[str, Shown]]:
+    """Titles and shapes of the panels that are seen from the side."""
     drawn = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
     return drawn[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
 
 
-def _limits_aside(finger: Finger, snapshot: Snapshot) -> Array:
+def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
     """Limits of y, mm, in the panels from the side."""
     arrows, half = (snapshot.true.force, snapshot.estimate.force), 1e3 * finger.base.width
-    y = 1e3 * np.concatenate([each[:, 1] for each in (snapshot.true.corners, *arrows) if each is not None])
+    y = 1e3 * np.concatenate([points[:, 1] for points in (snapshot.true.corners, *arrows) if points is not None])
     return np.array([y.min() - half, y.max() + half])
 
 
@@ -284,9 +285,9 @@ def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], 
     x, z = 1e3 * snapshot.true.corners[:, ::2].T
     free = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
-    tips = [1e3 * each[1, 0] for each in (snapshot.true.force, snapshot.estimate.force) if each is not None]
+    tips = [1e3 * force[1, 0] for force in (snapshot.true.force, snapshot.estimate.force) if force is not None]
     finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
-    centers = in_mm(snapshot.arcs.centers)[:, 0]
+    centers = to_mm(snapshot.arcs.centers)[:, 0]
     near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
     with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
     return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
@@ -294,7 +295,7 @@ def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], 
 
 def _draw_joints(axes: Axes, snapshot: Snapshot) -> None:
     estimated = f"estimated joints (mean error {1e3 * snapshot.pose_error:.2f} mm)"
-    true = 1e3 * snapshot.true.corners[1:-1, _IN_PLANE]
+    true = 1e3 * snapshot.true.corners[1:-1, _FRONT_AXES]
     axes.plot(*true.T, "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
     axes.plot(*(1e3 * snapshot.joints).T, ".", ms=4, color="black", label=estimated)
     axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")

@@ -26,8 +26,8 @@ FRAME_RATE = 10  # frames per second of simulated time
 FOOTER = 60  # pixels, below the scene
 _INSET_WIDTH = 0.4  # share of the width, of a close-up or a view from the side
 _LIGHT_IN_SPACE = 0.85  # of a finger that turns toward the lamps, and would be white on white
-_GAP = 4  # pixels, between it and the scene
-_UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
+_PLOT_GAP = 4  # pixels, between it and the scene
+_DRIVE_UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
 _FRAMED_TIMES = 20  # number of times in a recording that the close-up must cover
 
 
@@ -50,9 +50,9 @@ class Film:
         self._renderer = render(width=width - beside)
         self._render_beside: Callable[[float], Picture] | None = None
         if scenario.arm is not None:
-            self._render_beside = self._close_up(height, beside - _GAP)
+            self._render_beside = self._close_up(height, beside - _PLOT_GAP)
         elif in_space:
-            self._render_beside = render(width=beside - _GAP, aside=True).render
+            self._render_beside = render(width=beside - _PLOT_GAP, aside=True).render
         self._scale = _draw_scale(limit, width // 2)
 
     def _close_up(self, height: int, width: int) -> Callable[[float], Picture]:
@@ -66,7 +66,7 @@ class Film:
         frame = Image.new("RGB", self.size, "white")
         frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
         if self._render_beside is not None:
-            frame.paste(Image.fromarray(self._render_beside(time)), (self._renderer.camera.width + _GAP, 0))
+            frame.paste(Image.fromarray(self._render_beside(time)), (self._renderer.camera.width + _PLOT_GAP, 0))
         frame.paste(self._scale, (width - self._scale.width, height - FOOTER))
         font = ImageFont.load_default(0.025 * width)
         place = (0.03 * width, height - FOOTER / 2)
@@ -78,7 +78,7 @@ class Film:
         now = self._recording.data.sel(time=time, method="nearest")
         driven = [
             f"{'/'.join(f'{scale * value:.0f}' for value in signal.values.flat)} {unit}"
-            for kind, (scale, unit) in _UNITS.items()
+            for kind, (scale, unit) in _DRIVE_UNITS.items()
             for name, signal in now.data_vars.items()
             if str(name).endswith(f".{kind}")
         ]

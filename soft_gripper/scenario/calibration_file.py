@@ -10,7 +10,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.fingers.statics import softened, strengthened
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.sensors.calibrated_states import DRIVE, CalibratedStates
@@ -55,7 +55,7 @@ class FingerCalibrationConfig:
     # States of the calibration: strains path after path, torque of the drive at the first joint, gravity along x and z
     fitted: FittedStatesConfig | None = None
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if len(self.offsets) != len(self.gains):
             yield "offsets", self.offsets, f"must be {len(self.gains)} numbers, one for every gain"
         if self.fitted is not None and len(self.fitted.names) != len(self.gains) + DRIVE:
@@ -72,8 +72,8 @@ class CalibrationConfig:
     fingers: dict[str, FingerCalibrationConfig] = field(default_factory=dict)
 
 
-def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
-    """The nominal layout with the calibrated gains, offsets and stiffness of its finger.
+def apply_calibration(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
+    """Nominal layout with the calibrated gains, offsets and stiffness of its finger.
 
     Raises:
         InputError: if the calibration is for other fingers or sensors.
@@ -83,12 +83,12 @@ def calibrated(sensors: MeasurementModel, calibration: CalibrationConfig) -> Sen
     if name not in calibration.fingers:
         raise InputError("nominal.calibration", "fingers", list(calibration.fingers), f"has none for '{name}'")
     config = calibration.fingers[name]
-    found = config.length, config.sensor_spacing, config.one_sided, config.section_lengths
-    own = layout_identity(layout)
-    flat, expected = [*found[:3], *found[3]], [*own[:3], *own[3]]
+    values = config.length, config.sensor_spacing, config.one_sided, config.section_lengths
+    expected_values = layout_identity(layout)
+    flat, expected = [*values[:3], *values[3]], [*expected_values[:3], *expected_values[3]]
     if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
-        of = "length, sensor spacing, one_sided and section lengths"
-        raise InputError("nominal.calibration", name, found, f"{of} of the finger are {own}")
+        quantities = "length, sensor spacing, one_sided and section lengths"
+        raise InputError("nominal.calibration", name, values, f"{quantities} of the finger are {expected_values}")
     assert isinstance(curve, ResponseCurve)  # as in a scenario
     response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets), config.response_curvature)
     finger = strengthened(softened(finger, config.bend_ratio, config.bend_variation), config.strength)
@@ -107,7 +107,7 @@ def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates 
 
 
 def load_calibration(file: str) -> CalibrationConfig:
-    """Reads what `soft-gripper calibrate` wrote.
+    """Reads a file written by `soft-gripper calibrate`.
 
     Raises:
         InputError: if the file is missing, is not a calibration, or has impossible values.

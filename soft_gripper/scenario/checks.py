@@ -7,8 +7,8 @@ from typing import Any
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import check_config, require
-from soft_gripper.quantity import Misfit
-from soft_gripper.scenario.drake_values import plain_values, without_numpy
+from soft_gripper.quantity import Violation
+from soft_gripper.scenario.drake_values import plain_values, to_plain_numbers
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_faults, strain_errors
 from soft_gripper.sensors.response_curve import ResponseCurve
@@ -19,11 +19,11 @@ MOST_MODELS = 500  # which take a quarter of an hour to be read; the time of a s
 MOST_TIME = 86_400.0  # s, of a run that is slowed to a fraction of real time
 
 # Names of blocks and of groups of signals, which no model or finger may have.
-_TAKEN = (
+_RESERVED_NAMES = (
     *("plant", "scene_graph", "logs", "task", "grip", "grip_control", "true_contact", "object_width"),
     *("minus_true_width", "object_width_error", "estimate_visualizer", "all"),
 )
-_CHECKED = "_checked"  # attribute of a scenario: its values when it was checked
+_CHECKED_ATTRIBUTE = "_checked"  # attribute of a scenario: its values when it was checked
 
 
 def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
@@ -33,12 +33,12 @@ def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
         InputError: for the first value that has another type, is out of range, or contradicts another one.
     """
     require(isinstance(scenario, Scenario), where, "scenario", scenario, "must be a Scenario, as load_scenario reads")
-    plain: Scenario = without_numpy(scenario)
+    plain: Scenario = to_plain_numbers(scenario)
     values = plain_values(plain)
-    if getattr(scenario, _CHECKED, None) != values:
+    if getattr(scenario, _CHECKED_ATTRIBUTE, None) != values:
         check_config(where, plain)
         check_scenario(where, plain)
-    setattr(plain, _CHECKED, values)
+    setattr(plain, _CHECKED_ATTRIBUTE, values)
     return plain
 
 
@@ -51,7 +51,7 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
     for rules in (_models, _control, _sensors, _arm_and_task, _external, _solver, _cost):
         for field, value, expected in rules(scenario):
             raise InputError(where, field, value, expected)
-    setattr(scenario, _CHECKED, plain_values(scenario))
+    setattr(scenario, _CHECKED_ATTRIBUTE, plain_values(scenario))
 
 
 def check_finger_names(where: Path | str, names: Iterable[str]) -> None:
@@ -61,44 +61,44 @@ def check_finger_names(where: Path | str, names: Iterable[str]) -> None:
         InputError: if one is the name of a block.
     """
     for name in names:
-        require(name not in _TAKEN, where, "finger.name", name, "is the name of a block")
+        require(name not in _RESERVED_NAMES, where, "finger.name", name, "is the name of a block")
 
 
-def _models(scenario: Scenario) -> Iterator[Misfit]:
+def _models(scenario: Scenario) -> Iterator[Violation]:
     names = [model.name for model in scenario.models]
     if len(names) > MOST_MODELS:
         yield "models", len(names), f"give at most {MOST_MODELS} models: those beyond would take hours to be read"
     for i, name in enumerate(names):
-        if name in _TAKEN:
+        if name in _RESERVED_NAMES:
             yield f"models[{i}].name", name, "is the name of a block"
         if names.count(name) > 1:
             yield f"models[{i}].name", name, "appears more than once"
 
 
-def _control(scenario: Scenario) -> Iterator[Misfit]:
+def _control(scenario: Scenario) -> Iterator[Violation]:
     hold, period = scenario.control.hold, scenario.sensor.period
     if hold < period:
         yield "control.hold", hold, f"must be at least sensor.period, {period:g} s"
 
 
-def _sensors(scenario: Scenario) -> Iterator[Misfit]:
+def _sensors(scenario: Scenario) -> Iterator[Violation]:
     responses = {"sensor": scenario.sensor.response, "nominal": scenario.nominal.response}
     for part, response in responses.items():
         if response is not None:
-            yield from _complaint(part, ResponseCurve, response)
-    yield from _complaint("sensor", sensor_faults, scenario.sensor)
-    yield from _complaint("sensor.errors", strain_errors, scenario.sensor)
+            yield from _building_violations(part, ResponseCurve, response)
+    yield from _building_violations("sensor", sensor_faults, scenario.sensor)
+    yield from _building_violations("sensor.errors", strain_errors, scenario.sensor)
 
 
-def _complaint(part: str, make: Callable[[Any], object], of: object) -> Iterator[Misfit]:
-    """Why a part cannot be built."""
+def _building_violations(part: str, make: Callable[[Any], object], part_config: object) -> Iterator[Violation]:
+    """Violations by which a part cannot be built."""
     try:
-        make(of)
+        make(part_config)
     except InputError as error:
         yield f"{part}.{error.field}", error.value, error.expected
 
 
-def _arm_and_task(scenario: Scenario) -> Iterator[Misfit]:
+def _arm_and_task(scenario: Scenario) -> Iterator[Violation]:
     arm, task = scenario.arm, scenario.task
     names = [model.name for model in scenario.models]
     if arm is not None and arm.model not in names:
@@ -117,7 +117,7 @@ def _arm_and_task(scenario: Scenario) -> Iterator[Misfit]:
         yield from _grip(scenario, task.grip_threshold)
 
 
-def _grip(scenario: Scenario, threshold: float) -> Iterator[Misfit]:
+def _grip(scenario: Scenario, threshold: float) -> Iterator[Violation]:
     """Rules that the control breaks, if a task commands the gripper."""
     control = scenario.control
     if control.set_points is not None:
@@ -129,30 +129,30 @@ def _grip(scenario: Scenario, threshold: float) -> Iterator[Misfit]:
         yield "control.torque_limit", control.torque_limit, expected
 
 
-def _external(scenario: Scenario) -> Iterator[Misfit]:
+def _external(scenario: Scenario) -> Iterator[Violation]:
     external, task = scenario.external, scenario.task
     for i, name in enumerate(external):
         if external.count(name) > 1:
             yield f"external[{i}]", name, "appears more than once"
     grips = task is not None and task.grips
     closed = "the phases of the task" if grips else "control.set_points" if scenario.control.set_points else None
-    yield from _exclude(external, ("pressure", "opening"), closed)
-    yield from _exclude(external, ("joints", "tool"), "the task" if task is not None else None)
+    yield from _exclusion_violations(external, ("pressure", "opening"), closed)
+    yield from _exclusion_violations(external, ("joints", "tool"), "the task" if task is not None else None)
     moved = [name for name in external if name in ("joints", "tool")]
     if moved and scenario.arm is None:
         yield "external", external, f"there is no arm for {moved}"
 
 
-def _exclude(external: Collection[str], names: Collection[str], other: str | None) -> Iterator[Misfit]:
-    """At most one of some commands may come from outside, if nothing else gives it."""
-    found = [name for name in external if name in names]
-    if len(found) > 1:
+def _exclusion_violations(external: Collection[str], names: Collection[str], other: str | None) -> Iterator[Violation]:
+    """Violations unless at most one of some commands comes from outside, and none if `other` gives it."""
+    given_names = [name for name in external if name in names]
+    if len(given_names) > 1:
         yield "external", external, f"give {' or '.join(names)}: one commands the other"
-    if found and other is not None:
-        yield "external", external, f"leave out {found}: {other} would command the same"
+    if given_names and other is not None:
+        yield "external", external, f"leave out {given_names}: {other} would command the same"
 
 
-def _solver(scenario: Scenario) -> Iterator[Misfit]:
+def _solver(scenario: Scenario) -> Iterator[Violation]:
     solver = scenario.simulator_config
     if solver.start_time != 0:
         yield "simulator_config.start_time", solver.start_time, "must be 0, at which runs begin"
@@ -160,7 +160,7 @@ def _solver(scenario: Scenario) -> Iterator[Misfit]:
         yield "simulator_config.publish_every_time_step", True, "must be false: logs keep the sensors' period"
 
 
-def _cost(scenario: Scenario) -> Iterator[Misfit]:
+def _cost(scenario: Scenario) -> Iterator[Violation]:
     """Estimates of the steps, the samples and the time of a run, from its length."""
     plant, solver, duration = scenario.plant_config, scenario.simulator_config, scenario.duration
     step = ("plant_config.time_step", plant.time_step)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from soft_gripper.files.number import number
 
 FORM = "MEASURE at most NUMBER, MEASURE at least NUMBER, or MEASURE is TEXT, with a measure of a sweep"
-_TEXT = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
+_CRITERION_PATTERN = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
 
 
 class Criterion(NamedTuple):
@@ -19,7 +19,7 @@ class Criterion(NamedTuple):
     value: str
 
     def is_met(self, measured: Any) -> bool:
-        """Whether a run with this value of the measure meets it; nothing that is NaN does."""
+        """Whether a run with this value of the measure meets the criterion; NaN never does."""
         if self.relation == "is":
             return str(measured) == self.value
         bound = float(self.value)
@@ -28,11 +28,11 @@ class Criterion(NamedTuple):
 
 def read_criterion(text: str) -> Criterion | None:
     """Parses a criterion; None if it has another form than FORM."""
-    match = _TEXT.fullmatch(text)
+    match = _CRITERION_PATTERN.fullmatch(text)
     if match is None:
         return None
-    found = Criterion(text, *match.groups())
-    return found if found.relation == "is" or math.isfinite(_number(found.value)) else None
+    criterion = Criterion(text, *match.groups())
+    return criterion if criterion.relation == "is" or math.isfinite(_number(criterion.value)) else None
 
 
 def _number(text: str) -> float:

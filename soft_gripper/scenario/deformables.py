@@ -35,7 +35,7 @@ class Deformable(ABC):
     @property
     @abstractmethod
     def mass(self) -> float:
-        """In kg."""
+        """Mass of the object, kg."""
 
     @abstractmethod
     def vertices(self, context: Context) -> Array:
@@ -58,11 +58,11 @@ class Deformable(ABC):
 
 
 class DeformableKind(ABC):
-    """How objects of finite elements are read, checked and drawn."""
+    """Reading, checking and drawing of objects of finite elements."""
 
     @abstractmethod
     def is_meant(self, config: MeshConfig) -> bool:
-        """Whether the mesh of a model is to be one."""
+        """Whether the mesh of a model is to be an object of finite elements."""
 
     @abstractmethod
     def add_to_link(self, config: MeshConfig, link: ET.Element, path: Path, density: float, friction: float) -> None:

@@ -22,8 +22,8 @@ from soft_gripper.model_import.included_files import check_files
 from soft_gripper.models import package_map
 from soft_gripper.scenario.model_files import model_path
 
-_FILE = "file://"
-_PACKAGE = "package://"
+_FILE_SCHEME = "file://"
+_PACKAGE_SCHEME = "package://"
 _MAX_DIRECTIVES = 1000  # of a scenario, those of its files among them
 _MAX_DEPTH = 20  # files that add each other
 _MAX_BYTES = 300_000  # of these files together: a second of work
@@ -36,7 +36,7 @@ def parts_with_files(directives: Sequence[ModelDirective]) -> Iterator[Any]:
 
 
 def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) -> None:
-    """Adds what directives ask for to a plant that is not finalized.
+    """Adds the models, frames and welds of directives to a plant that is not finalized.
 
     Raises:
         InputError: naming the directive, if a file is missing, a name is taken or unknown, or Drake refuses it; or if a
@@ -56,7 +56,7 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
             count += _count_directives(directive.add_directives.file, where, (), counts)
         require(count <= _MAX_DIRECTIVES, where, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
         with drake_reads(where, kind, getattr(getattr(directive, kind), "file", None)):
-            located = ModelDirectives(directives=[_located(directive, where)])
+            located = ModelDirectives(directives=[_locate(directive, where)])
             flat += FlattenModelDirectives(located, packages).directives
     for part in parts_with_files(flat):
         _check_model(_path(part.file, "directives"), "directives", part.file)
@@ -95,7 +95,8 @@ def _count_directives(file: str, where: str, around: tuple[Path, ...], counts: d
             require(count <= _MAX_DIRECTIVES, path, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
             if (added := directive.get("add_directives")) is not None:
                 inside, name = f"{path}: directives[{i}]", added.get("file", "")
-                require(name.startswith((_FILE, _PACKAGE)), inside, "file", name, "give file:///... or package://...")
+                has_scheme = name.startswith((_FILE_SCHEME, _PACKAGE_SCHEME))
+                require(has_scheme, inside, "file", name, "give file:///... or package://...")
                 count += _count_directives(name, inside, (*around, path), counts)
         counts[path] = count
     return counts[path]
@@ -106,21 +107,21 @@ def _kind(directive: ModelDirective) -> str:
     return next(field.name for field in ModelDirective.__fields__ if getattr(directive, field.name) is not None)
 
 
-def _located(directive: ModelDirective, where: str) -> ModelDirective:
-    """A directive whose file, if it has one, is there and is named by a URI, as Drake wants it."""
-    found = ModelDirective(**{field.name: getattr(directive, field.name) for field in ModelDirective.__fields__})
+def _locate(directive: ModelDirective, where: str) -> ModelDirective:
+    """Copy of a directive with an absolute URI for its file, as Drake needs it; refuses a missing file."""
+    located = ModelDirective(**{field.name: getattr(directive, field.name) for field in ModelDirective.__fields__})
     for name in ("add_model", "add_directives"):
-        if (part := getattr(found, name)) is not None:
+        if (part := getattr(located, name)) is not None:
             path = _path(part.file, where)
             require(path.is_file(), where, "file", part.file, f"there is no file {path}")
             keys = {field.name: getattr(part, field.name) for field in type(part).__fields__}
-            uri = part.file if part.file.startswith(_PACKAGE) else f"{_FILE}{os.path.abspath(path)}"
-            setattr(found, name, type(part)(**keys | {"file": uri}))
-    return found
+            uri = part.file if part.file.startswith(_PACKAGE_SCHEME) else f"{_FILE_SCHEME}{os.path.abspath(path)}"
+            setattr(located, name, type(part)(**keys | {"file": uri}))
+    return located
 
 
 def _path(file: str, where: str) -> Path:
-    return model_path(file.removeprefix(_FILE), where)
+    return model_path(file.removeprefix(_FILE_SCHEME), where)
 
 
 def _check_model(path: Path, where: str, file: str) -> None:

@@ -36,16 +36,16 @@ def plain_values(value: Any) -> Any:
     return [plain_values(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def without_numpy(value: Any) -> Any:
+def to_plain_numbers(value: Any) -> Any:
     """A value, or a copy in which Python's own numbers and lists replace NumPy's."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, tuple | list):
-        return [without_numpy(item) for item in value]
+        return [to_plain_numbers(item) for item in value]
     if isinstance(value, Mapping):
-        return {key: without_numpy(item) for key, item in value.items()}
+        return {key: to_plain_numbers(item) for key, item in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{field.name: without_numpy(getattr(value, field.name)) for field in fields(value)})
+        return replace(value, **{field.name: to_plain_numbers(getattr(value, field.name)) for field in fields(value)})
     return value
 
 
@@ -53,17 +53,17 @@ def _parts(config: Any) -> dict[str, Any]:
     return {field.name: getattr(config, field.name) for field in config.__fields__}
 
 
-def _made(kind: type, parts: Mapping[str, Any]) -> Any:
+def _make_config(kind: type, parts: Mapping[str, Any]) -> Any:
     config = kind()
     for name, part in parts.items():
         setattr(config, name, part)
     return config
 
 
-_DIRECTIVES = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
+_DIRECTIVE_KINDS = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
 for _kind in (
     *(Transform, Rotation, Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform),
     *(MultibodyPlantConfig, SimulatorConfig, VisualizationConfig, Rgba),
-    *(parsing.ModelDirective, *(getattr(parsing, name) for name in _DIRECTIVES)),
+    *(parsing.ModelDirective, *(getattr(parsing, name) for name in _DIRECTIVE_KINDS)),
 ):
-    copyreg.pickle(_kind, lambda config: (_made, (type(config), _parts(config))))
+    copyreg.pickle(_kind, lambda config: (_make_config, (type(config), _parts(config))))

@@ -45,16 +45,16 @@ _CHAMBER_PATHS = {
     "chamber_thickness": "chambers.thickness",
     "chamber_center": "chambers.x",
 }
-_ALL = "all"
+_ALL_FINGERS = "all"
 _SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 
 
 def check_names(where: str, configs: Mapping[str, Mapping[str, str]], names: Sequence[str]) -> None:
     """Raises an InputError unless changes are for "all" or for one of the named fingers."""
-    known = (_ALL, *names) if names else ()
+    finger_names = (_ALL_FINGERS, *names) if names else ()
     for name in configs:
-        if name not in known:
-            raise InputError(where, "fingers", name, f"no such finger; known: {', '.join(known) or 'none'}")
+        if name not in finger_names:
+            raise InputError(where, "fingers", name, f"no such finger; known: {', '.join(finger_names) or 'none'}")
 
 
 def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Mapping[str, str]]) -> FingerElement:
@@ -69,7 +69,7 @@ def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Map
         InputError: if a change is not a number, or the result cannot be a finger.
     """
     finger, rpy = mounted.finger, mounted.rpy
-    for name in (_ALL, mounted.finger.name):
+    for name in (_ALL_FINGERS, mounted.finger.name):
         place, changes = f"{where}.fingers.{name}", dict(configs.get(name, {}))
         if (tilt := changes.pop(TILT, None)) is not None:
             if "%" in tilt:
@@ -91,17 +91,17 @@ def changed_finger(finger: Finger, where: str, changes: Mapping[str, str]) -> Fi
         if finger.chambers and key in _CHAMBER_PATHS:
             paths = [_CHAMBER_PATHS[key]]
         for path in paths:
-            document = _put(document, path.split("."), partial(_value, where, key, text))
+            document = _apply_change(document, path.split("."), partial(_value, where, key, text))
     copy: Finger = read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'"))
     return copy
 
 
-def _put(node: Any, path: Sequence[str], change: Callable[[Any], Any]) -> Any:
-    """Plain data with a change of the value at a path, of which the numbers in a list are one."""
+def _apply_change(node: Any, path: Sequence[str], change: Callable[[Any], Any]) -> Any:
+    """Plain data with a change of the value at a path; a list of numbers counts as one value."""
     if isinstance(node, tuple | list) and node and not isinstance(node[0], str):
-        return [_put(entry, path, change) for entry in node]
+        return [_apply_change(entry, path, change) for entry in node]
     if path and node:
-        return node | {path[0]: _put(node[path[0]], path[1:], change)}
+        return node | {path[0]: _apply_change(node[path[0]], path[1:], change)}
     return change(node)
 
 

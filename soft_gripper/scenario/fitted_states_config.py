@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
 
 
@@ -26,7 +26,7 @@ class FittedStatesConfig:
         None, least=0
     )  # spreads, within which readings and drive agree; null: not known
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         count = len(self.names)
         if len(self.spread) != count:
             yield "spread", self.spread, f"must be {count} numbers, one for every name"
@@ -38,7 +38,7 @@ class FittedStatesConfig:
 
     @property
     def fitted(self) -> FittedStates:
-        """The states."""
+        """States that the model was fitted to."""
         return FittedStates(np.array(self.states), np.array(self.spread))
 
     @property

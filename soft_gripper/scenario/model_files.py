@@ -47,6 +47,6 @@ def model_path(file: str | Path, where: str = "model") -> Path:
         return DIRECTORY / inside
     packages = package_map()
     if not packages.Contains(package):
-        known = ", ".join(packages.GetPackageNames())
-        raise InputError(where, "file", file, f"no package '{package}'; known: {known}")
+        package_names = ", ".join(packages.GetPackageNames())
+        raise InputError(where, "file", file, f"no package '{package}'; known: {package_names}")
     return Path(packages.GetPath(package)) / inside

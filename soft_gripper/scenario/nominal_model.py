@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.scenario.calibration_file import CalibrationConfig, calibrated, load_calibration
+from soft_gripper.scenario.calibration_file import CalibrationConfig, apply_calibration, load_calibration
 from soft_gripper.scenario.finger_changes import FINGER_PATHS, changed_finger
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig
@@ -30,13 +30,13 @@ class NominalModel:
         """
         response = sensor.response if self.config.response is None else self.config.response
         layout = sensor_layout(self.finger(finger), replace(sensor, response=response))
-        return layout if self.calibration is None else calibrated(layout, self.calibration)
+        return layout if self.calibration is None else apply_calibration(layout, self.calibration)
 
     def finger(self, finger: Finger) -> Finger:
         """The nominal finger; raises as `layout`."""
-        found = finger if self.config.file is None else self._from_file(finger)
-        found = found if self.config.creep else replace(found, creep=())
-        return changed_finger(found, "nominal", self.config.finger)
+        nominal = finger if self.config.file is None else self._from_file(finger)
+        nominal = nominal if self.config.creep else replace(nominal, creep=())
+        return changed_finger(nominal, "nominal", self.config.finger)
 
     def _from_file(self, finger: Finger) -> Finger:
         named = [other for other in self.fingers if other.name == finger.name] or list(self.fingers)

@@ -13,20 +13,20 @@ from typing import Any, TypeVar, get_type_hints
 from pydrake.common.yaml import yaml_dump, yaml_dump_typed, yaml_load_data
 from pydrake.visualization import VisualizationConfig
 
-from soft_gripper.cached import kept
-from soft_gripper.errors import InputError, meant
+from soft_gripper.cached import get_or_make
+from soft_gripper.errors import InputError, suggestion
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.text import name_of
 from soft_gripper.files.yaml_text import parse_yaml, read_yaml
 from soft_gripper.scenario.checks import check_scenario, checked_scenario
 from soft_gripper.scenario.directives import parts_with_files
-from soft_gripper.scenario.drake_values import plain_values, without_numpy
+from soft_gripper.scenario.drake_values import plain_values, to_plain_numbers
 from soft_gripper.scenario.finger_changes import FINGER_PATHS, FORMER_PATHS
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.shipped import scenario_path
 
-_DEEPEST_KEY = 20  # names in the key of an override
-_NAME = re.compile(r"\w+")
+_MAX_KEY_NAMES = 20  # names in the key of an override
+_NAME_PATTERN = re.compile(r"\w+")
 _T = TypeVar("_T")
 
 
@@ -63,11 +63,11 @@ def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> S
     """Reads a scenario with changes, which come from `where`."""
     path = scenario_path(name_of(name_or_path))
     require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
-    return load_changed(where, path, changes, partial(_checked, path))
+    return load_changed(where, path, changes, partial(_read_document, path))
 
 
 def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Callable[[dict[str, Any]], _T]) -> _T:
-    """What `load` makes of the document in a file with changes.
+    """Result of `load` for the document in a file with changes.
 
     Args:
         where: the changes come from, for messages.
@@ -94,23 +94,23 @@ def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Calla
     try:
         return load(document)
     except InputError as error:
-        told = str(error).removeprefix(f"{path}: ")
-        wrong = _NAME.findall(told.partition(" = ")[0])
-        if not any(_begins_alike(wrong, _NAME.findall(field)) for field in fields):
+        message = str(error).removeprefix(f"{path}: ")
+        wrong = _NAME_PATTERN.findall(message.partition(" = ")[0])
+        if not any(_share_beginning(wrong, _NAME_PATTERN.findall(field)) for field in fields):
             for key, value in changes.items():
                 if mistake_without(key) != (error.where, error.field):
-                    raise InputError(path, key, value, f"contradicts {told}") from None
+                    raise InputError(path, key, value, f"contradicts {message}") from None
         raise
 
 
-def _begins_alike(one: Sequence[str], other: Sequence[str]) -> bool:
+def _share_beginning(one: Sequence[str], other: Sequence[str]) -> bool:
     """Whether the shorter of two sequences begins the longer one."""
     return all(a == b for a, b in zip(one, other, strict=False))
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
     """Reads a scenario from its text in a recording at `path`, of 0.2 or later; raises as `load_scenario`."""
-    return _checked(path, _with_current_keys(_mapping(path, parse_yaml(path, text))))
+    return _read_document(path, _with_current_keys(_mapping(path, parse_yaml(path, text))))
 
 
 def _with_current_keys(document: dict[str, Any]) -> dict[str, Any]:
@@ -127,8 +127,8 @@ def _with_current_keys(document: dict[str, Any]) -> dict[str, Any]:
     return document
 
 
-def _checked(path: Path, document: dict[str, Any]) -> Scenario:
-    document = {name: part for name, part in document.items() if part is not None or name not in _PARTS}
+def _read_document(path: Path, document: dict[str, Any]) -> Scenario:
+    document = {name: part for name, part in document.items() if part is not None or name not in _DEFAULT_PARTS}
     scenario = load_config(path, document, Scenario)
     for part, field in _files(scenario):
         setattr(part, field, os.path.realpath(path.parent / getattr(part, field)))
@@ -137,26 +137,26 @@ def _checked(path: Path, document: dict[str, Any]) -> Scenario:
 
 
 # Parts of a scenario that have defaults: null, or nothing below, is as if they were left out.
-_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
+_DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
 
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field in which they do."""
-    of_models = [(m, "file") for m in scenario.models]
-    of_directives = [(part, "file") for part in parts_with_files(scenario.directives)]
+    model_files = [(m, "file") for m in scenario.models]
+    directive_files = [(part, "file") for part in parts_with_files(scenario.directives)]
     named = [
-        *of_models,
-        *of_directives,
+        *model_files,
+        *directive_files,
         (scenario.nominal, "file"),
         (scenario.nominal, "calibration"),
         (scenario, "bench"),
     ]
-    found = ((part, field, getattr(part, field)) for part, field in named)
-    return [(part, field) for part, field, file in found if file is not None and "://" not in file]
+    files = ((part, field, getattr(part, field)) for part, field in named)
+    return [(part, field) for part, field, file in files if file is not None and "://" not in file]
 
 
 def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
-    """The files that a scenario was read from, its own among them; what ships with the package is left out."""
+    """Files that a scenario was read from, its own first; those that ship with the package are left out."""
     return [str(name_or_path), *(getattr(part, field) for part, field in _files(scenario))]
 
 
@@ -171,17 +171,17 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
         scenario = copy.deepcopy(scenario)
         for part, field in _files(scenario):
             setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
-    text = kept(_texts, repr(plain_values(scenario)), lambda: _dumped(scenario), _MOST_TEXTS)
+    text = get_or_make(_texts, repr(plain_values(scenario)), lambda: _dump_text(scenario), _MAX_CACHED_TEXTS)
     return text.replace(f"seed: {_ANY_SEED}\n", f"seed: {seed}\n")
 
 
 _ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
 _MOUSE_STIFFNESS = getattr(VisualizationConfig(), "mouse_interaction_stiffness", None)
-_MOST_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
+_MAX_CACHED_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
 _texts: OrderedDict[str, str] = OrderedDict()
 
 
-def _dumped(scenario: Scenario) -> str:
+def _dump_text(scenario: Scenario) -> str:
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     shown = document.get("visualization") or {}
@@ -215,31 +215,31 @@ def _change(where: str, document: dict[str, Any], key: str, value: Any) -> str:
         if not isinstance(key, str):
             raise LookupError("give names with dots between them, as text")
         *parents, last = key.split(".")
-        if len(parents) >= _DEEPEST_KEY:
-            raise LookupError(f"give no more than {_DEEPEST_KEY} names")
-        place: Any = document
+        if len(parents) >= _MAX_KEY_NAMES:
+            raise LookupError(f"give no more than {_MAX_KEY_NAMES} names")
+        node: Any = document
         path = list[Any]()
         for i, name in enumerate(parents):
-            if isinstance(place, dict) and (dotted := key.split(".", i)[i]) in place:  # such as contact.friction
+            if isinstance(node, dict) and (dotted := key.split(".", i)[i]) in node:  # such as contact.friction
                 last = dotted
                 break
-            path.append(name if isinstance(place, dict) else _index(place, name))
-            place = place.setdefault(name, {}) if isinstance(place, dict) else place[path[-1]]
-        path.append(last if isinstance(place, dict) else _index(place, last))
-        place[path[-1]] = copy.deepcopy(without_numpy(value))
+            path.append(name if isinstance(node, dict) else _index(node, name))
+            node = node.setdefault(name, {}) if isinstance(node, dict) else node[path[-1]]
+        path.append(last if isinstance(node, dict) else _index(node, last))
+        node[path[-1]] = copy.deepcopy(to_plain_numbers(value))
     except LookupError as error:
         raise InputError(where, "key", key, str(error.args[0])) from None
     return ".".join(map(str, path))
 
 
-def _index(place: Any, name: str) -> int:
-    """Which entry of a list is meant; raises a LookupError if none is."""
-    if not isinstance(place, list):
+def _index(node: Any, name: str) -> int:
+    """Index of the entry of a list with a name or number; raises a LookupError if there is none."""
+    if not isinstance(node, list):
         raise LookupError(f"nothing lies below: there is no '{name}'")
-    names = [str(entry["name"]) for entry in place if isinstance(entry, dict) and "name" in entry]
-    if len(names) == len(place) and names.count(name) == 1:
+    names = [str(entry["name"]) for entry in node if isinstance(entry, dict) and "name" in entry]
+    if len(names) == len(node) and names.count(name) == 1:
         return names.index(name)
-    if name.isascii() and name.isdecimal() and len(name) < 10 and int(name) < len(place):
+    if name.isascii() and name.isdecimal() and len(name) < 10 and int(name) < len(node):
         return int(name)
-    named = f", or a name; {meant(name, names)}" if names else ""
-    raise LookupError(f"there is no entry '{name}': give a number from 0 to {len(place) - 1}{named}")
+    named = f", or a name; {suggestion(name, names)}" if names else ""
+    raise LookupError(f"there is no entry '{name}': give a number from 0 to {len(node) - 1}{named}")

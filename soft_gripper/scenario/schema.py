@@ -1,7 +1,7 @@
 """The whole schema of a scenario file, on one page. SI units; every field has its explanation and range next to it.
 
-A field that may be left out, and then means that there is no such thing, is None. `misfits` are rules across the fields
-of a class; those across the parts of a scenario are in `checks.py`.
+A field that may be left out, and then means that there is no such thing, is None. `violations` are rules across the
+fields of a class; those across the parts of a scenario are in `checks.py`.
 """
 
 import math
@@ -20,9 +20,9 @@ from pydrake.visualization import VisualizationConfig
 
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.document import dotted
+from soft_gripper.files.document import dotted_changes
 from soft_gripper.fingers.finger_links import SPRINGS
-from soft_gripper.quantity import Misfit, Rule, like, quantity, valid
+from soft_gripper.quantity import Rule, Violation, like, quantity, valid
 from soft_gripper.registry import registered, with_added_fields
 from soft_gripper.scenario.criterion import FORM, read_criterion
 from soft_gripper.scenario.drake_values import ByValue
@@ -74,9 +74,9 @@ class ModelConfig(ByValue):
 
     def __post_init__(self) -> None:
         if isinstance(self.fingers, dict):
-            self.fingers = {name: dotted(changes, MODEL_PATHS) for name, changes in self.fingers.items()}
+            self.fingers = {name: dotted_changes(changes, MODEL_PATHS) for name, changes in self.fingers.items()}
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.free and (self.parent != "world" or self.child is not None):
             yield "free", True, "leave parent and child out: a free model is not welded"
         if self.free and self.half_space:
@@ -97,7 +97,7 @@ class PressureConfig:
     leaks: dict[str, float] = quantity({}, least=0, most=1)
     leak_time: float = quantity(0.0, "s", least=0)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.minimum > self.maximum:
             yield "minimum", self.minimum, f"must be at most the maximum, {self.maximum:g} Pa"
         for finger, steps in self.steps.items():
@@ -117,7 +117,7 @@ class TendonConfig:
     maximum: float | None = quantity(None, least=0)  # of the winches; None: no limit
     time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and winch; 0: no lag
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         most = math.inf if self.maximum is None else self.maximum
         for name, steps in self.steps.items():
             for i, step in enumerate(steps):
@@ -145,7 +145,7 @@ class ControlConfig:
     force_bound: bool = False
     force_gains: PidGains = field(default_factory=PidGains)  # from the force error to the pressure, Pa
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         points = self.set_points or []
         for i in range(1, len(points)):
             if points[i] == points[i - 1]:
@@ -203,7 +203,7 @@ class PhaseConfig:
     rest: float = quantity(0.0, "s", least=0)  # after the motion, without `until`
     holds: bool = False  # the object is held: its loss is a failure
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.to is not None and self.posture is not None:
             yield "posture", self.posture, f"leave it out beside to: {self.to}"
 
@@ -242,7 +242,7 @@ class TaskConfig(ByValue):
         """Whether the task commands the gripper."""
         return any(phase.opening is not None for phase in self.phases)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         for i, phase in enumerate(self.phases):
             asks = "until" if phase.until is not None else "holds" if phase.holds else None
             if asks is not None and not self.grips:
@@ -254,7 +254,7 @@ class TaskConfig(ByValue):
 
 @dataclass
 class SensorPathConfig:
-    """A strain sensor along a path of the finger; what is given once holds for the whole path."""
+    """A strain sensor along a path of the finger; a single number holds for the whole path."""
 
     name: str = quantity("", is_name=True)
     x: list[float] = quantity([0.0], "m", filled=True)  # from the middle of the section, toward the inner side
@@ -276,8 +276,8 @@ class DeadSensorConfig:
 @cache
 def presets() -> dict[str, dict[str, Any]]:
     """Errors of known kinds of sensors."""
-    found: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
-    return found
+    sensors_by_name: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
+    return sensors_by_name
 
 
 @dataclass
@@ -321,7 +321,7 @@ class SensorFaultConfig:
     # is lost (loose), strain a second (drifting).
     size: float | None = None
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.size is None and self.kind != "dead":
             yield "size", None, f"must be given for {self.kind}"
         if self.kind == "loose" and self.size is not None and not 0 < self.size <= 1:
@@ -348,7 +348,7 @@ class SensorConfig:
     faults: list[SensorFaultConfig] = field(default_factory=list)  # of strain sensors, during a run
     seed: int = quantity(0, least=0)  # of all random numbers of the sensors
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.paths and self.layout != "sides":
             yield "layout", self.layout, "leave it out: the paths are listed"
         if self.one_sided and (self.paths or self.layout != "sides"):
@@ -391,7 +391,7 @@ class EstimatorConfig:
     # Torque above which contact is detected; None: no contact detection.
     contact_threshold: float | None = quantity(None, "N m", above=0)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.contact_threshold is not None and not self.compensate_gravity:
             expected = "leave it true: with the weight of the finger in the torque, contact would always be detected"
             yield "compensate_gravity", False, expected
@@ -411,7 +411,7 @@ class NominalConfig:
     calibration: str | None = None  # file that `soft-gripper calibrate` wrote, applied to the nominal model so far
 
     def __post_init__(self) -> None:
-        self.finger = dotted(self.finger, FINGER_PATHS)
+        self.finger = dotted_changes(self.finger, FINGER_PATHS)
 
 
 def default_plant_config() -> MultibodyPlantConfig:
@@ -420,28 +420,30 @@ def default_plant_config() -> MultibodyPlantConfig:
 
 
 def default_simulator_config() -> SimulatorConfig:
-    """For a continuous plant; with a discrete plant, nothing is left to integrate."""
+    """Settings for a continuous plant; with a discrete plant, nothing is left to integrate."""
     return SimulatorConfig(integration_scheme="cenic", max_step_size=0.02, accuracy=1e-3)
 
 
 # Those of the installed Drake, such as "lagged" for kLagged.
-_APPROXIMATIONS = tuple(name.removeprefix("k").lower() for name in reversed(DiscreteContactApproximation.__members__))
+_CONTACT_APPROXIMATIONS = tuple(
+    name.removeprefix("k").lower() for name in reversed(DiscreteContactApproximation.__members__)
+)
 # Of what Drake's configs may be given here.
-_PLANT = {
+_PLANT_RULES = {
     "time_step": Rule("s", least=0),
     "contact_model": Rule(known=("hydroelastic_with_fallback", "hydroelastic", "point")),
-    "discrete_contact_approximation": Rule(known=_APPROXIMATIONS),
+    "discrete_contact_approximation": Rule(known=_CONTACT_APPROXIMATIONS),
     "contact_surface_representation": Rule(known=("polygon", "triangle")),
     "penetration_allowance": Rule("m", above=0),
     "stiction_tolerance": Rule("m/s", above=0),
 }
-_SOLVER = {
+_SOLVER_RULES = {
     "integration_scheme": Rule(known=GetIntegrationSchemes),
     "max_step_size": Rule("s", above=0),
     "accuracy": Rule(least=1e-9),  # below this, error control takes endlessly many steps
     "target_realtime_rate": Rule(least=0),
 }
-_VISUALIZATION = {
+_VISUALIZATION_RULES = {
     "lcm_bus": Rule(known=("default",)),  # LCM is not published to
     "publish_period": Rule("s", above=0),
     "initial_proximity_alpha": Rule(least=0, most=1),
@@ -463,7 +465,7 @@ class RecordConfig:
         words = self.truth.split()
         return int(words[1]) if words[0] == "every" else 1 if self.truth == "all" else None
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if re.fullmatch(r"all|forces|none|every [1-9][0-9]{0,5}", self.truth) is None:
             yield "truth", self.truth, 'must be "all", "forces", "every N" with N samples, or "none"'
 
@@ -510,15 +512,17 @@ class Scenario(ByValue):
     # The longest step of an engine other than Drake; None: the longest that is short enough for the scenario
     engine_step: float | None = quantity(None, "s", least=1e-5)
     # What Meshcat shows besides the view that is always drawn, and mouse springs; None: nothing
-    visualization: VisualizationConfig | None = field(default=None, metadata=valid(parts=_VISUALIZATION))
+    visualization: VisualizationConfig | None = field(default=None, metadata=valid(parts=_VISUALIZATION_RULES))
     # How fingers touch other bodies: over the surface of their links, or at points of it, which is faster; see
     # docs/solver.md for what that changes.
     contact: str = quantity("surface", known=("surface", "points"))
     contact_points: int = 4  # on either side of a link: 2, 4 or 8
-    plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config, metadata=valid(parts=_PLANT))
-    simulator_config: SimulatorConfig = field(default_factory=default_simulator_config, metadata=valid(parts=_SOLVER))
+    plant_config: MultibodyPlantConfig = field(default_factory=default_plant_config, metadata=valid(parts=_PLANT_RULES))
+    simulator_config: SimulatorConfig = field(
+        default_factory=default_simulator_config, metadata=valid(parts=_SOLVER_RULES)
+    )
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.contact_points not in (2, 4, 8):
             yield "contact_points", self.contact_points, "must be 2, 4 or 8"
         for i, text in enumerate(self.success):

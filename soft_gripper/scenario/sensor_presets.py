@@ -46,9 +46,9 @@ SENSORS = Registry[type[MeasurementModel] | MakeSensor](
 )
 
 
-def is_kind(found: object) -> TypeGuard[type[MeasurementModel]]:
-    """Whether this is a subclass of MeasurementModel."""
-    return isinstance(found, type) and issubclass(found, MeasurementModel)
+def is_measurement_model(kind: object) -> TypeGuard[type[MeasurementModel]]:
+    """Whether a registered kind is a subclass of MeasurementModel."""
+    return isinstance(kind, type) and issubclass(kind, MeasurementModel)
 
 
 def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
@@ -60,8 +60,8 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
     """
     points = LINEAR if config.response is None else tuple(map(tuple, config.response))
     borders = None if config.borders is None else tuple(config.borders)
-    found = SENSORS.find(config.type)
-    kind = found if is_kind(found) else SensorLayout
+    sensor_type = SENSORS.find(config.type)
+    kind = sensor_type if is_measurement_model(sensor_type) else SensorLayout
     options: dict[str, Any] = {"response": ResponseCurve(points), "borders": borders}
     if not issubclass(kind, SensorLayout):
         for name, default in (("one_sided", False), ("layout", "sides"), ("paths", [])):
@@ -106,7 +106,9 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
     values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given
     if "saturation" in values:
         values["saturation"] = tuple(values["saturation"])
-    dead = tuple(_reading(sensor, "sensor.errors", f"dead[{i}]", one) for i, one in enumerate(config.dead))
+    dead = tuple(
+        _reading(sensor, "sensor.errors", f"dead[{i}]", sensor_config) for i, sensor_config in enumerate(config.dead)
+    )
     return StrainErrors(**values, dead=dead, faults=faults)
 
 
@@ -133,16 +135,16 @@ def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[Sens
     Raises:
         InputError: for a sensor that does not exist.
     """
-    each = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
-    chosen = [one for one in each if finger is not None and one[0].finger in (finger, ALL)]
+    faults = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
+    chosen = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
     return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in chosen)
 
 
-def _reading(sensor: SensorConfig, where: str, field: str, of: DeadSensorConfig | SensorFaultConfig) -> int:
+def _reading(sensor: SensorConfig, where: str, field: str, fault: DeadSensorConfig | SensorFaultConfig) -> int:
     """The index of the reading of a sensor that is named by path and section."""
     paths = _path_names(sensor)
-    if of.path not in paths:
-        raise InputError(where, f"{field}.path", of.path, f"must be one of {', '.join(paths)}")
-    if not 0 <= of.section < sensor.sections:
-        raise InputError(where, f"{field}.section", of.section, f"must be 0 to {sensor.sections - 1}")
-    return paths.index(of.path) * sensor.sections + of.section
+    if fault.path not in paths:
+        raise InputError(where, f"{field}.path", fault.path, f"must be one of {', '.join(paths)}")
+    if not 0 <= fault.section < sensor.sections:
+        raise InputError(where, f"{field}.section", fault.section, f"must be 0 to {sensor.sections - 1}")
+    return paths.index(fault.path) * sensor.sections + fault.section

@@ -6,12 +6,12 @@ from typing import Any
 
 import yaml
 
-from soft_gripper.errors import InputError, meant
+from soft_gripper.errors import InputError, suggestion
 
 SHIPPED = Path(__file__).parents[1] / "diagrams" / "scenarios"
 _OF_EXTRAS = Path(__file__).parents[1] / "extras"
 PRESETS = Path(__file__).with_name("sensor_presets.yaml")
-_LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)  # libyaml, where PyYAML has it, is ten times as fast
+_YAML_LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)  # libyaml, where PyYAML has it, is ten times as fast
 
 
 def scenario_names() -> list[str]:
@@ -30,7 +30,7 @@ def scenario_path(name_or_path: str) -> Path:
     if Path(name_or_path).is_file():
         raise InputError("scenario", "file", name_or_path, "must be a YAML file, *.yaml")
     if name_or_path not in scenario_names():
-        raise InputError("scenario", "name", name_or_path, f"not shipped; {meant(name_or_path, scenario_names())}")
+        raise InputError("scenario", "name", name_or_path, f"not shipped; {suggestion(name_or_path, scenario_names())}")
     return _files()[name_or_path]
 
 
@@ -42,15 +42,15 @@ def _files() -> dict[str, Path]:
 
 def descriptions() -> dict[str, str]:
     """Descriptions of the shipped scenarios, by name."""
-    return {name: _read(scenario_path(name))["description"] for name in scenario_names()}
+    return {name: _read_shipped(scenario_path(name))["description"] for name in scenario_names()}
 
 
 def preset_names() -> list[str]:
     """Names of the presets of sensor errors."""
-    return list(_read(PRESETS))
+    return list(_read_shipped(PRESETS))
 
 
-def _read(file: Path) -> dict[str, Any]:
+def _read_shipped(file: Path) -> dict[str, Any]:
     """The data of a shipped file, in which every value is text or holds text."""
-    data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=_LOADER)
+    data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)
     return data

@@ -26,7 +26,7 @@ from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 DRIVE = 3  # numbers of a state that drive a finger, last: torque, N m; gravity along x and z of B, m/s^2
 NORMAL_95 = 1.96  # standard deviations, within which 95 % lie
 KNOWN_DRIVE = 0.1  # spreads from the nearest fitted state, within which a drive is known
-_GRAVITY = 9.81  # m/s^2, unit of gravity: a calibration often has a single pose
+_GRAVITY_SCALE = 9.81  # m/s^2, unit of gravity: a calibration often has a single pose
 
 
 class StateDistances(NamedTuple):
@@ -63,18 +63,22 @@ class CalibratedStates:
             gravity: in B, (..., 3) m/s^2.
         """
         drive = np.stack(np.broadcast_arrays(driving[..., 0], gravity[..., 0], gravity[..., 2]), axis=-1)
-        of_drive, read = self._drive.distance(drive), np.isfinite(measured)
+        drive_distance = self._drive.distance(drive)
+        read = np.isfinite(measured)
         filled = np.where(read, measured, 0.0)
         columns = self._columns
-        near = [np.where(read[..., of].all(axis=-1), at.distance(filled[..., of]), 0.0) for of, at in columns]
-        of_sections = np.maximum(np.stack(near, axis=-1) - self.noise, 0.0)
-        known = read.all(axis=-1) & (of_drive < KNOWN_DRIVE)
+        near = [
+            np.where(read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
+            for readings, states_of_section in columns
+        ]
+        section_distances = np.maximum(np.stack(near, axis=-1) - self.noise, 0.0)
+        are_usable = read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
         shape = np.broadcast_shapes(filled.shape[:-1], drive.shape[:-1])
         states = [np.broadcast_to(part, (*shape, part.shape[-1])) for part in (filled, drive)]
         joint = self.fitted.distance(np.concatenate(states, axis=-1))
-        return StateDistances(of_drive, of_sections, np.where(known, joint, np.nan))
+        return StateDistances(drive_distance, section_distances, np.where(are_usable, joint, np.nan))
 
-    def of_states(self, states: Array) -> StateDistances:
+    def state_distances(self, states: Array) -> StateDistances:
         """Distances of whole states, (..., R + 3)."""
         drive = states[..., -DRIVE:]
         gravity = np.stack([drive[..., 1], np.zeros_like(drive[..., 1]), drive[..., 2]], axis=-1)
@@ -85,17 +89,17 @@ class CalibratedStates:
 
         Returns that of the drive, (...), in the strain that it changes most, and those of the sections, (..., S).
         """
-        of_drive = self.widths.band(np.sqrt(distances.drive)[..., None])[..., 0]
-        return of_drive / NORMAL_95, self.widths.growth / NORMAL_95 * np.sqrt(distances.sections)
+        drive_std = self.widths.band(np.sqrt(distances.drive)[..., None])[..., 0]
+        return drive_std / NORMAL_95, self.widths.growth / NORMAL_95 * np.sqrt(distances.sections)
 
     def is_far(self, distances: StateDistances) -> NDArray[np.bool_]:
-        """Whether the distances make more of a band than all else does, (...)."""
-        far: NDArray[np.bool_] = self.widths.is_far(by_distance(distances, self.paths)).any(axis=-1)
+        """Mask of samples with a band that is wider by the distances than by all else, (...)."""
+        far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
         return far
 
     @property
     def paths(self) -> int:
-        """Measured paths, each with a reading for every section."""
+        """Number of measured paths, each with a reading for every section."""
         return (self.fitted.states.shape[-1] - DRIVE) // self.sections
 
     @property
@@ -111,15 +115,17 @@ class CalibratedStates:
     def _columns(self) -> list[tuple[NDArray[np.int_], FittedStates]]:
         """The readings of every section, and their states."""
         readings = np.arange(self.paths * self.sections).reshape(-1, self.sections).T
-        return [(of, self.fitted.part(of)) for of in readings]
+        return [(section_readings, self.fitted.part(section_readings)) for section_readings in readings]
 
 
-def by_distance(distances: StateDistances, paths: int) -> Array:
+def distance_stds(distances: StateDistances, paths: int) -> Array:
     """Standard deviations of the readings by their distances, for a growth of 1, (..., R)."""
-    of_sections = np.sqrt(distances.drive[..., None] + distances.sections)
-    return np.concatenate([of_sections] * paths, axis=-1)
+    section_stds = np.sqrt(distances.drive[..., None] + distances.sections)
+    return np.concatenate([section_stds] * paths, axis=-1)
 
 
 def state_spreads(measured: Array, drive: Array) -> Array:
     """Units of the numbers of states, (R + 3,), from strains, (n, R), and drives, (n, 3)."""
-    return np.array([spread_of(measured)] * measured.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY, _GRAVITY])
+    return np.array(
+        [spread_of(measured)] * measured.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
+    )

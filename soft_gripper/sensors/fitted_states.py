@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 
-_NEIGHBOURS = 30  # states over which errors are averaged
+_LOCAL_STATES = 30  # states over which errors are averaged
 REGIONS = 8  # of states, each of which is left out once
-_FEW = 20_000  # numbers that are compared, up to which a tree takes longer
+_MAX_COMPARED_NUMBERS = 20_000  # numbers that are compared, up to which a tree takes longer
 
 
 @dataclass(frozen=True)
@@ -44,23 +44,23 @@ class FittedStates:
         return cKDTree(self._scaled)
 
     def distance(self, states: Array) -> Array:
-        """From the nearest fitted state, in spreads, (..., D) -> (...)."""
-        at = np.asarray(states) / self.spread
-        if at.size * len(self.states) > _FEW:
-            return np.asarray(self._tree.query(at)[0])
-        return np.sqrt(((at[..., None, :] - self._scaled) ** 2).sum(axis=-1).min(axis=-1))
+        """Distance to the nearest state, in spreads, (..., D) -> (...)."""
+        scaled = np.asarray(states) / self.spread
+        if scaled.size * len(self.states) > _MAX_COMPARED_NUMBERS:
+            return np.asarray(self._tree.query(scaled)[0])
+        return np.sqrt(((scaled[..., None, :] - self._scaled) ** 2).sum(axis=-1).min(axis=-1))
 
     def nearest(self, states: Array) -> NDArray[np.int_]:
-        """Which fitted state is the nearest, (..., D) -> (...)."""
+        """Index of the nearest fitted state, (..., D) -> (...)."""
         return np.asarray(self._tree.query(np.asarray(states) / self.spread)[1])
 
     def local_size(self, errors: Array) -> Array:
         """Root mean square of errors in some of the nearest states of each, (n, K) -> (n, K)."""
-        near = self._tree.query(self._scaled, np.arange(1, min(_NEIGHBOURS, len(self.states)) + 1))[1]
+        near = self._tree.query(self._scaled, np.arange(1, min(_LOCAL_STATES, len(self.states)) + 1))[1]
         return np.sqrt(np.nanmean(errors[near] ** 2, axis=1))
 
     def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
-        """The states that are kept when some are left out, (n,)."""
+        """Copy with the states of a mask left out, (n,)."""
         return FittedStates(self.states[~left_out], self.spread)
 
     def part(self, columns: slice | NDArray[np.int_]) -> "FittedStates":
@@ -94,16 +94,17 @@ class FittedStates:
         return region
 
     def thinned(self, most: int) -> list[int]:
-        """Which states to keep: at most so many, as far from each other as can be."""
+        """Indices of states to keep: `most` of them, as far from each other as can be."""
         return self._centers(most)[0]
 
     def _centers(self, most: int) -> tuple[list[int], NDArray[np.int_]]:
-        at = self._scaled
-        nearest, region, centers = np.full(len(at), np.inf), np.zeros(len(at), int), []
-        center = int(np.argmin(np.linalg.norm(at - at.mean(axis=0), axis=-1)))
+        scaled = self._scaled
+        nearest = np.full(len(scaled), np.inf)
+        region, centers = np.zeros(len(scaled), int), []
+        center = int(np.argmin(np.linalg.norm(scaled - scaled.mean(axis=0), axis=-1)))
         for number in range(most):
             centers.append(center)
-            distance = np.linalg.norm(at - at[center], axis=-1)
+            distance = np.linalg.norm(scaled - scaled[center], axis=-1)
             closer = distance < nearest
             region[closer], nearest[closer] = number, distance[closer]
             center = int(np.argmax(nearest))
@@ -128,9 +129,9 @@ class Widths(NamedTuple):
     growth: float
 
     def band(self, by_distance: Array) -> Array:
-        """(..., K) -> (..., K)."""
+        """Half widths of the band, (..., K) -> (..., K)."""
         return np.hypot(self.floor, self.growth * by_distance)
 
     def is_far(self, by_distance: Array) -> NDArray[np.bool_]:
-        """Whether the distance makes more of a band than all else does, (..., K) -> (..., K)."""
+        """Mask of errors with a band that is wider by the distance than by the floor, (..., K) -> (..., K)."""
         return self.growth * by_distance > self.floor

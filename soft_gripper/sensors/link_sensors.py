@@ -22,7 +22,7 @@ from soft_gripper.fingers.spatial_chain import Posture, posture, spatial_chain
 from soft_gripper.sensors.measurement import SpatialSensors
 from soft_gripper.signals import XYZ
 
-_STRAIGHT = 1e-4  # rad, below which a series stands for the factor of [r]^2
+_SERIES_ANGLE = 1e-4  # rad; below it a series stands for the factor of [r]^2
 
 
 class CurvatureSensors(SpatialSensors):
@@ -60,23 +60,23 @@ class OrientationSensors(SpatialSensors):
 
     def predict(self, q: Array) -> Array:
         """Rotation vectors of the ends of the sections, (..., D) -> (..., R) rad."""
-        vectors = self._vectors(posture(self._chain, q[..., self._in_chain]))
+        vectors = self._vectors(posture(self._chain, q[..., self._position_indices]))
         return vectors[..., 1] if len(self.ways) == 1 else vectors.reshape(*q.shape[:-1], -1)
 
     def slopes(self, q: Array) -> Array:
-        at = posture(self._chain, q[..., self._in_chain])
-        r = self._vectors(at)[..., None, :]  # (..., S, 1, 3)
-        axes = np.where(self._turns[..., None], at.screws[..., None, :, :3], 0.0)
+        bent = posture(self._chain, q[..., self._position_indices])
+        r = self._vectors(bent)[..., None, :]  # (..., S, 1, 3)
+        axes = np.where(self._turns[..., None], bent.screws[..., None, :, :3], 0.0)
         by_axis = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
-        moved = by_axis[..., np.argsort(self._in_chain), :]
+        moved = by_axis[..., np.argsort(self._position_indices), :]
         if len(self.ways) == 1:
             return np.asarray(moved[..., 1])
         return np.asarray(np.swapaxes(moved, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
 
-    def _vectors(self, at: Posture) -> Array:
+    def _vectors(self, bent: Posture) -> Array:
         from scipy.spatial.transform import Rotation
 
-        R = at.rotations[..., self._chain.beyond(self.section_ends[1:]), :, :]
+        R = bent.rotations[..., self._chain.link_frames(self.section_ends[1:]), :, :]
         return np.asarray(Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec().reshape(R.shape[:-1]))
 
     @cached_property
@@ -84,17 +84,19 @@ class OrientationSensors(SpatialSensors):
         return spatial_chain(self.finger)
 
     @cached_property
-    def _in_chain(self) -> Any:
-        return self._chain.places(self.ways)
+    def _position_indices(self) -> Any:
+        return self._chain.position_indices(self.ways)
 
     @cached_property
     def _turns(self) -> Any:
-        """Which joints of the chain lie before the end of a section, (S, J)."""
+        """Mask of the joints of the chain before the end of each section, (S, J)."""
         return self._chain.segments < self.section_ends[1:, None]
 
 
 def _factor(r: Array) -> Array:
     """Factor of [r]^2 in the inverse of the left Jacobian, (..., 1)."""
     theta = np.linalg.norm(r, axis=-1, keepdims=True)
-    safe = np.maximum(theta, _STRAIGHT)
-    return np.asarray(np.where(theta < _STRAIGHT, 1 / 12, 1 / safe**2 - (1 + np.cos(safe)) / (2 * safe * np.sin(safe))))
+    safe = np.maximum(theta, _SERIES_ANGLE)
+    return np.asarray(
+        np.where(theta < _SERIES_ANGLE, 1 / 12, 1 / safe**2 - (1 + np.cos(safe)) / (2 * safe * np.sin(safe)))
+    )

@@ -45,7 +45,7 @@ class LinearReadings(NamedTuple):
     variance: Array
 
     def uncertain_by(self, share: float) -> "LinearReadings":
-        """A copy with an additional error of every value, whose standard deviation is a fraction of the value."""
+        """A copy with an additional error of every value, of a standard deviation that is a fraction of the value."""
         return LinearReadings(self.values, self.variance + (share * self.values) ** 2)
 
 
@@ -91,8 +91,8 @@ class MeasurementModel(ABC):
 
     @property
     def unnamed(self) -> tuple[Any, ...]:
-        """Equal for the sensors of fingers that differ by nothing but their names."""
-        others = (getattr(self, each.name) for each in fields(self) if each.name != "finger")
+        """Key for a cache: equal for the sensors of fingers that differ by nothing but their names."""
+        others = (getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "finger")
         return type(self), self.finger.unnamed, *others
 
     @property
@@ -102,7 +102,7 @@ class MeasurementModel(ABC):
 
     @property
     def ways(self) -> tuple[str, ...]:
-        """In which ways of the joints the readings depend, see `finger_parts.AXES`; bending comes first."""
+        """Ways of yielding that change the readings, see `finger_parts.AXES`; bending comes first."""
         return ("bending",)
 
     @cached_property
@@ -167,19 +167,19 @@ class MeasurementModel(ABC):
         measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
         read = np.isfinite(measured)
         if read.all():
-            weights, information, divisor = self._of_all
+            weights, information, divisor = self._complete_information
             values = (weights * self.inverse(measured)).sum(axis=-2) / divisor
             variance = noise**2 / np.maximum(information, noise**2 / UNKNOWN)
             return LinearReadings(values, np.broadcast_to(variance, values.shape))
         weights = read * self.sensitivity**2
         information = weights.sum(axis=-2)
-        each = self.inverse(np.where(read, measured, 0.0))
-        values = (weights * each).sum(axis=-2) / np.where(information == 0, 1.0, information)
+        reading_values = self.inverse(np.where(read, measured, 0.0))
+        values = (weights * reading_values).sum(axis=-2) / np.where(information == 0, 1.0, information)
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
     @cached_property
-    def _of_all(self) -> tuple[Array, Array, Array]:
-        """Information of the readings, (R / S, S), of all on each value, (S,), and that or 1."""
+    def _complete_information(self) -> tuple[Array, Array, Array]:
+        """Information of each reading, (R / S, S), their sum for each value, (S,), and that sum or 1."""
         information = (self.sensitivity**2).sum(axis=0)
         return self.sensitivity**2, information, np.where(information == 0, 1.0, information)
 
@@ -240,5 +240,5 @@ class SpatialSensors(MeasurementModel):
 
 
 def ways_in_space(finger: Finger) -> tuple[str, ...]:
-    """In which ways a finger yields, bending first."""
+    """Ways in which a finger yields, bending first."""
     return ("bending", *(way for way in AXES if way in finger.yields and way != "bending"))

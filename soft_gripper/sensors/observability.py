@@ -17,20 +17,20 @@ from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
 
-_PRIOR = {"bending": 1.0, "sideways": 0.5, "twist": 0.5, "stretch": 0.1}  # rad, and m over the length of a section
+_PRIOR_STD = {"bending": 1.0, "sideways": 0.5, "twist": 0.5, "stretch": 0.1}  # rad, and m over the length of a section
 _OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 
 
 @dataclass(frozen=True)
 class Observed:
-    """How well one way to yield is observed."""
+    """Observability of one way of yielding."""
 
     way: str
     std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
 
     @property
     def is_seen(self) -> bool:
-        """In every section."""
+        """Whether the way is observed in every section."""
         return bool(np.isfinite(self.std).all())
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ class Observed:
 
 
 def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
-    """How well sensors on a straight finger fix every way in which it yields.
+    """Standard deviations that sensors on a straight finger leave to every way in which it yields.
 
     Args:
         layout: sensors and finger.
@@ -49,18 +49,22 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
     prior, S = weak_prior(layout), layout.sections
     seen = layout.slopes(layout.straight) @ shared_equally(layout)
     std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
-    found = dict(zip(layout.ways, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True))
-    ways = [way for way in _PRIOR if way in layout.finger.yields]
-    return [Observed(way, found.get(way, np.full(S, np.inf))) for way in ways]
+    std_by_way = dict(
+        zip(layout.ways, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True)
+    )
+    ways = [way for way in _PRIOR_STD if way in layout.finger.yields]
+    return [Observed(way, std_by_way.get(way, np.full(S, np.inf))) for way in ways]
 
 
 def shared_equally(layout: MeasurementModel) -> Array:
-    """From what sections do as a whole, way after way, to the joints that share it, (D, W S)."""
+    """Matrix from deformations of whole sections, way after way, to equal parts at their joints, (D, W S)."""
     of_section = layout.joint_sections[:, None] == np.arange(layout.sections)
     return np.kron(np.eye(len(layout.ways)), of_section / layout.joints_per_section)
 
 
 def weak_prior(layout: MeasurementModel) -> Array:
-    """Standard deviations of what sections do as a whole, way after way, before anything is read, (W S,)."""
-    each = [_PRIOR[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections)) for way in layout.ways]
-    return np.concatenate(each)
+    """Prior standard deviations of deformations of whole sections, way after way, (W S,)."""
+    stds = [
+        _PRIOR_STD[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections)) for way in layout.ways
+    ]
+    return np.concatenate(stds)

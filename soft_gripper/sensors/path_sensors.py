@@ -45,7 +45,7 @@ class SensorPath(Path):
 
 
 # Places in units of the distances of the outermost sensors from the middle, x and y, and slopes of strands.
-_PLACES = {
+_PATH_COORDINATES = {
     "inner": (1, 0, 0),
     "outer": (-1, 0, 0),
     "left": (0, 1, 0),
@@ -66,7 +66,7 @@ LAYOUTS = {
 def named_paths(layout: str, finger: Finger) -> tuple[SensorPath, ...]:
     """The paths of one of `LAYOUTS`, as deep beneath all faces as `sensor_spacing` puts the inner and the outer one."""
     x, y = outermost(finger)
-    places = {name: _PLACES[name] for name in LAYOUTS[layout]}
+    places = {name: _PATH_COORDINATES[name] for name in LAYOUTS[layout]}
     return tuple(SensorPath(name, (i * x,), (j * y,), y_slope=slope) for name, (i, j, slope) in places.items())
 
 
@@ -98,7 +98,7 @@ class PathSensors(SpatialSensors):
         if len(set(names)) < len(names) or not names:
             raise InputError("sensor", "paths", ", ".join(names) or None, "give a path or more, with different names")
         for path in self.paths:
-            for name, value, expected in self.finger.beyond(path):
+            for name, value, expected in self.finger.path_violations(path):
                 raise InputError("sensor", f"paths.{path.name}.{name}", value, expected)
         super().__post_init__()
 
@@ -129,7 +129,7 @@ class PathSensors(SpatialSensors):
 
     def linearized(self, q: Array) -> tuple[Array, Array]:
         by_way = q.reshape(*q.shape[:-1], len(self.ways), self.finger.segments)
-        lengths, gradients = lengths_and_gradients(self._on_chain, self._levers, by_way)
+        lengths, gradients = lengths_and_gradients(self._chain_paths, self._levers, by_way)
         slopes = (gradients[..., None, :, :] * self._shares).reshape(*q.shape[:-1], self.readings, q.shape[-1])
         return self._ratios(lengths) - 1, slopes
 
@@ -143,50 +143,50 @@ class PathSensors(SpatialSensors):
         ratios = self.ratios(q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
-    def by_way(self, q: Array) -> dict[str, Array]:
+    def split_by_way(self, q: Array) -> dict[str, Array]:
         """Joint positions, (..., D), by the way in which they yield, (..., N) each."""
         N = self.finger.segments
         return {way: q[..., i * N : (i + 1) * N] for i, way in enumerate(self.ways)}
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
-        return self._ratios(lengths_on_segments(self._on_chain, self.by_way(q)))
+        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_way(q)))
 
     def _ratios(self, lengths: Array) -> Array:
         """Ratios from the lengths on the segments, (..., P, N) m."""
         sums = np.add.reduceat(lengths, self.section_ends[:-1], axis=-1)
-        return np.asarray((sums / self._lengths_at_rest).reshape(*lengths.shape[:-2], self.readings))
+        return np.asarray((sums / self._rest_lengths).reshape(*lengths.shape[:-2], self.readings))
 
     @cached_property
-    def _on_chain(self) -> PathsOnChain:
-        on_chain = self.finger.on_chain(self.paths)
+    def _chain_paths(self) -> PathsOnChain:
+        chain_paths = self.finger.on_chain(self.paths)
         slopes = np.array([(path.x_slope, path.y_slope) for path in self.paths])[:, :, None]
-        x, y = on_chain.x_slope + slopes[:, 0], on_chain.y_slope + slopes[:, 1]
-        return PathsOnChain(on_chain.x, on_chain.y, x, y, on_chain.covered, on_chain.segment_length)
+        x, y = chain_paths.x_slope + slopes[:, 0], chain_paths.y_slope + slopes[:, 1]
+        return PathsOnChain(chain_paths.x, chain_paths.y, x, y, chain_paths.covered, chain_paths.segment_length)
 
     @cached_property
-    def _lengths_at_rest(self) -> Array:
+    def _rest_lengths(self) -> Array:
         """Lengths of every path on every section, (P, S) m."""
-        lengths = lengths_on_segments(self._on_chain, {})
-        found = np.add.reduceat(lengths, self.section_ends[:-1], axis=-1)
-        for path, sections in zip(self.paths, found, strict=True):
+        lengths = lengths_on_segments(self._chain_paths, {})
+        rest_lengths = np.add.reduceat(lengths, self.section_ends[:-1], axis=-1)
+        for path, sections in zip(self.paths, rest_lengths, strict=True):
             if not np.all(sections > 0):
                 expected = f"runs through no part of section {int(np.argmin(sections))}: let it run farther"
                 raise InputError("sensor", f"paths.{path.name}.at", path.at, expected)
-        return found
+        return rest_lengths
 
     @cached_property
     def _slant(self) -> Array:
         """Square of the slope of every reading against the axis, (R,), a mean over its section."""
-        along = np.add.reduceat(self._on_chain.covered, self.section_ends[:-1], axis=-1)
-        return np.asarray((self._lengths_at_rest / along).ravel() ** 2 - 1)
+        along = np.add.reduceat(self._chain_paths.covered, self.section_ends[:-1], axis=-1)
+        return np.asarray((self._rest_lengths / along).ravel() ** 2 - 1)
 
     @cached_property
     def _shares(self) -> Array:
         """Shares of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
         of_section = self.joint_sections == np.arange(self.sections)[:, None]
-        return np.asarray(of_section / self._lengths_at_rest[..., None])[..., None, :]
+        return np.asarray(of_section / self._rest_lengths[..., None])[..., None, :]
 
     @cached_property
     def _levers(self) -> Array:
-        return np.stack([self._on_chain.levers[way] for way in self.ways], axis=-2)
+        return np.stack([self._chain_paths.levers[way] for way in self.ways], axis=-2)

@@ -62,15 +62,15 @@ class Hold(ArrayBlock):
         self.take("u", size)
         self.sample("sampled", "u", at_initialization=False)
         begin = np.zeros((delay, size))
-        self.remember("line", _lined_up, "sampled", begin=begin, keep=_without_oldest, over_time=_lines(delay))
+        self.remember("line", _append_to_line, "sampled", begin=begin, keep=_drop_oldest, over_time=_lines(delay))
         self.put_out("y", _oldest, "line", unit=unit, **axes)
 
 
-def _lined_up(line: Array, present: Array) -> Array:
+def _append_to_line(line: Array, present: Array) -> Array:
     return np.concatenate([line, present[..., None, :]], axis=-2)
 
 
-def _without_oldest(line: Array) -> Array:
+def _drop_oldest(line: Array) -> Array:
     return line[..., 1:, :]
 
 
@@ -80,7 +80,7 @@ def _oldest(line: Array) -> Array:
 
 
 def _lines(delay: int) -> Any:
-    """Lines that `_lined_up` returns along a recording, (T, size) -> (T, delay + 1, size)."""
+    """Lines that `_append_to_line` returns along a recording, (T, size) -> (T, delay + 1, size)."""
 
     def lines(present: Array) -> Array:
         kept = np.concatenate([np.zeros_like(present[:1]), present[1:]])  # at the first sample nothing is

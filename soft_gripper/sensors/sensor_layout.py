@@ -70,13 +70,13 @@ class SensorLayout(MeasurementModel):
 
     def inverse(self, measured: Array) -> Array:
         """The bends computed from extension ratios if all joints of a section bend equally, (..., paths, S) rad."""
-        lever, scale, first = self._of_inverse
+        lever, scale, first = self._inverse_terms
         sine = (self.finger.segment_length**2 / 4 * (1 - (1 + measured) ** 2) + lever) / scale
         bends: Array = 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - first)
         return bends
 
     @cached_property
-    def _of_inverse(self) -> tuple[Array, Array, Array]:
+    def _inverse_terms(self) -> tuple[Array, Array, Array]:
         """Terms of the inverse that no reading changes: 2 o^2, 2 o |a + i o| and arg(a + i o), (paths, 1)."""
         half, offset = self.finger.segment_length / 2, self.offsets[:, None]
         offset = np.where(offset == 0, half, offset)  # a path on the neutral axis measures nothing, and has no weight
@@ -103,7 +103,7 @@ def measures_strain(layout: MeasurementModel) -> bool:
 
 
 def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
-    """These sensors, for a user named `where` that supports only strain sensors along the sections.
+    """Returns sensors that are along the sections, or refuses them for a user named `where`.
 
     Raises:
         InputError: if they are of another kind.

@@ -24,7 +24,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.files.document import check_config
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 from soft_gripper.sensors.error_block import ErrorBlock, pass_delay_line
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
@@ -97,7 +97,7 @@ class StrainErrors:
     def __post_init__(self) -> None:
         check_config("sensor.errors", self)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.saturation[0] == self.saturation[1]:
             yield "saturation", self.saturation, "must be [least, greatest] extension ratio"
 
@@ -117,7 +117,7 @@ class Memory(NamedTuple):
     line: Array  # (..., delay, R) extension ratios in the delay line, oldest first
 
 
-_SINGLE = Memory._fields.index("plays")  # parts of a memory that are a single row
+_SINGLE_ROWS = Memory._fields.index("plays")  # parts of a memory that are a single row
 
 
 class Draws(NamedTuple):
@@ -168,7 +168,7 @@ def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, perio
     lagging = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
     measured = _with_faults(errors, memory.time, lagging)
     reading = _read_out(errors, measured + memory.drift + slow + errors.noise * white)
-    reading = _with_failed(errors, memory, reading)
+    reading = _with_failures(errors, memory, reading)
     line, arrived = pass_delay_line(memory.line, reading)
     after = memory._replace(
         drift=memory.drift + memory.drift_rate * period,
@@ -179,7 +179,7 @@ def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, perio
         plays=plays,
         line=line,
     )
-    return after, _without_lost(errors, arrived, lost)
+    return after, _drop_readings(errors, arrived, lost)
 
 
 def disturb(errors: StrainErrors, ratios: Array, period: float, rng_or_draws: np.random.Generator | Draws) -> Array:
@@ -208,16 +208,16 @@ def draw(rng: np.random.Generator, shape: tuple[int, ...]) -> Draws:
     return Draws(run, rng.standard_normal((samples, *seeds, SAMPLE_DRAWS, readings)))
 
 
-def stacked(memory: Memory) -> Array:
+def stack_memory(memory: Memory) -> Array:
     """A memory as one array, (..., rows, R)."""
-    single = (row[..., None, :] for row in memory[:_SINGLE])
+    single = (row[..., None, :] for row in memory[:_SINGLE_ROWS])
     return np.concatenate([*single, memory.plays, memory.line], axis=-2)
 
 
-def unstacked(rows: Array) -> Memory:
-    """The inverse of `stacked`."""
-    plays, line = np.split(rows[..., _SINGLE:, :], [PLAYS], axis=-2)
-    return Memory._make([*np.moveaxis(rows[..., :_SINGLE, :], -2, 0), plays, line])
+def unstack_memory(rows: Array) -> Memory:
+    """The inverse of `stack_memory`."""
+    plays, line = np.split(rows[..., _SINGLE_ROWS:, :], [PLAYS], axis=-2)
+    return Memory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
 
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
@@ -241,7 +241,7 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
     return ratio
 
 
-def _with_failed(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
+def _with_failures(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
     """Readings of extension ratios by sensors that may be dead or saturated."""
     for fault in errors.faults:
         if fault.kind in ("dead", "saturated"):
@@ -254,7 +254,7 @@ def _with_failed(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
     return ratio
 
 
-def _without_lost(errors: StrainErrors, ratio: Array, draws: Array) -> Array:
+def _drop_readings(errors: StrainErrors, ratio: Array, draws: Array) -> Array:
     if errors.dropout > 0:
         threshold = NormalDist().inv_cdf(errors.dropout) if errors.dropout < 1 else math.inf
         ratio = np.where(draws < threshold, np.nan, ratio)
@@ -274,13 +274,13 @@ class _ReadingErrors:
     draws = (RUN_DRAWS, SAMPLE_DRAWS)
 
     def begin(self, draws: Array) -> Array:
-        return stacked(begin(self.errors, draws))
+        return stack_memory(begin(self.errors, draws))
 
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
         ratio = self.response.ratio(ideal)
-        before = unstacked(memory)
+        before = unstack_memory(memory)
         after, disturbed = step(self.errors, before, ratio, draws, self.period)
-        return stacked(after), self.response.reading(disturbed)
+        return stack_memory(after), self.response.reading(disturbed)
 
 
 class ReadingErrorBlock(ErrorBlock):

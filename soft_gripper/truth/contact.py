@@ -30,7 +30,7 @@ from soft_gripper.signals import XYZ
 
 
 class Patch(NamedTuple):
-    """Where two geometries touch.
+    """A patch on which two geometries touch.
 
     Geometries are known by the values of their GeometryIds: a block that kept ids would keep the plant that gave them.
     """
@@ -96,7 +96,7 @@ CONTACT_SIGNALS = (
 PLACES = {"true_contact_arc_length": "m", "contact_center": "m", "true_contact_side": "rad"}
 VECTORS = ("contact_center", "true_contact_force_world")  # (3), in the world
 COLUMNS = 34  # of a table of patches, see `patch_table`
-_UNTOUCHED = np.empty((0, COLUMNS))
+_EMPTY_TABLE = np.empty((0, COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class TouchedLinks:
     only_bends: bool = True  # whether the finger stays in its plane
 
     @classmethod
-    def of(cls, finger: PlantFinger) -> "TouchedLinks":
+    def from_finger(cls, finger: PlantFinger) -> "TouchedLinks":
         """The links of a finger in a finalized plant."""
         ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
         geometries = [[geometry.get_value() for geometry in of_link] for of_link in ids]
@@ -145,7 +145,7 @@ NO_OBJECT = -1.0  # in the table: the finger touches none of the objects
 
 
 def patch_table(
-    found: Iterable[Patch],
+    external_patches: Iterable[Patch],
     links: Mapping[int, OwnLink],
     X_WB: Sequence[RigidTransform],
     objects: Mapping[int, int] | None = None,
@@ -160,7 +160,7 @@ def patch_table(
     """
     numbers = objects or {}
     rows: list[Array | tuple[float, ...]] = []
-    for patch in found:
+    for patch in external_patches:
         first, second = patch.geometries
         one, other = links.get(first), links.get(second)
         if one is not None and other is not None and one.finger == other.finger:
@@ -171,13 +171,13 @@ def patch_table(
                 of_object = (numbers.get(touched, NO_OBJECT), patch.area, patch.pressure)
                 p_WB = X_WB[link.base].translation()
                 rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object, p_WB]
-    return np.concatenate(rows, axis=None).reshape(-1, COLUMNS) if rows else _UNTOUCHED
+    return np.concatenate(rows, axis=None).reshape(-1, COLUMNS) if rows else _EMPTY_TABLE
 
 
 class FingerContacts(NamedTuple):
     """All P patches in which fingers touch something else, in T samples."""
 
-    known: NDArray[np.bool_]  # (T,) samples of which the patches are known
+    is_evaluated: NDArray[np.bool_]  # (T,) samples with evaluated contacts
     sample: NDArray[np.int_]  # (P,) of the patch
     finger: NDArray[np.int_]  # (P,) number of the finger
     link: NDArray[np.int_]  # (P,) number of the link, 0 at the base
@@ -195,23 +195,23 @@ class FingerContacts(NamedTuple):
     def of(self, finger: int) -> "FingerContacts":
         """Contacts of one finger."""
         own = self.finger == finger
-        return FingerContacts(self.known, *(column[own] for column in self[1:]))
+        return FingerContacts(self.is_evaluated, *(column[own] for column in self[1:]))
 
     def sums(self, values: Array) -> Array:
         """Sums over the patches of each sample, (P,) -> (T,); NaN where they are not known."""
-        sums: Array = np.where(self.known, np.bincount(self.sample, values, self.samples), np.nan)
+        sums: Array = np.where(self.is_evaluated, np.bincount(self.sample, values, self.samples), np.nan)
         return sums
 
     def link_sums(self, values: Array, links: int) -> Array:
         """Sums over the patches of each link, of so many, (P,) -> (T, links); NaN where they are not known."""
         row = self.sample * links + self.link
         sums = np.bincount(row, values, self.samples * links).reshape(self.samples, links)
-        return np.where(self.known[:, None], sums, np.nan)
+        return np.where(self.is_evaluated[:, None], sums, np.nan)
 
     @property
     def samples(self) -> int:
-        """T."""
-        return len(self.known)
+        """Number of samples, T."""
+        return len(self.is_evaluated)
 
     @property
     def mean_arc_length(self) -> Array:
@@ -239,8 +239,8 @@ class FingerContacts(NamedTuple):
         force, lever = self.total_force, self._mean(self.lever)
         if only_bends:
             sideways = self._mean(self.sideways)
-            force, lever = (vector - _along(vector, sideways) for vector in (force, lever))
-        return np.asarray(np.linalg.norm(force - _along(force, lever), axis=-1))
+            force, lever = (vector - _projections(vector, sideways) for vector in (force, lever))
+        return np.asarray(np.linalg.norm(force - _projections(force, lever), axis=-1))
 
     def _mean(self, vectors: Array) -> Array:
         """Means over the patches by their forces, (P, 3) -> (T, 3), but for a factor."""
@@ -248,7 +248,7 @@ class FingerContacts(NamedTuple):
 
     @property
     def side(self) -> Array:
-        """Where around the section the finger is pressed, (T,) rad: the mean direction; NaN without contact.
+        """Angle around the section at which the finger is pressed, (T,) rad: the mean direction; NaN without contact.
 
         0 on the inner side, pi / 2 on the side toward +y, pi on the outer side.
         """
@@ -266,7 +266,7 @@ class FingerContacts(NamedTuple):
         return normals
 
 
-def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bool_]) -> FingerContacts:
+def finger_contacts(table: Array, sample: NDArray[np.int_], is_evaluated: NDArray[np.bool_]) -> FingerContacts:
     """External contacts of fingers.
 
     A force that presses on the inner side pushes a link along the -x axis of its frame. The pressure of a surface acts
@@ -275,7 +275,7 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     Args:
         table: of patches, (P, 34), see `patch_table`.
         sample: that each belongs to, (P,), in rising order.
-        known: samples of which the patches are known, (T,).
+        is_evaluated: samples with evaluated contacts, (T,).
     """
     finger, link = table[:, :2].astype(int).T
     begin, sign = table[:, 2:4].T
@@ -293,8 +293,8 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], known: NDArray[np.bo
     facing = (out[:, None] @ R_WL)[:, 0, :2]
     lever = origin + (arc_length - begin)[:, None] * z - table[:, 31:34]
     return FingerContacts(
-        *(known, sample, finger, link, arc_length, center, normal, total, np.abs(pressed), opening, on_finger, facing),
-        *(lever, X_WL[..., 1]),
+        *(is_evaluated, sample, finger, link, arc_length, center, normal, total),
+        *(np.abs(pressed), opening, on_finger, facing, lever, X_WL[..., 1]),
     )
 
 
@@ -309,8 +309,8 @@ def contact_signals(contact: FingerContacts, links: int, only_bends: bool) -> di
     return dict(zip(CONTACT_SIGNALS, values, strict=True))
 
 
-class GripOf(NamedTuple):
-    """How F fingers hold one object, in T samples: the outputs of `TrueContact` for it."""
+class ObjectGripForces(NamedTuple):
+    """Grip of F fingers on one object, in T samples: the outputs of `TrueContact` for it."""
 
     grip_normal_force: Array  # (T, F) N, the sum of what presses, along the normal of each patch
     grip_friction_force: Array  # (T, F, 3) N on the object, in the world
@@ -319,28 +319,30 @@ class GripOf(NamedTuple):
     grip_pressure: Array  # (T, F) Pa, the largest on the surface; NaN where points touch
 
 
-def grip_of(number: int, fingers: int, table: Array, sample: NDArray[np.int_], known: NDArray[np.bool_]) -> GripOf:
-    """How fingers hold one object.
+def object_grip(
+    number: int, fingers: int, table: Array, sample: NDArray[np.int_], is_evaluated: NDArray[np.bool_]
+) -> ObjectGripForces:
+    """The grip of fingers on one object.
 
     Args:
         number: of the object, see `patch_table`.
         fingers: F, all of them.
-        table, sample, known: as for `finger_contacts`.
+        table, sample, is_evaluated: as for `finger_contacts`.
     """
     own = table[:, 28] == number
     rows = table[own]
-    cell = sample[own] * fingers + rows[:, 0].astype(int)
-    cells = len(known) * fingers
+    bin_index = sample[own] * fingers + rows[:, 0].astype(int)
+    bins = len(is_evaluated) * fingers
     normal = rows[:, 7:10] / np.linalg.norm(rows[:, 7:10], axis=1, keepdims=True)
     force = -rows[:, 3:4] * rows[:, 10:13]
     pressed = (force * normal).sum(axis=1)
     friction = force - pressed[:, None] * normal
-    largest = np.zeros(cells)
+    largest = np.zeros(bins)
     with np.errstate(invalid="ignore"):  # numpy warns of NaN where points touch
-        np.maximum.at(largest, cell, rows[:, 30])
+        np.maximum.at(largest, bin_index, rows[:, 30])
 
     def sums(values: Array) -> Array:
-        return np.bincount(cell, values, cells)
+        return np.bincount(bin_index, values, bins)
 
     flat = (
         sums(np.abs(pressed)),
@@ -348,8 +350,10 @@ def grip_of(number: int, fingers: int, table: Array, sample: NDArray[np.int_], k
         sums(rows[:, 29]),
         largest,
     )
-    held = [value.reshape(len(known), fingers, *value.shape[1:]) for value in flat]
-    return GripOf(*(np.where(known.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for value in held))
+    gripped = [value.reshape(len(is_evaluated), fingers, *value.shape[1:]) for value in flat]
+    return ObjectGripForces(
+        *(np.where(is_evaluated.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for value in gripped)
+    )
 
 
 def contact_width(contacts: Sequence[FingerContacts]) -> Array:
@@ -366,7 +370,7 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
     return width
 
 
-def _along(vectors: Array, line: Array) -> Array:
+def _projections(vectors: Array, line: Array) -> Array:
     """The parts of vectors along lines, (T, 3) each; 0 along a line without length."""
     square = (line**2).sum(axis=-1, keepdims=True)
     return np.asarray((vectors * line).sum(axis=-1, keepdims=True) / np.where(square == 0, 1.0, square) * line)
@@ -389,7 +393,7 @@ TOUCH = 1e-3  # N, force above which a link counts as touched
 
 
 def touches(force: Array) -> NDArray[np.bool_]:
-    """Which links touch something, from the forces on them, (...) N."""
+    """Mask of the links that touch something, from the forces on them, (...) N."""
     return force > TOUCH
 
 
@@ -440,7 +444,7 @@ class TrueContact(ArrayBlock):
         super().__init__()
         self._interval = interval
         held = objects or {}
-        self.objects = {geometry: number for number, of in enumerate(held.values()) for geometry in of}
+        self.objects = {geometry: number for number, geometries in enumerate(held.values()) for geometry in geometries}
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
@@ -449,7 +453,7 @@ class TrueContact(ArrayBlock):
         if interval is not None:
             tickets |= {self.time_ticket(), self.xd_ticket()}
         self.show("patches", self._collect, tickets)
-        self.derive("table", lambda patches: _stacked([patches]), "patches", over_time=_stacked)
+        self.derive("table", lambda patches: _stack_tables([patches]), "patches", over_time=_stack_tables)
         self.derive("contacts", lambda table: finger_contacts(*table), "table")
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, finger)
@@ -460,8 +464,8 @@ class TrueContact(ArrayBlock):
 
     def _put_out_grip(self, number: int, name: str, fingers: Sequence[str]) -> None:
         step = f"{name}.grip"
-        self.derive(step, lambda table: grip_of(number, len(fingers), *table), "table")
-        for signal in GripOf._fields:
+        self.derive(step, lambda table: object_grip(number, len(fingers), *table), "table")
+        for signal in ObjectGripForces._fields:
             unit = {"grip_area": "m^2", "grip_pressure": "Pa"}.get(signal, "N")
             axes = {"xyz": XYZ} if signal in ("grip_friction_force", "grip_force") else {}
             self.put_out(f"{name}.{signal}", attrgetter(signal), step, unit=unit, finger=fingers, **axes)
@@ -477,24 +481,26 @@ class TrueContact(ArrayBlock):
     def _collect(self, context: Context) -> Array:
         """The table of patches; without columns at samples that are left out."""
         intervals = 0.0 if self._interval is None else self._since_begin(context) / self._interval
-        if abs(intervals - round(intervals)) > _SHARE:
+        if abs(intervals - round(intervals)) > _TIME_TOLERANCE:
             return _LEFT_OUT
-        found = list(patches(self._results.Eval(context), self._links))
-        return patch_table(found, self._links, self._poses.Eval(context), self.objects) if found else _UNTOUCHED
+        contact_patches = list(patches(self._results.Eval(context), self._links))
+        if not contact_patches:
+            return _EMPTY_TABLE
+        return patch_table(contact_patches, self._links, self._poses.Eval(context), self.objects)
 
 
-_SHARE = 1e-6  # of an interval, by which a time may differ from a multiple of it
+_TIME_TOLERANCE = 1e-6  # of an interval, by which a time may differ from a multiple of it
 
 
 _LEFT_OUT = np.empty((0, 0))
 
 
-def _stacked(tables: Sequence[Array]) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:
-    """One table of all samples, the sample of each patch, and the samples of which the patches are known."""
-    known = np.array([table.shape[1] > 0 for table in tables])
-    found = [table.reshape(-1, COLUMNS) for table in tables]
-    sample = np.repeat(np.arange(len(found)), [len(table) for table in found])
-    return np.concatenate(found), sample, known
+def _stack_tables(tables: Sequence[Array]) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:
+    """One table of all samples, the sample of each patch, and a mask of the samples with evaluated contacts."""
+    is_evaluated = np.array([table.shape[1] > 0 for table in tables])
+    rows = [table.reshape(-1, COLUMNS) for table in tables]
+    sample = np.repeat(np.arange(len(rows)), [len(table) for table in rows])
+    return np.concatenate(rows), sample, is_evaluated
 
 
 def _axes(signal: str, size: int) -> dict[str, Sequence[Any]]:

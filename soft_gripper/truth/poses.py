@@ -34,8 +34,8 @@ class PlantPoints:
         return np.concatenate([chain.poses(state)[..., 1:, :, 3] for chain in self._chains], axis=-2)
 
 
-def ways_out_of_plane(finger: Finger) -> list[str]:
-    """In which a finger turns beside bending in its plane."""
+def rotations_out_of_plane(finger: Finger) -> list[str]:
+    """Rotations out of the bending plane."""
     return [way for way in ("sideways", "twist") if way in finger.yields]
 
 
@@ -136,7 +136,7 @@ class PoseError(ArrayBlock):
 
 
 def _error_in_space(true: Array, joints: Array) -> Array:
-    return pose_error(*(each.reshape(*each.shape[:-1], -1, 3) for each in (true, joints)))
+    return pose_error(*(positions.reshape(*positions.shape[:-1], -1, 3) for positions in (true, joints)))
 
 
 def _pose_error(true: Array, joints: Array) -> Array:

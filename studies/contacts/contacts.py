@@ -62,9 +62,9 @@ class Contacts:
         By its moment about the base, over the distance of that place.
         """
         finger, chain = self.finger, spatial_chain(self.finger)
-        q = self.q[:, chain.places(ways_in_space(finger))]
+        q = self.q[:, chain.position_indices(ways_in_space(finger))]
         link = np.searchsorted(finger.joint_arc_lengths, self.arc_length)
-        frames = posture(chain, q).frames[np.arange(len(link)), chain.beyond(link)]
+        frames = posture(chain, q).frames[np.arange(len(link)), chain.link_frames(link)]
         height = self.arc_length - finger.link_ends[:-1][link]
         point = frames[:, :3, 3] + height[:, None] * frames[:, :3, 2]
         moment = vector_product(point, self.force)

@@ -57,8 +57,8 @@ def in_balance(
         normal_force, s, side, mu: what the contacts count as, see `Contacts`; `mu` is their coefficient of friction.
     """
     chain = spatial_chain(finger)
-    weight, stiffness = weights(finger, chain, gravity), chain.spread(finger.stiffnesses)
-    driving = chain.spread({"bending": finger.pressure_torque(pressure)})
+    weight, stiffness = weights(finger, chain, gravity), chain.interleaved(finger.stiffnesses)
+    driving = chain.interleaved({"bending": finger.pressure_torque(pressure)})
     on_link = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
     pressing, turning = (on_link @ each for each in (forces.force, np.cross(forces.place, forces.force)))
 
@@ -83,7 +83,7 @@ def in_balance(
         moved = deflection(driving + by_weight + torque) - q
         q = q + _STEP * moved
     _, torque, force = loaded(q)
-    order = np.argsort(chain.places(ways_in_space(finger)))
+    order = np.argsort(chain.position_indices(ways_in_space(finger)))
     q, torque = q[:, order], torque[:, order]
     kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MOST_BEND)
     return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).at(kept)

@@ -12,7 +12,7 @@ import pytest
 from command_line import complaint, help_of
 
 from soft_gripper.commands.options import Group, number, whole
-from soft_gripper.commands.parser import command_parser, commands, parsed
+from soft_gripper.commands.parser import command_parser, commands, parse_options
 from soft_gripper.errors import InputError
 
 HELP = command_parser().format_help()
@@ -70,7 +70,7 @@ def test_a_limit_that_is_not_allowed():
 
 
 def test_values_of_options():
-    options = parsed(["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--seed", "7", "--out", "here"])
+    options = parse_options(["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--seed", "7", "--out", "here"])
     assert (options.seed, options.sample, options.out, options.scenario) == (7, None, Path("here"), "box_grasp")
     assert options.jobs == os.cpu_count()
 
@@ -87,13 +87,13 @@ def test_values_of_options():
 )
 def test_mistakes_name_the_option(line, field):
     with pytest.raises(InputError) as error:
-        parsed(line.split())
+        parse_options(line.split())
     assert error.value.field == field
 
 
 def test_a_wrong_command_is_answered_with_the_right_one():
     with pytest.raises(InputError, match="did you mean 'expand'"):
-        parsed(["expnd", "a.urdf"])
+        parse_options(["expnd", "a.urdf"])
 
 
 BY_ARGPARSE = ["", "run", "run box_grasp --frob", "sweep x --sample few", "sweep x --out"]

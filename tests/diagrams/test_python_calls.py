@@ -122,7 +122,7 @@ CALLBACKS = {  # calls in a second, for both fingers at once
     "load.opening._width": 0,  # nothing reads it: it is computed after the run
     "truth.contact._collect": 100,
     "load.opening.opening": 100,
-    "control.pid_controller._remembered": 100,
+    "control.pid_controller._anti_windup_memory": 100,
     "control.pid_controller.step": 100,
     "control.task._next_state": 100,
     "control.task.step": 100,

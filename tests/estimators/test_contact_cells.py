@@ -22,7 +22,7 @@ def cells_of(layout, q):
     """Cells, and what a force on a point of the chosen link, (3,) each in its frame, changes of the values."""
     mechanics, A = Mechanics(layout, Uncertainty(friction=FRICTION)), layout.values_at(q)[1]
     finger, contact = layout.finger, SurfaceContact(mechanics)
-    at, frame = bent_chain(finger, q), spatial_chain(finger).beyond(np.array([LINK]))
+    at, frame = bent_chain(finger, q), spatial_chain(finger).link_frames(np.array([LINK]))
 
     def changed(point, force):
         load = Loads(frame, point[None], (at.rotations[frame[0]] @ force)[None], np.zeros((1, 3)))

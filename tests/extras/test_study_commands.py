@@ -3,13 +3,13 @@
 import pytest
 from command_line import complaint, help_of
 
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.parser import parse_options
 from soft_gripper.errors import InputError
 
 
 def test_a_study_without_the_word_is_answered_with_it():
     with pytest.raises(InputError, match="did you mean 'study health'"):
-        parsed(["health", "--jobs", "2"])
+        parse_options(["health", "--jobs", "2"])
 
 
 @pytest.mark.parametrize("line", ["study", "study frob", "play --grip hard"])

@@ -2,12 +2,12 @@
 
 import pytest
 
-from soft_gripper.files.notes import LEFT_OUT, MENDED, READ, Note, as_text, collected, note, summarized
+from soft_gripper.files.notes import LEFT_OUT, MENDED, READ, Note, as_text, collect_notes, note, summarize
 
 
 def test_notes_are_collected_once_and_logged_at_the_end(caplog) -> None:
-    with collected() as outer:
-        with collected() as inner:
+    with collect_notes() as outer:
+        with collect_notes() as inner:
             for joint in ("a", "b", "a"):
                 note(LEFT_OUT, "arms/arm.urdf", f"joint '{joint}': dynamics.friction", 0.5, "Drake has none")
         note(MENDED, "arms/arm.urdf", "link 'x': inertia", "", "it was impossible")
@@ -27,7 +27,7 @@ def test_a_note_outside_of_a_collection_is_logged_at_once(caplog) -> None:
 
 def test_what_is_refused_is_not_explained(caplog) -> None:
     def refuse() -> None:
-        with collected():
+        with collect_notes():
             note(READ, "a.csv", "column 't'", "us", "as time in microseconds")
             raise ValueError("no")
 
@@ -38,8 +38,8 @@ def test_what_is_refused_is_not_explained(caplog) -> None:
 
 def test_notes_are_short_and_stay_in_a_line() -> None:
     many = [Note(LEFT_OUT, "a.urdf", f"joint '{i}'", "", "why") for i in range(9)]
-    assert summarized(many) == ["a.urdf: left out joint '0', joint '1', joint '2' and 6 more: why"]
-    with collected() as notes:
+    assert summarize(many) == ["a.urdf: left out joint '0', joint '1', joint '2' and 6 more: why"]
+    with collect_notes() as notes:
         note(MENDED, "a.urdf", "x\ny", "1\n" * 1000, "why")
     assert as_text(notes).count("\n") == 0
     assert len(as_text(notes)) < 200

@@ -23,7 +23,7 @@ import soft_gripper
 import soft_gripper.files.document as document_module
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.document import Place, dotted, load_config, read
+from soft_gripper.files.document import Place, dotted_changes, load_config, read
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.quantity import Rule, rules
 from soft_gripper.sensors.path_sensors import SensorPath
@@ -279,7 +279,7 @@ def test_a_field_takes_its_range_and_refuses_all_else_with_its_name_and_what_wou
     schema: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each field by itself: what a rule between fields would refuse is right here."""
-    monkeypatch.setattr(document_module, "misfits", lambda config: iter(()))
+    monkeypatch.setattr(document_module, "violations", lambda config: iter(()))
     hints, known = described(schema)
     document = example(schema)
     load_config(FILE, document, schema)
@@ -312,7 +312,7 @@ def test_a_document_that_is_written_is_the_one_that_was_read(schema: Any) -> Non
             assert yaml_dump_typed(again) == text
             assert not isinstance(value, float | int | str) or getattr(again, name) == value
             kept += 1
-    assert kept or hasattr(schema, "misfits")
+    assert kept or hasattr(schema, "violations")
 
 
 def default_is_valid(schema: Any, name: str) -> bool:
@@ -354,5 +354,5 @@ def test_an_object_of_python_refuses_what_a_document_may_not_hold(shipped_finger
 
 def test_keys_have_dots_down_to_a_path_and_what_is_none_is_left_out():
     changes = {"a": {"b": 1, "c": {"d": None}}, "e": {"f": 2.5, "g": True}, "h.i": "+1 %"}
-    assert dotted(changes, {"e": Rule()}) == {"a.b": "1", "e": {"f": 2.5, "g": True}, "h.i": "+1 %"}
-    assert dotted([changes], {}) == [changes]
+    assert dotted_changes(changes, {"e": Rule()}) == {"a.b": "1", "e": {"f": 2.5, "g": True}, "h.i": "+1 %"}
+    assert dotted_changes([changes], {}) == [changes]

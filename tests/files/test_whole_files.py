@@ -147,7 +147,7 @@ def gone() -> int:
     return process.pid
 
 
-def left_by(pid: int, path: Path, host: str = files._HOST) -> Path:
+def left_by(pid: int, path: Path, host: str = files._HOST_NAME) -> Path:
     """What a process that was killed left of writing `path`."""
     return path.with_name(f".soft-gripper-{host}-{pid}-{path.name}")
 

@@ -47,11 +47,11 @@ def test_tension_turns_each_joint_by_its_lever():
 
 def test_friction_turns_over_a_short_travel():
     sheath, z = Tendons(plain(friction=0.3)), np.array([-1.0])
-    np.testing.assert_allclose(sheath.turned(z, np.array([0.0])), z)
-    np.testing.assert_allclose(sheath.turned(z, np.array([2e-4])), 1 - 2 / np.e)
-    twice = sheath.turned(sheath.turned(z, np.array([1e-4])), np.array([1e-4]))
+    np.testing.assert_allclose(sheath.next_sliding(z, np.array([0.0])), z)
+    np.testing.assert_allclose(sheath.next_sliding(z, np.array([2e-4])), 1 - 2 / np.e)
+    twice = sheath.next_sliding(sheath.next_sliding(z, np.array([1e-4])), np.array([1e-4]))
     np.testing.assert_allclose(twice, 1 - 2 / np.e, rtol=1e-12)
-    np.testing.assert_allclose(sheath.turned(z, np.array([1.0])), 1.0)
+    np.testing.assert_allclose(sheath.next_sliding(z, np.array([1.0])), 1.0)
 
 
 def test_a_pulled_tendon_is_a_spring_that_does_not_push():
@@ -95,12 +95,12 @@ def test_a_state_that_is_not_finite_leaves_nothing_in_the_friction(hostile):
     drive, states = TendonDrive(finger, "tension"), np.zeros((6, 2, plant.num_multibody_states()))
     bent = [joint.position_start() for joint in finger.joints_of("bending")]
     states[..., bent] = 0.01 * np.arange(6)[:, None, None]
-    before = expected = drive.at_rest(states[0])
+    before = expected = drive.initial_friction(states[0])
     states[2, 1, bent] = hostile
     with np.errstate(all="ignore"):
         for number in range(1, 6):
-            before = drive.travelled(before, states[number])
-            expected = drive.travelled(expected, np.tile(states[number, :1], (2, 1)))
+            before = drive.next_friction(before, states[number])
+            expected = drive.next_friction(expected, np.tile(states[number, :1], (2, 1)))
     np.testing.assert_array_equal(before[0], expected[0])
     np.testing.assert_allclose(before[1], expected[1], atol=0.05)
     assert np.isfinite(drive.actuation(states[-1], np.full((2, 1), 2.0), before)).all()

@@ -136,7 +136,7 @@ def test_a_finger_in_space_has_torsion_springs_in_every_way_that_it_turns(shippe
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     plant.Finalize()
     chain = spatial_chain(finger)
-    q, stiffness = np.where(chain.turns, 5.0, 0.01) * bent(16), chain.spread(finger.stiffnesses)
+    q, stiffness = np.where(chain.turns, 5.0, 0.01) * bent(16), chain.interleaved(finger.stiffnesses)
     torque = elastic_torque(found, plant.CreateDefaultContext(), q)
     np.testing.assert_allclose(torque, -stiffness * q, rtol=1e-9)
     assert len(found.torsion_springs) == 3 * 4

@@ -51,7 +51,7 @@ def test_the_chain_is_that_of_the_plant(finger, chain, plant, q):
         plant.SetPositions(context, q[i])
         for link in range(1, finger.segments + 1):
             X_BL = plant.GetBodyByName(f"tapered_link_{link}").EvalPoseInWorld(context)
-            frame = chain.beyond(np.array(link))
+            frame = chain.link_frames(np.array(link))
             np.testing.assert_allclose(at.rotations[i, frame], X_BL.rotation().matrix(), atol=1e-14)
             np.testing.assert_allclose(at.origins[i, frame], X_BL.translation(), atol=1e-15)
 
@@ -84,7 +84,7 @@ def test_springs_and_dampers_are_those_of_the_beam(finger, chain, plant):
         "twist": section.twist_stiffness,
         "stretch": section.stretch_stiffness,
     }
-    expected = chain.spread({way: np.asarray(value) / finger.segment_length for way, value in beam.items()})
+    expected = chain.interleaved({way: np.asarray(value) / finger.segment_length for way, value in beam.items()})
     size = np.where(chain.turns, 0.1, 1e-3)
     for i, direction in enumerate(np.eye(len(chain.ways))):
         context, forces = plant.CreateDefaultContext(), MultibodyForces(plant)
@@ -100,8 +100,8 @@ def test_springs_and_dampers_are_those_of_the_beam(finger, chain, plant):
 
 
 def test_balance_is_of_driving_torque_weight_and_springs(finger, chain):
-    stiffness, loads = chain.spread(finger.stiffnesses), weights(finger, chain, np.stack([GRAVITY, -GRAVITY]))
-    driving = chain.spread({way: 60e3 * gains[0] for way, gains in finger.pressure_gains.items()})
+    stiffness, loads = chain.interleaved(finger.stiffnesses), weights(finger, chain, np.stack([GRAVITY, -GRAVITY]))
+    driving = chain.interleaved({way: 60e3 * gains[0] for way, gains in finger.pressure_gains.items()})
     q = resting_positions(chain, stiffness, driving, loads)
     left = driving + torques(posture(chain, q), loads) - stiffness * q
     np.testing.assert_allclose(left, 0, atol=1e-10)
@@ -110,4 +110,4 @@ def test_balance_is_of_driving_torque_weight_and_springs(finger, chain):
 def test_what_finds_no_balance_says_so(finger, chain):
     push = Loads(np.array([len(chain.ways)]), np.zeros((1, 3)), np.array([[np.nan, 0, 0]]), np.zeros((1, 3)))
     with pytest.raises(SimulationDivergedError):
-        resting_positions(chain, chain.spread(finger.stiffnesses), np.zeros(len(chain.ways)), push)
+        resting_positions(chain, chain.interleaved(finger.stiffnesses), np.zeros(len(chain.ways)), push)

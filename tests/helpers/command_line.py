@@ -10,7 +10,7 @@ import pytest
 
 from soft_gripper.commands import main
 from soft_gripper.commands.options import Program
-from soft_gripper.commands.parser import SOFT_GRIPPER, command_parser, parsed
+from soft_gripper.commands.parser import SOFT_GRIPPER, command_parser, parse_options
 
 # The command line in a process of its own, which hears Ctrl-C and the end of a terminal even where the tests do not: in
 # the background of a shell, and under nohup.
@@ -55,7 +55,7 @@ def help_of(command: str) -> str:
 
 def complaint(line: str) -> str:
     """The one line by which a mistake that argparse finds is answered."""
-    code, said = _ended(line.split(), parsed)
+    code, said = _ended(line.split(), parse_options)
     assert code == 2
     assert said.startswith("soft-gripper: ")
     assert said.count("\n") == 1

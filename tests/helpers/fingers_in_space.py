@@ -29,11 +29,11 @@ def sensors(finger, name="four_faces_and_diagonal", sections=2):
 
 def by_way(finger, values):
     """Values of the joints along the chain, (..., D), in the order way after way."""
-    return values[..., np.argsort(spatial_chain(finger).places(ways_in_space(finger)))]
+    return values[..., np.argsort(spatial_chain(finger).position_indices(ways_in_space(finger)))]
 
 
 def bent_chain(finger, q):
-    return posture(spatial_chain(finger), q[..., spatial_chain(finger).places(ways_in_space(finger))])
+    return posture(spatial_chain(finger), q[..., spatial_chain(finger).position_indices(ways_in_space(finger))])
 
 
 def driven(finger, pressure, drive=1.0):
@@ -56,8 +56,8 @@ def pushed(finger, pressure, forces=(0, 0, 0), gravity=DOWN, drive=1.0):
 def balanced(finger, pressure, loads, drive=1.0):
     chain = spatial_chain(finger)
     torque = drive * finger.pressure_torque(np.asarray(pressure, dtype=float))
-    stiffness = chain.spread({way: finger.stiffnesses[way] for way in finger.yields})
-    return by_way(finger, resting_positions(chain, stiffness, chain.spread({"bending": torque}), loads))
+    stiffness = chain.interleaved({way: finger.stiffnesses[way] for way in finger.yields})
+    return by_way(finger, resting_positions(chain, stiffness, chain.interleaved({"bending": torque}), loads))
 
 
 def weight(finger, q, gravity):
@@ -77,7 +77,7 @@ def forces_along(finger):
         found += [(link, share * length, weight * density) for share, weight in ((0, 1 / 6), (0.5, 4 / 6), (1, 1 / 6))]
     found.append((finger.segments, ends[-1] - ends[-2], TIP_SHARE / finger.length**2))
     link, place, variance = (np.array(each) for each in zip(*found, strict=True))
-    return spatial_chain(finger).beyond(link), place[:, None] * np.array([0.0, 0.0, 1.0]), variance
+    return spatial_chain(finger).link_frames(link), place[:, None] * np.array([0.0, 0.0, 1.0]), variance
 
 
 def load_covariance(finger, q, load_pressure):

@@ -128,12 +128,12 @@ def positions_at_rest(rod, shapes):
     along = np.array([rod.length / 2, rod.length]) - ends[held]
     own, wrenches = weights(rod, chain, shapes.gravity), np.stack([shapes.middle, shapes.end], axis=1)
     loads = Loads(
-        np.append(own.frames, chain.beyond(held)),
+        np.append(own.frames, chain.link_frames(held)),
         np.concatenate([own.points, np.outer(along, [0, 0, 1])]),
         np.concatenate([own.forces, wrenches[:, :, 0]], axis=1),
         np.concatenate([own.moments, wrenches[:, :, 1]], axis=1),
     )
-    stiffness = chain.spread(rod.stiffnesses)
+    stiffness = chain.interleaved(rod.stiffnesses)
     return resting_positions(chain, stiffness, np.zeros(len(stiffness)), loads)
 
 

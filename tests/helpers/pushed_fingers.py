@@ -15,9 +15,9 @@ def bent(finger, segments, pressure=0.0, force=(0, 0, 0), moment=(0, 0, 0)):
     chain, driving = spatial_chain(finger), {"bending": finger.pressure_torque(pressure)}
     place = np.array([[0, 0, chain.segment_length / 2]])
     loads = Loads(np.array([len(chain.ways)]), place, np.array([force], float), np.array([moment], float))
-    q = resting_positions(chain, chain.spread(finger.stiffnesses), chain.spread(driving), loads)
+    q = resting_positions(chain, chain.interleaved(finger.stiffnesses), chain.interleaved(driving), loads)
     at = posture(chain, q)
-    return at, loads.places(at)[0]
+    return at, loads.positions(at)[0]
 
 
 def compliance(finger, pressure, direction):

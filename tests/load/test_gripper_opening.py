@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.load.opening import Gripper, GripperOpening, spread
+from soft_gripper.load.opening import Gripper, GripperOpening, mean_diameter
 from soft_gripper.signals import signal_of
 
 X_WB = [
@@ -75,7 +75,7 @@ def test_spread_of_the_corners_of_a_polygon_is_the_diameter_of_its_circle():
     for corners in (2, 3, 7):
         angles = 2 * np.pi * np.arange(corners) / corners
         circle = 0.03 * np.array([np.cos(angles), np.sin(angles), np.zeros(corners)]).T + np.array([1.0, 2.0, 3.0])
-        assert spread(circle) == pytest.approx(0.06, rel=1e-12)
+        assert mean_diameter(circle) == pytest.approx(0.06, rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [0, 1])

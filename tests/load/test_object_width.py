@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.arc_shapes import BendSharing
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.load.opening import Gripper, InnerSurface, ObjectWidth, narrowest, spread
+from soft_gripper.load.opening import Gripper, InnerSurface, ObjectWidth, mean_diameter, narrowest
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.signals import signal_of
@@ -99,7 +99,7 @@ def test_gap_of_three_is_nearly_that_of_all_triples(tapered_finger):
         torque = 60e3 * tapered_finger.pressure_gain - rng.uniform(0, 0.1, (3, 1)) * np.linspace(0.11, 0.01, 5)
         curves = [gripper.curve(i, surface.points(q)) for i, q in enumerate(torque / tapered_finger.stiffness)]
         triples = np.stack(np.broadcast_arrays(*(c[at] for c, at in zip(curves, AXES, strict=True))), axis=-2)
-        assert narrowest(curves) == pytest.approx(spread(triples).min(), abs=5e-4)
+        assert narrowest(curves) == pytest.approx(mean_diameter(triples).min(), abs=5e-4)
 
 
 def measured(gripper, fingers, shapes, contacts):

@@ -24,7 +24,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
@@ -98,7 +98,7 @@ def test_what_is_meant_for_other_programs_is_left_out_with_a_note(tmp_path, capf
     shapes = shape("visual", "filename='box.dae'", GREEN) + shape("collision", "filename='box.dae'")
     safety = "<safety_controller k_velocity='1'/><calibration rising='0'/><dynamics damping='1' friction='5'/>"
     last = joint("wrist", "fore", "hand", LIMIT + safety) + f"<link name='hand' type='x'>{heavy}{shapes}</link>"
-    with collected() as notes:
+    with collect_notes() as notes:
         loaded = load(write_urdf(tmp_path, ARM + last + LEFTOVERS), render=True)
     assert [(note.outcome, note.element, note.value) for note in notes] == [
         ("left out", "<gazebo> of 'acme'", ""),

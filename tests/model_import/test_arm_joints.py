@@ -9,7 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.model_import.forms.urdf import actuate
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.scenario.schema import ArmConfig, JointLimitsConfig, ModelConfig
@@ -99,7 +99,7 @@ def limits(folder, text, **changes):
     path = folder / f"arm.{'sdf' if is_sdf else 'urdf'}"
     path.write_text(text if is_sdf else ET.tostring(robot(text), encoding="unicode"))
     plant, given = MultibodyPlant(0.0), {"elbow": JointLimitsConfig(**changes)} if changes else {}
-    with collected() as notes:
+    with collect_notes() as notes:
         load_model(plant, ModelConfig("arm", str(path)), "models[0]", ArmConfig(limits=given))
     found = plant.GetJointByName("elbow")
     efforts = [plant.get_joint_actuator(i).effort_limit() for i in plant.GetJointActuatorIndices()]

@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.scene import add_model
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 PROPERTIES = "<drake:proximity_properties>{}</drake:proximity_properties>"
@@ -116,7 +116,7 @@ def test_how_much_larger_hulls_of_arms_are_is_noted(form, mesh, is_larger):
     with open(f"m.{SUFFIXES[form]}", "w") as file:
         file.write(form(mesh).replace("<freejoint/>", ""))
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    with collected() as notes:
+    with collect_notes() as notes:
         add_model(plant, ModelConfig("arm", file.name), "models[0]", ArmConfig())
     expected = [("link 'tines': mesh", mesh)] if is_larger else []
     assert [(note.element, note.value) for note in notes if note.why == HULLS] == expected

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.model_import.drake_parsing import add_text, drake_reads, of_drake
+from soft_gripper.model_import.drake_parsing import add_text, drake_reads, original_message
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a\nb"), ValueError("a"), IndexError("a"), SystemExit("a")])
@@ -29,7 +29,7 @@ def test_what_is_not_drakes() -> None:
 
 
 def test_temporary_files_are_named_as_those_they_come_from() -> None:
-    assert of_drake("/tmp/soft-gripper-x1_y/o.expanded.urdf:10: error: bad") == "o.urdf:10: error: bad"
+    assert original_message("/tmp/soft-gripper-x1_y/o.expanded.urdf:10: error: bad") == "o.urdf:10: error: bad"
 
 
 URDF_JOINT = '<joint name="{0}{1}" type="{2}"><parent link="{0}"/><child link="{1}"/></joint>'

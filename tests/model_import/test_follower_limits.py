@@ -9,7 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.diagrams.scene import set_home_posture
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import LEFT_OUT, collected
+from soft_gripper.files.notes import LEFT_OUT, collect_notes
 from soft_gripper.scenario.schema import ArmConfig, JointLimitsConfig, ModelConfig
 
 FREE = (-np.inf, np.inf)
@@ -43,7 +43,7 @@ def loaded(suffix, limits=(0, 1, 1), config=None):
     plant = MultibodyPlant(0.01)
     plant.set_discrete_contact_approximation(plant.get_discrete_contact_approximation().kSap)
     arm = ArmConfig(model="arm", home=[0.1], limits=given)
-    with collected() as notes:
+    with collect_notes() as notes:
         model = load_model(plant, ModelConfig("arm", f"m.{suffix}"), "models[0]", arm)
     if suffix != "xml":
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("a"))

@@ -14,7 +14,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.scene import add_model
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.files.xml_text import DRAKE, parse_xml
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
@@ -61,7 +61,7 @@ class Read:
         path.write_text(text)
         self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), time_step)
         model = replace(ModelConfig("thing", str(path)), **config)
-        with collected() as notes:
+        with collect_notes() as notes:
             loaded = add_model(self.plant, model, "models[0]", ArmConfig() if is_arm else None)
         self.plant.Finalize()
         self.notes, self.context = notes, self.plant.CreateDefaultContext()

@@ -13,7 +13,7 @@ from trimesh.visual.material import PBRMaterial
 
 from soft_gripper.errors import InputError
 from soft_gripper.model_import import mesh_files as mesh_cache
-from soft_gripper.model_import.mesh_files import cache_folder, converted, read_scene
+from soft_gripper.model_import.mesh_files import cache_folder, convert_to_obj, read_scene
 
 SIZE = np.array([0.1, 0.2, 0.3])
 CENTER = np.array([0.5, -0.3, 1.0])
@@ -56,31 +56,31 @@ def colors(obj):
 
 @pytest.mark.parametrize("name", ["box.STL", "box.off"])
 def test_size_and_place_are_those_of_the_source(tmp_path, name):
-    np.testing.assert_allclose(bounds(converted(write(a_box(), tmp_path / name))), BOX, atol=1e-7)
+    np.testing.assert_allclose(bounds(convert_to_obj(write(a_box(), tmp_path / name))), BOX, atol=1e-7)
 
 
 @pytest.mark.parametrize("axis", ["X_UP", "Y_UP", "Z_UP"])
 def test_axes_of_a_collada_file_stay_whichever_is_called_up(tmp_path, axis):
     path = write_dae(tmp_path / "box.dae", a_box(), change=("Y_UP", axis))
-    np.testing.assert_allclose(bounds(converted(path)), BOX, atol=1e-7)
+    np.testing.assert_allclose(bounds(convert_to_obj(path)), BOX, atol=1e-7)
 
 
 def test_unit_of_a_collada_file_counts(tmp_path):
     millimetre = ("<up_axis>", '<unit name="millimeter" meter="0.001"/><up_axis>')
     path = write_dae(tmp_path / "box.dae", a_box(), change=millimetre)
-    np.testing.assert_allclose(bounds(converted(path)), 1e-3 * BOX, atol=1e-9)
+    np.testing.assert_allclose(bounds(convert_to_obj(path)), 1e-3 * BOX, atol=1e-9)
 
 
 def test_parts_are_where_their_nodes_put_them(tmp_path):
     up = "<matrix>1 0 0 0  0 1 0 0  0 0 1 2  0 0 0 1</matrix><instance_geometry"
     path = write_dae(tmp_path / "box.dae", a_box(), change=("<instance_geometry", up))
-    np.testing.assert_allclose(bounds(converted(path)), BOX + np.array([0, 0, 2]), atol=1e-7)
+    np.testing.assert_allclose(bounds(convert_to_obj(path)), BOX + np.array([0, 0, 2]), atol=1e-7)
 
 
 def test_a_glb_file_stands_as_drake_lets_a_gltf_file_stand(tmp_path):
     exported = trimesh.exchange.gltf.export_gltf(trimesh.Scene(a_box()), embed_buffers=True)
     (tmp_path / "box.gltf").write_bytes(exported["model.gltf"])
-    glb = converted(write(trimesh.Scene(a_box()), tmp_path / "box.glb"))
+    glb = convert_to_obj(write(trimesh.Scene(a_box()), tmp_path / "box.glb"))
     np.testing.assert_allclose(bounds(glb), bounds(tmp_path / "box.gltf"), atol=1e-6)
 
 
@@ -88,8 +88,8 @@ def test_colours_are_kept(tmp_path):
     red, blue = a_box((255, 0, 0, 255)), a_box((0, 51, 204, 255))
     painted = a_box()
     painted.visual.vertex_colors = (0, 255, 0, 255)
-    assert colors(converted(write_dae(tmp_path / "two.dae", red, blue))) == [(0, 0.2, 0.8), (1, 0, 0)]
-    assert colors(converted(write(painted, tmp_path / "painted.ply"))) == [(0, 1, 0)]
+    assert colors(convert_to_obj(write_dae(tmp_path / "two.dae", red, blue))) == [(0, 0.2, 0.8), (1, 0, 0)]
+    assert colors(convert_to_obj(write(painted, tmp_path / "painted.ply"))) == [(0, 1, 0)]
 
 
 @pytest.mark.parametrize("ending", ["stl", "dae"])
@@ -97,7 +97,7 @@ def test_round_things_are_shaded_smoothly_and_edges_stay_sharp(tmp_path, ending)
     """The normals of a fine sphere point out from its middle, those of a box along the axes."""
     for name, mesh in (("ball", trimesh.creation.icosphere(4, 0.1)), ("box", trimesh.creation.box(SIZE))):
         mesh.unmerge_vertices()  # flat faces, as many programs write them
-        kept = converted(write(mesh, tmp_path / f"{name}.{ending}"))
+        kept = convert_to_obj(write(mesh, tmp_path / f"{name}.{ending}"))
         lines = [line.split() for line in kept.read_text().splitlines()]
         vertices, normals = (np.array([line[1:4] for line in lines if line[0:1] == [k]], float) for k in ("v", "vn"))
         assert len(normals) == len(vertices)
@@ -109,25 +109,25 @@ def test_round_things_are_shaded_smoothly_and_edges_stay_sharp(tmp_path, ending)
 
 def test_a_mesh_is_converted_once(tmp_path, monkeypatch, cache):
     path = write_dae(tmp_path / "box.dae", a_box((255, 0, 0, 255)))
-    kept = converted(path)
+    kept = convert_to_obj(path)
     assert {file.suffix for file in cache.iterdir()} == {".obj", ".mtl"}
     path.rename(tmp_path / "moved.dae")
     monkeypatch.setattr(mesh_cache, "read_scene", None)
-    assert converted(tmp_path / "moved.dae") == kept
+    assert convert_to_obj(tmp_path / "moved.dae") == kept
 
 
 def test_a_mesh_that_changed_is_converted_again(tmp_path):
     path = write(a_box(), tmp_path / "box.stl")
-    converted(path)
+    convert_to_obj(path)
     write(trimesh.creation.box(2 * SIZE), path)
-    np.testing.assert_allclose(bounds(converted(path)), [-SIZE, SIZE], atol=1e-7)
+    np.testing.assert_allclose(bounds(convert_to_obj(path)), [-SIZE, SIZE], atol=1e-7)
 
 
 def test_what_a_killed_conversion_left_does_no_harm(tmp_path, cache):
     path = write_dae(tmp_path / "box.dae", a_box((255, 0, 0, 255)))
-    kept = converted(path)
+    kept = convert_to_obj(path)
     kept.unlink()
-    assert converted(path) == kept
+    assert convert_to_obj(path) == kept
     assert colors(kept) == [(1, 0, 0)]
 
 
@@ -135,7 +135,7 @@ def test_what_a_killed_conversion_left_does_no_harm(tmp_path, cache):
 def test_processes_may_convert_at_once(tmp_path, cache):
     path = write(trimesh.creation.icosphere(4, 0.1), tmp_path / "ball.stl")
     with multiprocessing.get_context("spawn").Pool(2) as pool:
-        kept = set(pool.map(converted, [path] * 4, chunksize=1))
+        kept = set(pool.map(convert_to_obj, [path] * 4, chunksize=1))
     assert list(cache.iterdir()) == list(kept)
     np.testing.assert_allclose(bounds(kept.pop()), [[-0.1] * 3, [0.1] * 3], atol=1e-3)
 
@@ -146,7 +146,7 @@ def test_what_is_no_mesh(tmp_path, name):
     if (content := contents.get(Path(name).stem)) is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError) as caught:
-        converted(tmp_path / name)
+        convert_to_obj(tmp_path / name)
     assert str(caught.value).startswith(f"{tmp_path / name}: mesh = '{name}': ")
     assert "\n" not in str(caught.value)
     assert not cache_folder().exists()
@@ -157,14 +157,14 @@ def test_a_file_that_would_fill_the_memory_is_not_read(tmp_path, suffix):
     path = tmp_path / f"large{suffix}"
     with path.open("wb") as file:
         file.truncate(2**30)
-    for read in (read_scene, converted):
+    for read in (read_scene, convert_to_obj):
         with pytest.raises(InputError) as error:
             read(path)
         assert (error.value.field, error.value.value) == ("size", 2**30)
 
 
 def test_collada_whose_material_is_missing(tmp_path):
-    found = converted(write_dae(tmp_path / "a.dae", a_box((1.0, 0, 0, 1.0)), change=('target="#', 'target="#no')))
+    found = convert_to_obj(write_dae(tmp_path / "a.dae", a_box((1.0, 0, 0, 1.0)), change=('target="#', 'target="#no')))
     np.testing.assert_allclose(read_scene(found).bounds, BOX, atol=1e-6)
 
 
@@ -175,5 +175,5 @@ def test_textures_are_not_copied_for_each_smooth_piece(monkeypatch):
     parts = trimesh.util.concatenate([trimesh.creation.box(SIZE).apply_translation([i, 0, 0]) for i in range(20)])
     material = PBRMaterial(baseColorTexture=Image.new("RGB", (4, 4)))
     parts.visual = TextureVisuals(uv=np.zeros((len(parts.vertices), 2)), material=material)
-    mesh_cache._shaded(parts)
+    mesh_cache._shade(parts)
     assert len(copies) < 5

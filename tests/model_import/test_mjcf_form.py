@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
 from soft_gripper.diagrams.scene import add_model
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.files.xml_text import parse_xml
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.msh_file import read_msh
@@ -20,7 +20,7 @@ from soft_gripper.scenario.schema import ModelConfig
 def read(folder, text):
     (folder / "m.xml").write_text(text)
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    with collected() as notes:
+    with collect_notes() as notes:
         add_model(plant, ModelConfig("thing", str(folder / "m.xml")), "models[0]", None)
     plant.Finalize()
     return plant, scene_graph, notes

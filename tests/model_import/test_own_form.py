@@ -17,12 +17,12 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.diagrams.simulation import content
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.scenario.schema import ModelConfig
 for changes in ({}, {"mass": 0.3}, {"without": ["pear"]}):
     plant = MultibodyPlant(0.01)
     try:
-        with collected() as notes:
+        with collect_notes() as notes:
             load_model(plant, ModelConfig("pear", "pear.toml", free=True, **changes), "models[0]")
         print(round(plant.GetBodyByName("pear").default_mass(), 9), *notes)
     except InputError as error:

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
 from soft_gripper.diagrams.loaded_model import load_model
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
@@ -25,7 +25,7 @@ def noted(text, suffix, is_arm=False, **config):
     path = Path(f"m.{suffix}")
     path.write_text(text, encoding="utf-8")
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    with collected() as notes:
+    with collect_notes() as notes:
         load_model(plant, ModelConfig("m", str(path), **config), "models[0]", ArmConfig() if is_arm else None)
     return [(note.element, note.value, note.why) for note in notes]
 
@@ -95,7 +95,7 @@ def test_masses_and_frictions_that_are_hardly_meant_are_noted(config, text, expe
 def test_of_a_bare_mesh_too():
     path = "package://soft_gripper/objects/sphere.obj"
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    with collected() as notes:
+    with collect_notes() as notes:
         load_model(plant, ModelConfig("m", path, free=True, mass=50.0, friction=60.0), "models[0]")
     assert [note.value for note in notes] == ["50 kg", "60"]
 

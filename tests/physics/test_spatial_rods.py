@@ -117,7 +117,7 @@ def test_a_rod_vibrates_at_its_natural_frequencies(name):
         * (np.array([1.875104, 4.694091]) / finger.length) ** 2
     )
     twist = np.sqrt(section.youngs_modulus / 2 / (1 + section.poisson) / section.density) * np.pi / 2 / finger.length
-    stiffness = np.diag(chain.spread(finger.stiffnesses))
+    stiffness = np.diag(chain.interleaved(finger.stiffnesses))
     mass = plant.CalcMassMatrix(plant.CreateDefaultContext())
     for way, expected in (("bending", waves), ("sideways", waves), ("twist", [twist, 3 * twist])):
         own = np.ix_(*2 * [np.array(chain.ways) == way])

@@ -48,9 +48,9 @@ def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
     for in_plant in station.fingers:
         finger = in_plant.finger
         chain = spatial_chain(finger)
-        driving = chain.spread({"bending": finger.pressure_torque(100e3)})
+        driving = chain.interleaved({"bending": finger.pressure_torque(100e3)})
         weight = weights(finger, chain, in_plant.X_WB.rotation().inverse() @ gravity)
-        q = resting_positions(chain, chain.spread(finger.stiffnesses), driving, weight)
+        q = resting_positions(chain, chain.interleaved(finger.stiffnesses), driving, weight)
         assert np.abs(q[np.array(chain.ways) == "twist"]).max() > 1e-3
         at = posture(chain, q)
         tip = at.origins[-1] + at.rotations[-1, :, 2] * finger.segment_length / 2
@@ -103,7 +103,7 @@ def _check_torques(finger, last):
     """One patch on the last link: the static torques of its force about the three axes of every joint."""
     chain = spatial_chain(finger.finger)
     ways = {"bending": "sampled_joint_angles", "sideways": "true_sideways_angles", "twist": "true_twist_angles"}
-    at = posture(chain, chain.spread({way: last[name] for way, name in ways.items()}))
+    at = posture(chain, chain.interleaved({way: last[name] for way, name in ways.items()}))
     X_WB = np.reshape(last["X_WB"], (3, 4))
     R_WB, p_WB = X_WB[:, :3], X_WB[:, 3]
     center, force = R_WB.T @ (last["contact_center"] - p_WB), R_WB.T @ last["true_contact_force_world"]

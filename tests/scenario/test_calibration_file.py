@@ -14,7 +14,7 @@ from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.scenario.calibration_file import (
     CalibrationConfig,
     FingerCalibrationConfig,
-    calibrated,
+    apply_calibration,
     layout_identity,
     load_calibration,
 )
@@ -52,7 +52,7 @@ def test_what_is_written_is_read_again(calibration, tmp_path):
 
 def test_it_changes_what_is_believed(layout, calibration):
     """Softer by the ratio, driven by less pressure than is read, and the response of every sensor."""
-    nominal = calibrated(layout, calibration)
+    nominal = apply_calibration(layout, calibration)
     np.testing.assert_allclose(nominal.finger.stiffness, layout.finger.stiffness / 1.25, rtol=1e-12)
     np.testing.assert_allclose(nominal.finger.pressure_gain, layout.finger.pressure_gain, rtol=1e-12)
     torque = layout.finger.pressure_torque(np.array([49.7e3]))
@@ -63,7 +63,7 @@ def test_it_changes_what_is_believed(layout, calibration):
 
 def test_the_states_of_a_calibration_are_those_that_were_kept(layout, calibration, tmp_path):
     save_calibration(calibration, tmp_path / "file.yaml")
-    states = calibrated(layout, load_calibration(str(tmp_path / "file.yaml"))).calibrated
+    states = apply_calibration(layout, load_calibration(str(tmp_path / "file.yaml"))).calibrated
     assert states is not None
     assert sorted(states.fitted.states[:, 0]) == [0.0, 7.0, 14.0]
     assert (states.widths.growth, states.disagreement, states.noise) == (2e-3, 0.2, 0.05)
@@ -73,7 +73,9 @@ def test_the_states_of_a_calibration_are_those_that_were_kept(layout, calibratio
 def test_a_strength_leaves_the_bend_under_pressure_and_a_variation_its_middle(layout, calibration):
     """Of measured forces: by 1.2 stiffer, and driven as much more, by a pressure of 50 kPa less its offset."""
     before, stronger, graded = (
-        calibrated(layout, CalibrationConfig("", {"tapered": replace(calibration.fingers["tapered"], **change)})).finger
+        apply_calibration(
+            layout, CalibrationConfig("", {"tapered": replace(calibration.fingers["tapered"], **change)})
+        ).finger
         for change in ({}, {"strength": 1.2}, {"bend_variation": 0.1})
     )
     torque = stronger.pressure_torque(np.array([50e3]))
@@ -87,13 +89,13 @@ def test_a_strength_leaves_the_bend_under_pressure_and_a_variation_its_middle(la
 def test_what_a_calibration_leaves_is_what_estimators_assume(layout, calibration):
     """Unless the scenario says otherwise; a file that does not say leaves the default of a finger not calibrated."""
     says = replace(calibration.fingers["tapered"], bend_gain_std=3e-3, hysteresis=4e-3, bend_variation_std=0.03)
-    states = calibrated(layout, CalibrationConfig("", {"tapered": says})).calibrated
+    states = apply_calibration(layout, CalibrationConfig("", {"tapered": says})).calibrated
     found = uncertainty(EstimatorConfig(), SensorConfig(), states)
     assert (found.gain, found.bend_per_pressure) == (pytest.approx(5e-3), EXACT)
     assert found.bend_stds[1] == 0
     given = EstimatorConfig(uncertainty=UncertaintyConfig(bend_per_pressure=0.02))
     assert uncertainty(given, SensorConfig(), states).bend_per_pressure == 0.02
-    silent = calibrated(layout, calibration).calibrated
+    silent = apply_calibration(layout, calibration).calibrated
     assert uncertainty(EstimatorConfig(), SensorConfig(), silent) == Uncertainty()
     q, along = np.full(5, 0.1), np.linspace(-0.8, 0.8, 5)
     finger = replace(layout.finger, segments=5)
@@ -109,7 +111,7 @@ def test_another_finger(layout, calibration, other):
     else:
         layout = replace(layout, **{other: (0.25,) if other == "borders" else 1})
     with pytest.raises(InputError) as caught:
-        calibrated(layout, calibration)
+        apply_calibration(layout, calibration)
     assert caught.value.where == "nominal.calibration"
 
 

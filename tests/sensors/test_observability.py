@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.commands.run import observed
+from soft_gripper.commands.run import observability_lines
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
@@ -49,14 +49,14 @@ def test_standard_deviations_are_those_of_what_least_squares_finds(shipped_finge
 
 def test_a_run_says_what_is_seen_of_fingers_in_space_and_nothing_of_others():
     in_space = [f"models.{side}_finger.fingers.all.yields=bending sideways twist" for side in ("left", "right")]
-    assert observed(make_station(load_scenario("free_bending", []))) == []
-    (line,) = observed(make_station(load_scenario("free_bending", in_space)))
+    assert observability_lines(make_station(load_scenario("free_bending", []))) == []
+    (line,) = observability_lines(make_station(load_scenario("free_bending", in_space)))
     assert line.startswith(
         "note: what the sensors of left_finger, right_finger observe of each section: bending to 0.0"
     )
     assert line.endswith(" degrees, sideways not at all, twist not at all")
     faces = ["sensor.layout=four_faces_and_diagonal", "sensor.errors.preset=realistic", "estimator.type=gaussian"]
-    (line,) = observed(make_station(load_scenario("free_bending", [*in_space, *faces])))
+    (line,) = observability_lines(make_station(load_scenario("free_bending", [*in_space, *faces])))
     assert "not at all" not in line
 
 

@@ -15,7 +15,7 @@ from soft_gripper.sensors.strain_errors import (
     begin,
     disturb,
     draw,
-    stacked,
+    stack_memory,
 )
 
 PERIOD = 0.01  # s
@@ -136,7 +136,7 @@ def test_many_seeds_at_once_are_as_one_by_one():
 def test_shapes_of_the_draws_and_of_the_memory_of_several_sets():
     draws = draw(rng(), (50, 2, 6, 3))
     assert (draws.run.shape, draws.samples.shape) == ((2, 6, RUN_DRAWS, 3), (50, 2, 6, SAMPLE_DRAWS, 3))
-    assert stacked(begin(EVERYTHING, draws.run)).shape == (2, 6, 8 + PLAYS + EVERYTHING.delay, 3)
+    assert stack_memory(begin(EVERYTHING, draws.run)).shape == (2, 6, 8 + PLAYS + EVERYTHING.delay, 3)
 
 
 def test_what_creeps_reaches_the_hysteresis_late():

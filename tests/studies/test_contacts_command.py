@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.commands.dispatch import dispatch
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.parser import parse_options
 from soft_gripper.files.row_table import read_csv
 from studies.commands import STUDIES, contacts
 from studies.contacts import estimates as contact_estimates
@@ -23,7 +23,7 @@ def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_defaults_are_those_of_the_peg() -> None:
     """They are written out, since nothing is imported for them."""
-    options = parsed(["contacts"], STUDIES)
+    options = parse_options(["contacts"], STUDIES)
     assert (options.friction, options.beyond) == (PEG_FRICTION, PLACE[0])
 
 

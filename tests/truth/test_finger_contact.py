@@ -13,8 +13,8 @@ from soft_gripper.truth.contact import (
     contact_signals,
     contact_width,
     finger_contacts,
-    grip_of,
     links_by_geometry,
+    object_grip,
     patch_table,
 )
 
@@ -228,7 +228,7 @@ def held(number, *samples):
     """How the two fingers hold the ball (0) or the cube (1), from patches of several samples."""
     tables = [patch_table(found, LINKS, POSES, {BALL: 0, CUBE: 1}) for found in samples]
     sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
-    return grip_of(number, 2, np.concatenate(tables), sample, np.full(len(tables), True))
+    return object_grip(number, 2, np.concatenate(tables), sample, np.full(len(tables), True))
 
 
 def test_an_object_is_held_by_what_touches_it_alone():

@@ -26,7 +26,7 @@ from soft_gripper.extras.bench.messages import MAX_MESSAGE_BYTES
 from soft_gripper.extras.bench.threads import ROOM, Inbox, Message, Outbox, write_all
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import OTHER_THAN_TEXT, is_bag_folder, read_table
-from soft_gripper.files.document import given
+from soft_gripper.files.document import require_value
 from soft_gripper.files.text import check_regular
 from soft_gripper.registry import OWN, blamed_on
 
@@ -204,7 +204,7 @@ class Endpoints:
         """The lines of a file, names in its first line passed over; or the rows of another kind of file."""
         if is_bag_folder(path) or path.suffix.lower() in OTHER_THAN_TEXT:
             table = read_table(
-                path, given(columns, self._where, "time", "name the column that has the time of each row")
+                path, require_value(columns, self._where, "time", "name the column that has the time of each row")
             )
             return (dict(zip(table.names, row, strict=True)) for row in table.values.tolist())
         file = self._stack.enter_context(path.open("rb"))

@@ -98,7 +98,7 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
     pieces = list[Iterable[Sequence[float]]]()
     for chamber in finger.chambers:
         stations = np.array(chamber.at) * length
-        along = (chamber.along(name, stations, length) for name in ("x", "y", "thickness", "width"))
+        along = (chamber.value_at(name, stations, length) for name in ("x", "y", "thickness", "width"))
         pieces.append(np.column_stack([stations, *along]))
     placed = zip(finger.places, finger.cross_sections, strict=True)
     for is_hollow, piece in groupby(placed, lambda at_section: at_section[1].chamber_area > 0):

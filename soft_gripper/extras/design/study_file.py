@@ -24,7 +24,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
-from soft_gripper.quantity import Misfit, is_name, quantity
+from soft_gripper.quantity import Violation, is_name, quantity
 from soft_gripper.runs.sweep.axes import Axis, Range, Values, read_axis
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -53,7 +53,7 @@ class LimitConfig:
     least: float | None = None
     most: float | None = None
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.least is None and self.most is None:
             yield "least", None, "give least, most or both"
         if self.least is not None and self.most is not None and self.least > self.most:
@@ -86,7 +86,7 @@ class DesignConfig:
     batch: int = quantity(6, least=1, most=1000)  # designs that are tried at once, before the search learns from them
     seed: int = quantity(1, least=0)  # of the search, and of all draws
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         names = [end.measure for end in self.ends]
         for i, name in enumerate(names):
             if names.count(name) > 1:

@@ -82,7 +82,7 @@ def _motion(station: Station) -> tuple[Array, Array]:
     arm = station.parts.arm
     task = station.task
     if task is not None and _has_fixed_motion(station.scenario):
-        samples = list(task.unobserved(station.scenario.duration))
+        samples = list(task.unobserved_motion(station.scenario.duration))
         return np.array([time for time, _ in samples]), np.array([state for _, state in samples])
     home = [] if arm is None else [*arm.home, *np.zeros(len(arm.home))]
     return np.zeros(1), np.array([home])
@@ -100,7 +100,7 @@ def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Arra
     for posture in positions:
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
-    carried = arm.couplings.carried(np.array(weights))
+    carried = arm.couplings.leader_efforts(np.array(weights))
     commands: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
     return commands
 

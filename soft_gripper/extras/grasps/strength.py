@@ -32,7 +32,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, InitializeParams, Sim
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.simulation import advance, cached_station, run_to_end, solver_config
 from soft_gripper.diagrams.station_parts import Station
@@ -158,7 +158,7 @@ def shortened_scenario(scenario: Scenario) -> Scenario:
 
 def strength_in(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
     """The strength in one direction; runs in a worker, which caches the state before all loads."""
-    settled = kept(
+    settled = get_or_make(
         _settled_grasps, (text, held), lambda: SettledGrasp.from_scenario(parse_scenario(_TEXT_NAME, text), held), 1
     )
     return settled.strength(LOADS[number], shake)

@@ -12,7 +12,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import TrialsConfig, Varied
-from soft_gripper.files.row_table import cells, of_cells
+from soft_gripper.files.row_table import cells, row_from_cells
 from soft_gripper.model_import.forms.mesh import SUFFIXES as MESH_SUFFIXES
 from soft_gripper.model_import.mesh_files import read_scene
 from soft_gripper.runs.scores.grasp import UNKNOWN, Grasp
@@ -151,7 +151,7 @@ class Trial:
         """Reads a trial from its cells in each table."""
         scenario, number, *_ = rows[0]
         result, details, grasp = (row[len(KEYS) :] for row in rows)
-        parts = of_cells(result, Judged), of_cells(details, Details), of_cells(grasp, Grasp)
+        parts = row_from_cells(result, Judged), row_from_cells(details, Details), row_from_cells(grasp, Grasp)
         return cls(scenario, int(number), *parts)
 
 

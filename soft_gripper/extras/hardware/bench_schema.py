@@ -19,7 +19,7 @@ from soft_gripper.extras.hardware.recording_schema import (
 )
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 
 FORMATS = ("json", "text", "float32", "float64")
 
@@ -92,12 +92,12 @@ class BenchConfig:
         ]
         return [*of_fingers, *(name for name in (self.count, self.time, self.opening) if name is not None)]
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         twice = sorted({name for name in self.names if self.names.count(name) > 1})
         if twice:
             yield "fingers", twice, "each field has one meaning"
-        yield from _line_misfits("source", self.source, self.format)
-        yield from _line_misfits("sink", self.sink or "stdio:", self.sink_format or self.format)
+        yield from _line_violations("source", self.source, self.format)
+        yield from _line_violations("sink", self.sink or "stdio:", self.sink_format or self.format)
         if self.format == "json":
             return
         for name in self.names:
@@ -105,7 +105,7 @@ class BenchConfig:
                 yield "fields", self.fields, f"must have '{name}': a message of format {self.format} has no names"
 
 
-def _line_misfits(field_: str, address: str, form: str) -> Iterator[Misfit]:
+def _line_violations(field_: str, address: str, form: str) -> Iterator[Violation]:
     scheme = address.partition(":")[0]
     if form not in ("json", "text") and scheme in ("serial", "stdio", "file"):
         yield field_, address, f"carries lines, and {form} has none: take json or text there"

@@ -23,7 +23,7 @@ from soft_gripper.extras.hardware.recordings import (
 )
 from soft_gripper.extras.hardware.table import Columns, Table, runs_of, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import read_table
-from soft_gripper.files.document import given, require
+from soft_gripper.files.document import require, require_value
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -130,7 +130,7 @@ def _bench_logs(
     file: Path, bench: BenchConfig, fingers: Mapping[str, PlantFinger], gravity: Array, period: float
 ) -> Iterator[FingerLog]:
     """The fingers of a log with the fields of a bench; `period` of the scenario's sensors, s."""
-    named = given(bench.time, file, "bench.time", "a log needs the time of every row")
+    named = require_value(bench.time, file, "bench.time", "a log needs the time of every row")
     whole = _table(file, bench, named)
     whole = without_zero_stamps(whole, named, 1.0)
     runs = [whole] if bench.pause is None else runs_of(whole, named, bench.pause)
@@ -173,8 +173,8 @@ def _recording_logs(
         raise InputError(file, "fingers", len(fingers), f"{expected} {', '.join(fingers)}; or give --bench")
     (finger,) = fingers.values()
     for found in read_recordings(file, described):
-        readings = given(found.readings, file, "readings", "name the columns of the strain sensors")
-        pressures = given(found.pressures, file, "pressures", "name the column of the pressure")
+        readings = require_value(found.readings, file, "readings", "name the columns of the strain sensors")
+        pressures = require_value(found.pressures, file, "pressures", "name the column of the pressure")
         _check_one_pressure(file, "pressures.columns", described.pressures.columns if described.pressures else [])
         # Gravity is that of the scenario in the world, or that of the recording in B.
         X_WB, pull = (finger.X_WB.GetAsMatrix34(), gravity) if found.gravity is None else (np.eye(3, 4), found.gravity)

@@ -47,7 +47,7 @@ from soft_gripper.extras.hardware.left_out_regions import (
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import FacePress, resting_angles, softened, strengthened
-from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, by_distance, state_spreads
+from soft_gripper.sensors.calibrated_states import DRIVE, KNOWN_DRIVE, CalibratedStates, distance_stds, state_spreads
 from soft_gripper.sensors.fitted_states import FittedStates, Widths
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
@@ -334,7 +334,7 @@ def _states(
         near = replace(known, fitted=FittedStates(states[whole & ~left_out], spread))
         of_holds = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
         kept = np.append(of_holds, np.ones(len(fit.residuals) - len(of_holds), bool))
-        distance = by_distance(near.of_states(states[left_out]), layout.paths)
+        distance = distance_stds(near.state_distances(states[left_out]), layout.paths)
         return LeftOut(errors(fit.change_without(kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
 
     def errors(moved: Array) -> Array:

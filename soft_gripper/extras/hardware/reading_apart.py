@@ -22,8 +22,8 @@ most = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
 try:
     read, arguments = pickle.load(sys.stdin.buffer)
-    from soft_gripper.files.notes import collected
-    with collected() as notes:
+    from soft_gripper.files.notes import collect_notes
+    with collect_notes() as notes:
         found = read(*arguments)
     answer = found, None, notes
 except MemoryError:

@@ -20,7 +20,7 @@ from soft_gripper.extras.hardware.text_pattern import (
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.models import DIRECTORY
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}  # m
 PRESSURE = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "bar": 1e5, "psi": 6894.757293168}  # Pa, NIST SP 811
@@ -57,7 +57,7 @@ class FrameConfig:
     z: list[float] = quantity([0.0, 0.0, 1.0], length=3)  # along the straight finger; any length
     x: list[float] = quantity([1.0, 0.0, 0.0], length=3)  # toward the inner side; made normal to z
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         zx, zz, xx = (sum(map(mul, u, v)) for u, v in ((self.z, self.x), (self.z, self.z), (self.x, self.x)))
         if not zx**2 < 0.99 * zz * xx:
             yield "x", self.x, "must be a direction across z; neither may be zero"
@@ -79,7 +79,7 @@ class MarkersConfig:
         """The three columns of a marker."""
         return [filled(self.columns, {"marker": marker, "axis": axis}) for axis in "xyz"]
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if expected := pattern_problem(self.columns, ("marker", "axis")):
             yield "columns", self.columns, expected
         for body, names in self.bodies.items():
@@ -118,8 +118,8 @@ class PressuresConfig:
     ambient: float | None = None  # what the columns have at the pressure of the surroundings, in their unit
     zeroed: bool = False  # whether the chambers are open in the reference span: its mean is subtracted
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from _scale_misfits(self.unit, self.scale)
+    def violations(self) -> Iterator[Violation]:
+        yield from _scale_violations(self.unit, self.scale)
         if self.zeroed and self.ambient is not None:
             yield "ambient", self.ambient, "leave it out, or `zeroed`: either says what is subtracted"
         if self.sections is not None and len(self.sections) != len(self.columns):
@@ -144,8 +144,8 @@ class LengthsConfig:
     scale: float | None = quantity(None, "m/V", above=0)  # if the unit is V
     spacing: float = quantity(0.0, "m", above=0)  # between the inner and the outer side
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from _scale_misfits(self.unit, self.scale)
+    def violations(self) -> Iterator[Violation]:
+        yield from _scale_violations(self.unit, self.scale)
 
 
 @dataclass
@@ -158,7 +158,7 @@ class TendonsConfig:
     unit: str = quantity("m", known=(*LENGTH, *ANGLE))
     radius: float | None = quantity(None, "m", above=0)  # of the motors' pulleys, if the unit is an angle
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if (self.unit in ANGLE) != (self.radius is not None):
             yield "radius", self.radius, "must be given if and only if the unit is an angle"
         for name in self.columns.keys() & self.antagonists.keys():
@@ -179,7 +179,7 @@ class LabelsConfig:
     # and | between alternatives; empty: the whole label
     family: str = ""
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         expected = pattern_problem(self.family, known=("word", "number"))
         if has_syntax(self.family):
             expected = f"give text, such as pair{{number}}_{{word}}|seg{{number}}; {_NOT_REGULAR}"
@@ -194,8 +194,8 @@ class PressureNameConfig:
     pattern: str = ""  # text with {number}, such as {number}kPa
     unit: str = quantity("kPa", known=tuple(PRESSURE))
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from _number_misfits(self.pattern)
+    def violations(self) -> Iterator[Violation]:
+        yield from _number_violations(self.pattern)
 
 
 @dataclass
@@ -205,8 +205,8 @@ class LoadNameConfig:
     pattern: str = ""  # text with {number}, g, such as load_{number}g
     masses: dict[str, float] = quantity({}, "kg", above=0)  # true masses by that number, if it is not exact
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from _number_misfits(self.pattern)
+    def violations(self) -> Iterator[Violation]:
+        yield from _number_violations(self.pattern)
 
 
 @dataclass
@@ -219,7 +219,7 @@ class InstrumentConfig:
     place_unit: str = quantity("m", known=tuple(LENGTH))  # of that column
     sign: int = 1  # -1: the instrument counts the other way
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if (self.place is None) == (self.place_column is None):
             yield "place", self.place, "give either it or `place_column`"
         if self.sign not in (1, -1):
@@ -239,8 +239,8 @@ class MeasuredForceConfig(InstrumentConfig):
     # Direction, x and z in B, in which it is measured; None: across the finger where it presses
     along: list[float] | None = quantity(None, length=2)
 
-    def misfits(self) -> Iterator[Misfit]:
-        yield from super().misfits()
+    def violations(self) -> Iterator[Violation]:
+        yield from super().violations()
         if self.along is not None and not any(self.along):
             yield "along", self.along, "must be a direction; it may not be zero"
 
@@ -262,7 +262,7 @@ class MeasuredAngleConfig(InstrumentConfig):
 _NOT_REGULAR = "regular expressions are not read"
 
 
-def _number_misfits(pattern: str) -> Iterator[Misfit]:
+def _number_violations(pattern: str) -> Iterator[Violation]:
     plain = plain_number_pattern(pattern)
     expected = pattern_problem(plain, ("number",))
     if has_syntax(plain):
@@ -271,7 +271,7 @@ def _number_misfits(pattern: str) -> Iterator[Misfit]:
         yield "pattern", pattern, expected
 
 
-def _scale_misfits(unit: str, scale: float | None) -> Iterator[Misfit]:
+def _scale_violations(unit: str, scale: float | None) -> Iterator[Violation]:
     if (unit == "V") != (scale is not None):
         yield "scale", scale, "must be given if and only if the unit is V"
 
@@ -345,7 +345,7 @@ class RecordingConfig:
             found |= dict.fromkeys(self.tendons.antagonists.values(), "tendons.antagonists")
         return found | instrument_columns(self)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         header = self.header or []
         if twice := sorted({name for name in header if header.count(name) > 1}):
             yield "header", twice, "column names must be unique"

@@ -30,8 +30,8 @@ from soft_gripper.extras.hardware.recording_schema import (
 from soft_gripper.extras.hardware.table import Columns, Table, runs_of, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
 from soft_gripper.extras.hardware.text_pattern import find, plain_number_pattern
-from soft_gripper.files.document import given, require
-from soft_gripper.files.notes import LEFT_OUT, READ, Note, collected, note
+from soft_gripper.files.document import require, require_value
+from soft_gripper.files.notes import LEFT_OUT, READ, Note, collect_notes, note
 
 _FARTHEST_BODY = 5.0  # lengths of the finger between its bodies, at most
 _NEAREST = 0.1  # and at least, or its markers are together
@@ -441,7 +441,7 @@ def read_recordings(path: Path, config: RecordingConfig) -> list[HardwareRecordi
     Raises:
         InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
-    with collected() as of_file:
+    with collect_notes() as of_file:
         table, unit = _table(path, config), config.time_scale
         if config.event != "settled":
             table = without_zero_stamps(table, config.time, unit)
@@ -449,7 +449,7 @@ def read_recordings(path: Path, config: RecordingConfig) -> list[HardwareRecordi
     names = [path.stem] if len(runs) == 1 else [f"{path.stem}_{i}" for i in range(1, len(runs) + 1)]
     found = []
     for name, run in zip(names, runs, strict=True):
-        with collected() as notes:
+        with collect_notes() as notes:
             recording = _read(name, run, config)
         found.append(replace(recording, notes=(*of_file, *notes)))
     return found
@@ -565,4 +565,4 @@ def _description(path: Path, described_as: str | None) -> RecordingConfig:
     places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
     found = next((place for place in places if os.path.isfile(place)), None)
     expected = f"no description: give --as NAME, or put {places[0].name} or {places[1].name} next to it"
-    return load_description(given(found, path, "description", expected))
+    return load_description(require_value(found, path, "description", expected))

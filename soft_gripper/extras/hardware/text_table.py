@@ -23,7 +23,7 @@ from soft_gripper.extras.hardware.table import Columns, Table
 from soft_gripper.files.json_text import parse_json
 from soft_gripper.files.notes import LEFT_OUT, MENDED, note
 from soft_gripper.files.number import is_number, number
-from soft_gripper.files.text import decoded, read_bytes
+from soft_gripper.files.text import decode, read_bytes
 
 _SPACE = " "  # any number of spaces and tabs
 _SEPARATORS = "\t", ";", ",", "|", _SPACE
@@ -98,7 +98,7 @@ def _rows(path: Path, columns: Columns) -> _Rows:
     data = read_bytes(path)
     if form := foreign_binary(data):
         raise InputError(path, "file", path.name, form)
-    text = decoded(path, data, columns.text.encoding, "cp1252")
+    text = decode(path, data, columns.text.encoding, "cp1252")
     whole = text.rstrip("\0")
     if len(whole) < len(text):
         note(LEFT_OUT, path, f"{len(text) - len(whole)} zeros at its end", "", "as a loss of power leaves them")

@@ -9,7 +9,7 @@ from typing import Any
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config
 from soft_gripper.files.text import name_of
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 from soft_gripper.scenario.scenario_file import changed_scenario, load_changed
 from soft_gripper.scenario.schema import Scenario
 
@@ -28,7 +28,7 @@ class ActionConfig:
     # Time constant of a joint's motion, critically damped of second order.
     settling: float = quantity(0.1, "s", above=0)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         spans = {"range": self.range, **{f"joints.{name}": limits for name, limits in self.joints.items()}}
         for name, (least, most) in spans.items():
             if least == most:
@@ -112,7 +112,7 @@ class EnvironmentConfig:
         """The tasks given; there must be exactly one."""
         return [name for name in TASKS if getattr(self, name) is not None]
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         if self.duration < self.time_step:
             yield "duration", self.duration, f"must be at least time_step, {self.time_step:g} s"
         if len(self.tasks) != 1:
@@ -157,7 +157,7 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
         scenario = str(path.parent / scenario)
     commands = [config.action.grip, *(["joints"] if config.action.joints else [])]
     environment = Environment(config, changed_scenario(scenario, {"external": commands} | of_scenario))
-    for key, value, expected in _misfits(config, environment.scenario):
+    for key, value, expected in _violations(config, environment.scenario):
         raise InputError(path, key, value, expected)
     return environment
 
@@ -172,7 +172,7 @@ def _find(name_or_path: str) -> Path:
     return SHIPPED / f"{name_or_path}.yaml"
 
 
-def _misfits(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Misfit]:
+def _violations(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Violation]:
     """Contradictions between an environment and its scenario; names of signals are checked when it is built."""
     period, names = scenario.sensor.period, [model.name for model in scenario.models]
     if config.time_step < period:

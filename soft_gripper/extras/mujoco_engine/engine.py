@@ -18,7 +18,7 @@ from pydrake.systems.framework import Context, Diagram
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.cached import kept
+from soft_gripper.cached import get_or_make
 from soft_gripper.diagrams.own_blocks import user_blocks
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.scene import check_starts_apart, first_body
@@ -143,7 +143,7 @@ def _serve(
         plant = None if scenario.arm is not None else plant_key(scenario, content_of)
         build = partial(_built, deepcopy(plain_objects(scenario)), plant)  # the caller may change it
         store = own if has_own_blocks(scenario) else _stations
-        station = build() if key is None else kept(store, key, build, _MOST)
+        station = build() if key is None else get_or_make(store, key, build, _MOST)
         if not _serves_many(station):
             own.pop(key or (), None)
         of = variation(scenario, station.scenario)
@@ -185,7 +185,7 @@ def _built(scenario: Scenario, plant: Key | None) -> Station:
     station = make_private_station(scenario, composed=False, like=None if like is None else like.parts)
     check_closed(station)
     if plant is not None:
-        kept(_copied, plant, lambda: station, _MOST)
+        get_or_make(_copied, plant, lambda: station, _MOST)
     return station
 
 

@@ -28,15 +28,15 @@ from soft_gripper.model_import.links_and_joints import check_chains
 from soft_gripper.model_import.mesh_checks import check_mesh_file
 from soft_gripper.model_import.model_file import ModelFile
 
-_DENSITY = "1000"  # kg/m^3, of a geom for which none is given
-_FULL = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
-_ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
-_JOINTS = ("joint", "freejoint")
+_DEFAULT_DENSITY = "1000"  # kg/m^3, of a geom for which none is given
+_INERTIA_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
+_ACTUATOR_TAGS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
+_JOINT_TAGS = ("joint", "freejoint")
 _WITH_DEFAULTS = ("geom", "joint", "actuator")
-_SECTIONS = ("tendon", "actuator", "equality", "contact", "sensor")  # they refer to bodies and to those before them
+_REFERRING_SECTIONS = ("tendon", "actuator", "equality", "contact", "sensor")  # to bodies, and to those before them
 _NAMED_TAGS = ("body", "joint", "site", "geom", "tendon", "actuator")
 # Attributes that name another element end in its kind, or in that and a number: "joint1", "refsite".
-_REFERENCE = re.compile(rf"[a-z]*?({'|'.join(_NAMED_TAGS)})(?:name|inparent)?[12]?")
+_REFERENCE_PATTERN = re.compile(rf"[a-z]*?({'|'.join(_NAMED_TAGS)})(?:name|inparent)?[12]?")
 _NAMED_KINDS = {"objname": "objtype", "refname": "reftype"}  # attributes with names, and those with their kinds
 _Defaults = Mapping[str, Mapping[str, Mapping[str, str]]]  # attributes by class and tag
 
@@ -79,7 +79,7 @@ def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
         for geom in body.findall("geom"):
             values = _with_defaults(geom, "geom", defaults, childclass)
             name = "mass" if "mass" in values else "density"
-            (value,) = finite_numbers(where, name, values.get(name, _DENSITY), 1)
+            (value,) = finite_numbers(where, name, values.get(name, _DEFAULT_DENSITY), 1)
             geom.set(name, repr(factor * value))
 
 
@@ -104,7 +104,7 @@ def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
 def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
     """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
     from soft_gripper.model_import.convex_parts import note_hull
-    from soft_gripper.model_import.mesh_files import converted, outward, weighable
+    from soft_gripper.model_import.mesh_files import convert_to_obj, outward, weighable
 
     options: dict[str, str] = {}
     for compiler in model.root.findall("compiler"):
@@ -112,8 +112,8 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
         for name in ("meshdir", "assetdir", "strippath"):
             compiler.attrib.pop(name, None)
     weighed, touched = (
-        _weighed(model.root, defaults, options.get("inertiafromgeom") == "true"),
-        _touched(model.root, defaults),
+        _find_weighed_meshes(model.root, defaults, options.get("inertiafromgeom") == "true"),
+        _find_touched_meshes(model.root, defaults),
     )
     folder = Path(os.path.realpath(model.path.parent)) / options.get("meshdir", options.get("assetdir", ""))
     for mesh in model.root.findall("asset/mesh"):
@@ -122,27 +122,27 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
             mesh.set("name", name := _mesh_name(mesh))
             try:
                 check_mesh_file(file)
-                found = file if file.suffix.lower() == ".obj" else converted(file)
+                readable = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
                 if name in weighed or name in touched:
-                    found = weighable(model, found, file) if name in weighed else outward(model, found, file)
+                    readable = weighable(model, readable, file) if name in weighed else outward(model, readable, file)
                 for body in touched.get(name, ()) if is_arm else ():
-                    note_hull(model, body, found, file)
+                    note_hull(model, body, readable, file)
             except InputError as error:
                 raise error.inside(model.path) from None
-            mesh.set("file", str(found))
+            mesh.set("file", str(readable))
             mesh.attrib.pop("content_type", None)
     return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in model.root.findall("asset/mesh")}
 
 
-def _weighed(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
-    """The names of the meshes from whose volumes masses may follow."""
+def _find_weighed_meshes(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
+    """Names of the meshes that may give masses by their volumes."""
     bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
     by_class = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
     return by_class | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
 
 
-def _touched(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
-    """The names of the meshes that others may touch, and those of the bodies that have them."""
+def _find_touched_meshes(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
+    """Names of the bodies with each mesh that others may touch, by mesh."""
     touched: dict[str, list[str]] = {}
     worlds = ((world, "main") for world in root.findall("worldbody"))
     for body, childclass in [*worlds, *_bodies(root)]:
@@ -155,12 +155,12 @@ def _touched(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
 
 def _defaults(root: ET.Element) -> _Defaults:
     """The attributes that each class gives to elements that have none of their own."""
-    found: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+    attributes_by_class: dict[str, dict[str, dict[str, str]]] = {"main": {}}
 
     def add(default: ET.Element, around: str, name: str) -> None:
-        own = found.setdefault(name, dict(found[around]))
+        own = attributes_by_class.setdefault(name, dict(attributes_by_class[around]))
         for element in default:
-            tag = "actuator" if element.tag in _ACTUATORS else str(element.tag)
+            tag = "actuator" if element.tag in _ACTUATOR_TAGS else str(element.tag)
             if tag in _WITH_DEFAULTS:
                 own[tag] = {**own.get(tag, {}), **element.attrib}
         for inner in default.findall("default"):
@@ -168,7 +168,7 @@ def _defaults(root: ET.Element) -> _Defaults:
 
     for default in root.findall("default"):
         add(default, "main", "main")
-    return found
+    return attributes_by_class
 
 
 def _with_defaults(element: ET.Element, tag: str, defaults: _Defaults, childclass: str) -> dict[str, str]:
@@ -189,19 +189,19 @@ class _Masses(NamedTuple):
 
 
 def _take_groups(model: ModelFile) -> tuple[float, float]:
-    """The groups of which geoms have a mass, which Drake does not know."""
-    found = -math.inf, math.inf
+    """Takes out the range of groups of geoms that have a mass, which Drake does not know."""
+    group_range = -math.inf, math.inf
     for compiler in model.root.findall("compiler"):
         if (text := compiler.attrib.pop("inertiagrouprange", None)) is not None:
             first, last = finite_numbers(model.path, "compiler.inertiagrouprange", text, 2)
-            found = first, last
-    return found
+            group_range = first, last
+    return group_range
 
 
 def _mend_masses(model: ModelFile, around: ET.Element, masses: _Masses, childclass: str) -> None:
     for body in around.findall("body"):
         inside = body.get("childclass", childclass)
-        moves = any(body.find(tag) is not None for tag in _JOINTS)
+        moves = any(body.find(tag) is not None for tag in _JOINT_TAGS)
         inertial = body.find("inertial")
         if inertial is not None:
             _mend(model, body, inertial, moves)
@@ -228,7 +228,7 @@ def _has_mass(model: ModelFile, geom: ET.Element, masses: _Masses, childclass: s
         geom.set("mass", "0")
         return False
     name = "mass" if "mass" in values else "density"
-    (value,) = finite_numbers(f"{model.path}: {_name(geom)}", name, values.get(name, _DENSITY), 1)
+    (value,) = finite_numbers(f"{model.path}: {_name(geom)}", name, values.get(name, _DEFAULT_DENSITY), 1)
     return value > 0 and (mesh is None or masses.meshes[mesh])
 
 
@@ -253,7 +253,7 @@ def _inertia(where: str, inertial: ET.Element) -> Array:
     numbers = finite_numbers(where, "inertial.fullinertia", full, 6) if full is not None else ()
     diagonal = finite_numbers(where, "inertial.diaginertia", inertial.get("diaginertia", "0 0 0"), 3)
     inertia = np.diag(diagonal)
-    for (i, j), value in zip(_FULL, numbers, strict=bool(numbers)):
+    for (i, j), value in zip(_INERTIA_ENTRIES, numbers, strict=bool(numbers)):
         inertia[i, j] = inertia[j, i] = value
     return inertia
 
@@ -261,14 +261,14 @@ def _inertia(where: str, inertial: ET.Element) -> Array:
 def _set_inertia(inertial: ET.Element, mass: float, inertia: Array) -> None:
     inertial.attrib.pop("diaginertia", None)
     inertial.set("mass", repr(mass))
-    inertial.set("fullinertia", " ".join(repr(float(inertia[index])) for index in _FULL))
+    inertial.set("fullinertia", " ".join(repr(float(inertia[index])) for index in _INERTIA_ENTRIES))
 
 
 def _take_mimics(model: ModelFile, joints: Collection[str]) -> tuple[Mimic, ...]:
     """Takes out of a model which joints follow others, as far as they follow in proportion."""
     mimics: list[Mimic] = []
     for equality in model.root.findall("equality"):
-        for element in [each for each in equality.findall("joint") if each.get("active") != "false"]:
+        for element in [joint for joint in equality.findall("joint") if joint.get("active") != "false"]:
             joint, leader = element.get("joint1", ""), element.get("joint2", "")
             law = finite_numbers(
                 f"{model.path}: {_name(element)}", "polycoef", element.get("polycoef", "0 1 0 0 0"), 1, 2, 3, 4, 5
@@ -290,7 +290,7 @@ def _make_motors(model: ModelFile, defaults: _Defaults) -> None:
     joints = dict(_joints(model.root, defaults))
     for actuators in model.root.findall("actuator"):
         for place, actuator in enumerate(list(actuators)):
-            if actuator.tag in _ACTUATORS and (joint := actuator.get("joint")) in joints:
+            if actuator.tag in _ACTUATOR_TAGS and (joint := actuator.get("joint")) in joints:
                 effort = _effort(model, actuator, _with_defaults(actuator, "actuator", defaults, "main"), joints[joint])
                 motor = ET.Element("motor", {"name": actuator.get("name", f"{joint}_actuator"), "joint": joint})
                 if effort < math.inf:
@@ -304,7 +304,7 @@ def _make_motors(model: ModelFile, defaults: _Defaults) -> None:
                     )
                 actuators[place] = motor
     for default in model.root.iter("default"):
-        for element in [element for element in default if element.tag in _ACTUATORS]:
+        for element in [element for element in default if element.tag in _ACTUATOR_TAGS]:
             default.remove(element)
 
 
@@ -329,16 +329,16 @@ def _bits(values: Mapping[str, str], name: str) -> int:
 
 
 def _bodies(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
-    """All bodies, and the class that their elements have."""
+    """Pairs of a body and the default class of its elements."""
 
-    def inside(around: ET.Element, childclass: str) -> Iterator[tuple[ET.Element, str]]:
+    def nested_bodies(around: ET.Element, childclass: str) -> Iterator[tuple[ET.Element, str]]:
         for body in around.findall("body"):
-            of_body = body.get("childclass", childclass)
-            yield body, of_body
-            yield from inside(body, of_body)
+            body_class = body.get("childclass", childclass)
+            yield body, body_class
+            yield from nested_bodies(body, body_class)
 
     for world in root.findall("worldbody"):
-        yield from inside(world, "main")
+        yield from nested_bodies(world, "main")
 
 
 def _joints(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[str, dict[str, str]]]:
@@ -375,7 +375,7 @@ def _most(where: str, values: Mapping[str, str], kind: str) -> float:
 
 
 def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
-    """Removes bodies from an MJCF model, with all bodies in them and what refers to these.
+    """Removes bodies from an MJCF model, with all bodies in them and all references to these.
 
     Keyframes, whose positions are those of all joints, go too, and meshes that nothing else has.
 
@@ -384,12 +384,12 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
     """
     if not names:
         return
-    known = [body.get("name", "") for world in model.root.findall("worldbody") for body in world.iter("body")]
+    body_names = [body.get("name", "") for world in model.root.findall("worldbody") for body in world.iter("body")]
     removed: set[tuple[str, str | None]] = set()
     meshes: set[str | None] = set()
     for name in names:
-        if name not in known:
-            model.refuse("without", name, f"no such body; known: {', '.join(filter(None, known))}")
+        if name not in body_names:
+            model.refuse("without", name, f"no such body; known: {', '.join(filter(None, body_names))}")
         if any(body.get("name") == name for world in model.root.findall("worldbody") for body in world.findall("body")):
             model.refuse("without", name, "is in no other body; only a body in another can be left out")
     parents = {child: parent for parent in model.root.iter() for child in parent}
@@ -398,7 +398,7 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
             removed |= {(_kind_of(element), element.get("name")) for element in body.iter() if element.get("name")}
             meshes |= {geom.get("mesh") for geom in body.iter("geom")}
             parents[body].remove(body)
-    for section in [section for tag in _SECTIONS for section in model.root.findall(tag)]:
+    for section in [section for tag in _REFERRING_SECTIONS for section in model.root.findall(tag)]:
         for element in list(section):
             if any(_references(part) & removed for part in element.iter()):
                 section.remove(element)
@@ -422,5 +422,5 @@ def _kind_of(element: ET.Element) -> str:
 
 def _references(element: ET.Element) -> set[tuple[str, str | None]]:
     """Kinds and names of the elements to which one refers."""
-    pairs = {(match[1], value) for key, value in element.attrib.items() if (match := _REFERENCE.fullmatch(key))}
+    pairs = {(match[1], value) for key, value in element.attrib.items() if (match := _REFERENCE_PATTERN.fullmatch(key))}
     return pairs | {(element.get(kind, "").removeprefix("x"), element.get(name)) for name, kind in _NAMED_KINDS.items()}

@@ -28,7 +28,7 @@ from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.removed_links import remove_links
 
 # What elements may have, by their path in the model; all else is for other programs.
-_KNOWN = {
+_CHILD_TAGS = {
     "link": (
         *("pose", "inertial", "collision", "visual", "gravity", "enable_wind", "self_collide", "kinematic"),
         *("must_be_base_link", "velocity_decay"),
@@ -43,33 +43,33 @@ _KNOWN = {
     ),
 }
 _KNOWN_ATTRIBUTES = {"link": ("name",), "collision": ("name",), "visual": ("name",), "joint": ("name", "type")}
-_OTHERS = (
+_FOREIGN_TAGS = (
     *("plugin", "sensor", "light", "projector", "battery", "particle_emitter", "audio_source", "audio_sink", "script"),
 )
-_VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
-_POSED = ("link", "frame", "model")
-_NAMES = (*_POSED, "joint")
-_ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
-_TEXTS = ("parent", "child", "gearbox_reference_body", f"{DRAKE}member")
-_OUTER = ("world", "__root__")
-_OVERRIDES = ("pose", "static")  # of an <include>
+_TARGET_VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
+_POSED_TAGS = ("link", "frame", "model")
+_NAMED_TAGS = (*_POSED_TAGS, "joint")
+_REFERRING_ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
+_REFERRING_TEXTS = ("parent", "child", "gearbox_reference_body", f"{DRAKE}member")
+_OUTER_NAMES = ("world", "__root__")
+_OVERRIDE_TAGS = ("pose", "static")  # of an <include>
 
 
 def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
-    """Raises an InputError if a file is missing, or it contradicts itself or the options."""
+    """Reads a model of SDFormat; raises an InputError if a file is missing, or it contradicts itself or the options."""
     _flatten(file)
     check_counts(file.path, file.root)
     mimics: list[Mimic] = []
     for model in map(file.part, _models(file.root)):
         remove_links(model, options.without)
-        drop_others(model, _KNOWN)
+        drop_others(model, _CHILD_TAGS)
         for parent in list(model.root.iter()):
-            for element in [element for element in parent if element.tag in _OTHERS]:
+            for element in [element for element in parent if element.tag in _FOREIGN_TAGS]:
                 drop(model, parent, element)
             _drop_attributes(model, parent)
         for link in model.root.findall("link"):
             for tag in ("collision", "visual"):
-                _tell_apart(link.findall(tag))
+                _make_names_unique(link.findall(tag))
         drop_unused(model)
         mimics += mend_joints(model, options)
         mend_links(model, options)
@@ -90,13 +90,13 @@ def _models(root: ET.Element) -> list[ET.Element]:
 
 
 def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
-    known = _KNOWN_ATTRIBUTES.get(element.tag)
-    for name in [name for name in element.attrib if known and name not in known and not name.startswith(DRAKE)]:
+    valid = _KNOWN_ATTRIBUTES.get(element.tag)
+    for name in [name for name in element.attrib if valid and name not in valid and not name.startswith(DRAKE)]:
         value = element.attrib.pop(name)
         model.note(LEFT_OUT, f"{element.tag} '{element.get('name')}': {name}", value, "SDFormat has no such attribute")
 
 
-def _tell_apart(shapes: Sequence[ET.Element]) -> None:
+def _make_names_unique(shapes: Sequence[ET.Element]) -> None:
     """Gives shapes of the same name, which SDFormat does not allow, names of their own."""
     taken: set[str | None] = set()
     for place, shape in enumerate(shapes):
@@ -121,7 +121,7 @@ def _flatten(file: ModelFile) -> None:
     for model in _models(root):
         _modernize(model, version)
         _merge_all(path, model)
-    root.set("version", ".".join(map(str, max(version, _VERSION))))
+    root.set("version", ".".join(map(str, max(version, _TARGET_VERSION))))
 
 
 def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
@@ -136,11 +136,11 @@ def _include(path: Path, around: ET.Element, files: IncludedFiles) -> None:
     """Replaces each <include> in an element, and in the models in it, by the model that it names."""
     for model in around.findall("model"):
         _include(path, model, files)
-    for place, include in [each for each in enumerate(around) if each[1].tag == "include"]:
-        around[place] = _included(path, include, files)
+    for place, include in [(i, element) for i, element in enumerate(around) if element.tag == "include"]:
+        around[place] = _include_model(path, include, files)
 
 
-def _included(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
+def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
     _check_manner(path, include)
     uri, file = sdf_file(path, include)
     with files.read("include.uri", uri, file) as root:
@@ -154,7 +154,7 @@ def _included(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Eleme
         for name in mesh.findall("uri"):
             if "://" not in (text := (name.text or "").strip()):
                 name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
-    for tag in _OVERRIDES:
+    for tag in _OVERRIDE_TAGS:
         if (given := include.find(tag)) is not None:
             for element in model.findall(tag):
                 model.remove(element)
@@ -179,7 +179,7 @@ def _check_manner(path: Path, include: ET.Element) -> None:
 
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
     """Says in which frame axes are, where older versions of SDFormat have another rule."""
-    for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _VERSION else ():
+    for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _TARGET_VERSION else ():
         marks = axis.findall("use_parent_model_frame")
         for mark in marks:
             axis.remove(mark)
@@ -191,7 +191,7 @@ def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
 
 
 def _merge_all(path: Path, around: ET.Element) -> None:
-    """Moves what nested models hold into the model around them."""
+    """Moves the elements of nested models into the model around them."""
     nested = around.findall("model")
     for model in nested:
         _merge(path, around, model)
@@ -208,7 +208,7 @@ def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
     if not links:
         raise InputError(path, "model", name, "is nested, and holds no link")
     first = nested.get("canonical_link", links[0])
-    for element in [element for element in nested if element.tag in _NAMES]:
+    for element in [element for element in nested if element.tag in _NAMED_TAGS]:
         _place(element)
     for element in nested:
         _rename(element, name)
@@ -219,7 +219,7 @@ def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
     frame_of_model.append(pose)
     around.remove(nested)
     around.append(frame_of_model)
-    around.extend([element for element in nested if element.tag in _NAMES])
+    around.extend([element for element in nested if element.tag in _NAMED_TAGS])
     around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
 
 
@@ -234,30 +234,30 @@ def _place(element: ET.Element) -> None:
 
 
 def _rename(element: ET.Element, prefix: str) -> None:
-    """Prefixes all names of a nested model, and what refers to them."""
-    if element.tag in _NAMES:
+    """Prefixes all names of a nested model, and all references to them."""
+    if element.tag in _NAMED_TAGS:
         element.set("name", f"{prefix}_{element.get('name', '')}")
     for part in element.iter():
-        for key in _ATTRIBUTES:
+        for key in _REFERRING_ATTRIBUTES:
             if (value := part.get(key)) is not None:
-                part.set(key, _renamed(value, prefix))
+                part.set(key, _prefix_name(value, prefix))
         if part.tag == "mimic" and (leader := part.get("joint")):
-            part.set("joint", _renamed(leader, prefix))
-        if part.tag in _TEXTS and len(part) == 0 and part.text:
-            part.text = _renamed(part.text.strip(), prefix)
+            part.set("joint", _prefix_name(leader, prefix))
+        if part.tag in _REFERRING_TEXTS and len(part) == 0 and part.text:
+            part.text = _prefix_name(part.text.strip(), prefix)
 
 
-def _renamed(name: str, prefix: str) -> str:
-    return prefix if name == "__model__" else name if not name or name in _OUTER else f"{prefix}_{name}"
+def _prefix_name(name: str, prefix: str) -> str:
+    return prefix if name == "__model__" else name if not name or name in _OUTER_NAMES else f"{prefix}_{name}"
 
 
 def _scope(model: ET.Element, nested: Collection[str]) -> None:
-    """Writes names such as `hand::palm` as what they are now."""
+    """Replaces scoped names, such as `hand::palm`, by those after merging."""
     for part in model.iter() if nested else ():
         for key, value in part.attrib.items():
-            if (key in _ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
+            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
                 part.set(key, value.replace("::", "_"))
-        if part.tag in _TEXTS and _is_inside(text := (part.text or "").strip(), nested):
+        if part.tag in _REFERRING_TEXTS and _is_inside(text := (part.text or "").strip(), nested):
             part.text = text.replace("::", "_")
 
 

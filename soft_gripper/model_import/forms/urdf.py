@@ -19,7 +19,7 @@ from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.removed_links import remove_links
 
 # What a robot may have, by the element around it; all else is for other programs.
-_KNOWN = {
+_CHILD_TAGS = {
     ".": ("link", "joint", "material", "transmission", "frame"),
     "link": ("inertial", "visual", "collision"),
     "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic"),
@@ -29,7 +29,7 @@ _KNOWN = {
 def read(robot: ModelFile, options: ImportOptions) -> ImportedModel:
     """Raises an InputError if it is unexpanded xacro, a mesh is missing, or it contradicts itself or the options."""
     remove_links(robot, options.without)
-    drop_others(robot, _KNOWN)
+    drop_others(robot, _CHILD_TAGS)
     drop_unused(robot)
     for limit in robot.root.findall("joint[@type='continuous']/limit"):  # ignored by the specification, not by Drake
         limit.attrib.pop("lower", None)
@@ -80,7 +80,7 @@ def actuate(robot: ModelFile) -> None:
 
 
 def _drop_doubles(robot: ModelFile) -> None:
-    """Removes transmissions whose actuators have names that others have."""
+    """Removes transmissions with an actuator of a repeated name."""
     taken: set[str | None] = set()
     for transmission in robot.root.findall("transmission"):
         names = {motor.get("name") for motor in transmission.findall("actuator")}
@@ -92,7 +92,7 @@ def _drop_doubles(robot: ModelFile) -> None:
 
 
 def _can_push(robot: ModelFile, joint: ET.Element) -> bool:
-    """Whether a joint moves and its file does not give it an effort of zero, for which Drake knows no actuator."""
+    """Whether a joint moves and has an effort that is not zero; Drake knows no actuator of zero effort."""
     effort = number(f"{robot.path}: joint '{joint.get('name')}'", joint.find("limit"), "effort", "inf")
     return joint.get("type") in JOINTED and effort > 0
 

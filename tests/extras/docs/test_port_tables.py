@@ -10,7 +10,7 @@ from port_tables import blocks_page, ports_table
 ROOT = Path(__file__).parents[3]
 SOURCES = [path for path in (ROOT / "soft_gripper").rglob("*.py") if "learning" not in path.parts]
 SOURCES += (ROOT / "diagrams").rglob("*.py")
-WITHOUT_PORTS = {"ArrayBlock", "_OnPaths"}  # what blocks are made from
+WITHOUT_PORTS = {"ArrayBlock", "_PathDriveBlock"}  # what blocks are made from
 WITHOUT_PORTS |= {"BatchedBlock", "FusedBlock"}  # and what has the ports of others
 
 

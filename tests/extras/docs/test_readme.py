@@ -18,7 +18,7 @@ from links import ROOT
 from printed_numbers import differences
 from published import SENTENCES
 
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.parser import parse_options
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CODE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -134,7 +134,7 @@ def test_commands_are_those_of_the_command_line():
     commands = [words for words in commands if "replay" not in words]  # its recordings are not in the repository
     assert len(commands) >= 6
     for _, *arguments in commands:
-        parsed(arguments)
+        parse_options(arguments)
 
 
 @pytest.mark.parametrize("pattern", QUOTED)

@@ -21,7 +21,7 @@ from pydrake.systems.framework import DiagramBuilder
 from soft_gripper.control.couplings import couplings
 from soft_gripper.diagrams.scene import add_model, arm_joints
 from soft_gripper.errors import InputError
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 FUZZ = int(os.environ.get("FUZZ", "0"))  # models of every kind; 0: few, and always the same
@@ -48,7 +48,7 @@ def faults(model: Model, rng: Rng, folder: Path) -> list[str]:
     config = ModelConfig("thing", str(path), free=model.free, X_PC=Transform(X_WP))
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
     try:
-        with collected() as notes:
+        with collect_notes() as notes:
             loaded = add_model(plant, config, "models[0]", ArmConfig() if model.is_arm else None)
     except InputError as error:
         line = str(error)
@@ -69,7 +69,7 @@ def faults(model: Model, rng: Rng, folder: Path) -> list[str]:
         return [*wrong, f"joints: {sorted(joints)}, not {sorted(names.values())}"]
     coupled = couplings(list(joints), loaded.mimics)
     known = np.array([{names[joint]: value for joint, value in at.items()}[name] for name in joints])
-    if len(known) and np.abs(coupled.kept(known) - known).max() > 1e-9:
+    if len(known) and np.abs(coupled.follow_leaders(known) - known).max() > 1e-9:
         wrong.append("joints do not follow as they should")
     q = plant.GetPositions(context)
     q[[joint.position_start() for joint in joints.values()]] = known

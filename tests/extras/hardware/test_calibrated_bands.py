@@ -21,7 +21,7 @@ from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
 from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.scenario.calibration_file import CalibrationConfig, calibrated
+from soft_gripper.scenario.calibration_file import CalibrationConfig, apply_calibration
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb, draw
 
@@ -53,7 +53,7 @@ def nominal(layout):
     @cache
     def found(stiffens, seed):
         calibration = calibrate(layout, [bent(layout, LEVELS, stiffens, seed)[1]])
-        return calibrated(layout, CalibrationConfig("", {layout.finger.name: as_config(layout, calibration)}))
+        return apply_calibration(layout, CalibrationConfig("", {layout.finger.name: as_config(layout, calibration)}))
 
     return found
 

@@ -45,9 +45,9 @@ def changed_by(shape, q, point, force):
     """What a force on a point, both in the frame of the last link but one, changes of the readings."""
     finger, layout = shape.layout.finger, shape.layout
     chain = spatial_chain(finger)
-    at, frame = posture(chain, q[chain.places(WAYS)]), chain.beyond(np.array([LINK]))
+    at, frame = posture(chain, q[chain.position_indices(WAYS)]), chain.link_frames(np.array([LINK]))
     load = Loads(frame, point[None], (at.rotations[frame[0]] @ force)[None], np.zeros((1, 3)))
-    torque = torques(at, load)[np.argsort(chain.places(WAYS))]
+    torque = torques(at, load)[np.argsort(chain.position_indices(WAYS))]
     compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in WAYS])
     return layout.slopes(q) @ (compliance * torque)
 
@@ -129,12 +129,19 @@ def free_fingers(pressures):
     """Contacts without a force."""
     finger, gravity = finger_in_space(), np.tile(GRAVITY, (len(pressures), 1))
     chain = spatial_chain(finger)
-    torque = chain.spread({"bending": finger.pressure_torque(pressures)})
-    q = resting_positions(chain, chain.spread(finger.stiffnesses), torque, weights(finger, chain, gravity))
+    torque = chain.interleaved({"bending": finger.pressure_torque(pressures)})
+    q = resting_positions(chain, chain.interleaved(finger.stiffnesses), torque, weights(finger, chain, gravity))
     nothing = np.zeros(len(pressures))
     forces, none = np.zeros((len(nothing), 3)), np.zeros_like(q)
     return Contacts(
-        finger, q[:, np.argsort(chain.places(WAYS))], pressures, gravity, nothing, forces, none, *[nothing] * 3
+        finger,
+        q[:, np.argsort(chain.position_indices(WAYS))],
+        pressures,
+        gravity,
+        nothing,
+        forces,
+        none,
+        *[nothing] * 3,
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 from csv_rows import csv_rows
 from printed_numbers import differences, printed, sentence_problems, table_problems
 
-from soft_gripper.commands.parser import parsed
+from soft_gripper.commands.parser import parse_options
 from soft_gripper.files.row_table import read_csv
 from soft_gripper.scenario.schema import presets
 from studies import ROOT
@@ -63,7 +63,7 @@ def numbers(text):
 
 def test_the_command_of_the_page_wrote_it():
     (line,) = re.findall(r"python -m studies (model-errors.*)", page(CONTACTS))
-    options = parsed(line.partition("#")[0].split(), STUDIES)
+    options = parse_options(line.partition("#")[0].split(), STUDIES)
     assert {row.seed for row in ROWS} == {options.seed}
     assert max(row.contacts for row in ROWS) <= options.contacts
     assert [(row.difference, row.sections, row.sensors) for row in ROWS] == [

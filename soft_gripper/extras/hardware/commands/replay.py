@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from soft_gripper.commands.viewing import viewed
+from soft_gripper.commands.viewing import show_meshcat
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.extras.hardware.commands.printing import print_measured, print_replay
 from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
@@ -88,5 +88,5 @@ def _show(options: argparse.Namespace, found: ArmReplay) -> None:
         write_animation(meshcat, options.html)
         options.console.wrote(options.html)
     if options.meshcat:
-        with viewed(meshcat, options.host):
+        with show_meshcat(meshcat, options.host):
             pass

@@ -148,7 +148,7 @@ def _lever_room(model: Model) -> Room:
         s = finger.length * np.array(tendon.at)
         section = finger.section(s)
         half = np.minimum(section.thickness, section.width) / 2
-        off = np.hypot(tendon.along("x", s, finger.length), tendon.along("y", s, finger.length))
+        off = np.hypot(tendon.value_at("x", s, finger.length), tendon.value_at("y", s, finger.length))
         most = min(most, float((half / np.maximum(off, SIZES[0])).min()))
     return 0.0, max(most, 1.0) * _lever(model)[0]
 

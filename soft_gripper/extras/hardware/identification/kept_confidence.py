@@ -14,7 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
 from soft_gripper.extras.hardware.identification.confidence import Confidence
 from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
-from soft_gripper.quantity import Misfit, quantity
+from soft_gripper.quantity import Violation, quantity
 
 _DIGITS = 5
 _NOTHING = 1e-9  # smaller numbers are rounding
@@ -30,7 +30,7 @@ class ConfidenceConfig:
     # Of the band of a weighed load, by the root of the distance from the fitted pulled lengths; 0: it does not grow
     load_growth: float = quantity(0.0, least=0)
 
-    def misfits(self) -> Iterator[Misfit]:
+    def violations(self) -> Iterator[Violation]:
         count = len(self.std)
         if [len(row) for row in self.correlation] != [count] * count:
             shape = f"{len(self.correlation)} rows"

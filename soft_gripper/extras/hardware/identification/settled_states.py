@@ -39,7 +39,7 @@ from soft_gripper.extras.hardware.progress import wait_for
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, error_columns, groups_left_out
 from soft_gripper.extras.hardware.text_pattern import find
-from soft_gripper.files.document import given, require
+from soft_gripper.files.document import require, require_value
 from soft_gripper.files.notes import LEFT_OUT as LEFT_OUT_OF_FILE
 from soft_gripper.files.notes import note
 from soft_gripper.fingers.finger import Finger
@@ -94,7 +94,7 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
     expected = "describe the markers on the tip, and their places there"
     if config.poses and config.markers is None:
         expected = "places of markers are read, not poses: name the columns of a position as those of a marker"
-    markers = given(config.markers, name, "markers", expected)
+    markers = require_value(config.markers, name, "markers", expected)
     require(len(markers.places) > 0, name, "markers.places", {}, "give at least one marker on the tip and its place")
     expected = "describe the columns of pulled lengths"
     if recording.pressures is not None:
@@ -200,7 +200,7 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
     at = posture(chain, q)
     stations = finger.length * (np.ones(len(states.places)) if states.at is None else states.at)
     before = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
-    frames, last = chain.beyond(before), np.concatenate([[0.0], finger.joint_arc_lengths])[before]
+    frames, last = chain.link_frames(before), np.concatenate([[0.0], finger.joint_arc_lengths])[before]
     places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
     markers = at.origins[:, frames] + (at.rotations[:, frames] @ places[..., None])[..., 0]
     turning, moving = at.screws[..., None, :3], at.screws[..., None, 3:]

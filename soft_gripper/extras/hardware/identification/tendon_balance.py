@@ -47,7 +47,7 @@ def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None
         gravity: (3,) m/s^2 in B; None: none.
     """
     chain, tendons = spatial_chain(finger), Tendons(finger)
-    stiffness = np.diag(chain.spread(finger.stiffnesses))
+    stiffness = np.diag(chain.interleaved(finger.stiffnesses))
     weight = None if gravity is None or not gravity.any() else weights(finger, chain, gravity)
     is_linear = weight is None and tendons.paths.are_parallel
     found = np.full((len(pulled), len(chain.ways)), np.nan)
@@ -55,11 +55,11 @@ def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None
     tensions: Array = np.zeros(pulled.shape)
     open_rows = np.arange(len(pulled))
     for _ in range(_MOST_ITERATIONS):
-        joints = chain.gathered(q)
-        slopes = chain.spread(length_gradients(tendons.paths, joints))
+        joints = chain.separated(q)
+        slopes = chain.interleaved(length_gradients(tendons.paths, joints))
         untwisting = _untwisting(chain, tendons.paths, tensions)
         compliance, free = _without_tendons(chain, stiffness, untwisting, weight, q)
-        stretches = tendons.stretches(joints, pulled[open_rows])
+        stretches = tendons.elongations(joints, pulled[open_rows])
         wanted = stretches + ((free - q)[:, None] @ slopes.swapaxes(-1, -2))[:, 0]
         matrix = slopes @ compliance @ slopes.swapaxes(-1, -2) + np.diag(1 / tendons.stiffness)
         tensions = complementary(matrix, wanted)
@@ -80,7 +80,7 @@ def _untwisting(chain: SpatialChain, paths: PathsOnChain, tensions: Array) -> Ar
     Without it, the iteration would settle slowly where a heavy load keeps the tendons tense.
     """
     by_joint = tensions @ (paths.share * (paths.x**2 + paths.y**2) / paths.segment_length)
-    added = chain.spread({way: by_joint * (way == "twist") for way in dict.fromkeys(chain.ways)})
+    added = chain.interleaved({way: by_joint * (way == "twist") for way in dict.fromkeys(chain.ways)})
     return np.eye(len(chain.ways)) * added[:, None]
 
 

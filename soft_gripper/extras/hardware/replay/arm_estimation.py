@@ -38,7 +38,7 @@ from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.recordings import HardwareRecording
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry, as_strain
-from soft_gripper.files.document import given, require
+from soft_gripper.files.document import require, require_value
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
 from soft_gripper.registry import make_block
@@ -318,8 +318,8 @@ class ArmRecording:
 def arm_recording(recording: HardwareRecording) -> ArmRecording:
     """Raises InputError if the recording lacks two wires and a body per section, or pressures."""
     where, expected = recording.name, "an arm is estimated from length sensors: describe them"
-    described = given(recording.config.lengths, where, "lengths", expected)
-    measured = given(recording.pressures, where, "pressures", "describe the chambers' pressures")
+    described = require_value(recording.config.lengths, where, "lengths", expected)
+    measured = require_value(recording.pressures, where, "pressures", "describe the chambers' pressures")
     wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
     sections = range(1, max(section for _, section in wires) + 1)
     expected = "give two wires that end at each section, on the inner and on the outer side"

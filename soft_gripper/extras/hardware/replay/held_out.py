@@ -36,7 +36,7 @@ from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_dr
 from soft_gripper.extras.hardware.replay.view import arm_corners
 from soft_gripper.extras.hardware.replay.zeroing import Zeroed, zeroed
 from soft_gripper.extras.hardware.scoring import Split, each_left_out, error_columns, percent_within, predictions
-from soft_gripper.files.document import given
+from soft_gripper.files.document import require_value
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
@@ -130,10 +130,10 @@ def replay(
             `estimator_rows`, `zeroed` and `replay_recordings`.
     """
     name, config = reported[0].name, reported[0].config
-    file = given(config.finger, name, "finger", "name the URDF with the finger that models the arm")
+    file = require_value(config.finger, name, "finger", "name the URDF with the finger that models the arm")
     finger = read_finger(model_path(file))
     expected = "give the direction of gravity: the arm bends under its own weight"
-    gravity = given(reported[0].gravity, name, "gravity", expected)
+    gravity = require_value(reported[0].gravity, name, "gravity", expected)
     arms = [arm_recording(recording) for recording in reported]
     rows = estimator_rows(estimators, len(arms[0].bodies))
     to_fit = None if fitted is None else [arm_recording(recording) for recording in fitted]

@@ -29,7 +29,7 @@ from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions
 from soft_gripper.extras.hardware.recording_schema import PoseConfig, load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.paths import Tendon
@@ -301,7 +301,7 @@ def test_rows_without_a_balance_are_left_out_and_named():
     without = replace(
         lost, pulled=lost.pulled[keep], markers=lost.markers[keep], families=lost.families[keep], time=None
     )
-    with collected() as notes:
+    with collect_notes() as notes:
         found = identify_states(GUESS, ["tendon.stiffness"], [lost], [], HereExecutor(), report=steps.append)
     expected = identify_states(GUESS, ["tendon.stiffness"], [without], [], HereExecutor())
     np.testing.assert_allclose(found.fit.x, expected.fit.x, rtol=1e-3)

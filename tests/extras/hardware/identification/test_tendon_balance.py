@@ -34,7 +34,7 @@ def tendon(angle, end=1.0, slack=0.0, name="t"):
 
 def bends(finger, pulled, gravity=None):
     """The joints' positions by the way in which they yield, of one row."""
-    return spatial_chain(finger).gathered(pulled_positions(finger, np.array([pulled]), gravity)[0])
+    return spatial_chain(finger).separated(pulled_positions(finger, np.array([pulled]), gravity)[0])
 
 
 @pytest.mark.parametrize("angle", [0.0, 2.0, -1.1])
@@ -85,9 +85,11 @@ def energy(finger, pulled, gravity, q):
     """Of the springs, the tendons and the weight at joint positions (J,), J."""
     chain, tendons = spatial_chain(finger), Tendons(finger)
     weight = weights(finger, chain, gravity)
-    tight = np.maximum(tendons.stretches(chain.gathered(q[None]), pulled[None])[0], 0)
-    of_weight = -(weight.forces * weight.places(posture(chain, q))).sum()
-    return (chain.spread(finger.stiffnesses) * q**2).sum() / 2 + (tendons.stiffness * tight**2).sum() / 2 + of_weight
+    tight = np.maximum(tendons.elongations(chain.separated(q[None]), pulled[None])[0], 0)
+    of_weight = -(weight.forces * weight.positions(posture(chain, q))).sum()
+    return (
+        (chain.interleaved(finger.stiffnesses) * q**2).sum() / 2 + (tendons.stiffness * tight**2).sum() / 2 + of_weight
+    )
 
 
 @pytest.mark.parametrize(("mass", "along"), [(0.02, 9.7), (0.2, 9.7), (0.05, -9.7)], ids=["", "heavy", "upright"])

@@ -17,7 +17,7 @@ from soft_gripper.extras.hardware import reading_apart  # noqa: E402
 from soft_gripper.extras.hardware.recordings import find_recordings, read_recording  # noqa: E402
 from soft_gripper.extras.hardware.table import Columns  # noqa: E402
 from soft_gripper.extras.hardware.table_files import read_table  # noqa: E402  # noqa: E402
-from soft_gripper.files.notes import collected  # noqa: E402
+from soft_gripper.files.notes import collect_notes  # noqa: E402
 
 OF_BAG = """
 time: /m/tip_1.header.stamp
@@ -63,7 +63,7 @@ def test_rows_without_a_message_are_counted(tmp_path):
     time = np.arange(100) / 100
     slow = (time[[5, 50]], np.array([[1.0], [2.0]]))
     path = write_ros(tmp_path / "a.bag", {"/fast": (time, time[:, None]), "/slow": slow})
-    with collected() as notes:
+    with collect_notes() as notes:
         found = read_table(path, Columns({"/slow.position[0]": "readings"}, "/fast.header.stamp"))
     assert found.values[0].tolist() == [0.05, 1.0]
     assert [f"{note.subject}: {note.why}" for note in notes] == [
@@ -120,7 +120,7 @@ def two_robots():
 
 def test_an_entry_may_be_given_by_its_name(tmp_path):
     path = write_named(tmp_path / "a.bag", two_robots())
-    with collected() as notes:
+    with collect_notes() as notes:
         found = read_table(path, named("/joints.position[left]"))
     np.testing.assert_array_equal(found.values[:, 1], 10.0 + np.arange(20))
     np.testing.assert_allclose(found.values[:, 0], 0.01 * np.arange(20), atol=1e-9)
@@ -153,7 +153,7 @@ def test_a_column_with_several_meanings_is_refused(tmp_path, column, said):
 
 def test_rows_are_sorted_by_a_stamp_that_is_a_little_early(tmp_path):
     rows = [("/a", 0.01 * i - 0.015 * (i == 7), 0.015 * (i == 7), {"x": float(i)}) for i in range(20)]
-    with collected() as notes:
+    with collect_notes() as notes:
         found = read_table(write_named(tmp_path / "a.bag", rows), named("/joints.position[0]"))
     assert (np.diff(found.values[:, 0]) > 0).all()
     assert found.values[:8, 1].tolist() == [0, 1, 2, 3, 4, 5, 7, 6]

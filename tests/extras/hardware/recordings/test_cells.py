@@ -13,14 +13,14 @@ from soft_gripper.extras.hardware.recording_schema import TextConfig
 from soft_gripper.extras.hardware.recordings import read_recordings
 from soft_gripper.extras.hardware.table import Columns, without_zero_stamps
 from soft_gripper.extras.hardware.table_files import read_table
-from soft_gripper.files.notes import collected
+from soft_gripper.files.notes import collect_notes
 
 AB = Columns({"a": "readings", "b": "readings"}, "t")
 
 
 def table(folder, text, columns=AB, name="log.csv"):
     (folder / name).write_text(text)
-    with collected() as notes:
+    with collect_notes() as notes:
         found = read_table(folder / name, columns)
     return found.values, [f"{note.subject}: {note.why}" for note in notes]
 
@@ -127,7 +127,7 @@ def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path):
     for before, unit in ((3, 1.0), (1, 1e-3)):
         rows = "".join(f"{t},{i}\n" for i, t in enumerate([0] * before + [(1.6e9 + 0.01 * i) / unit for i in range(9)]))
         (tmp_path / "a.csv").write_text("t,a\n" + rows)
-        with collected() as notes:
+        with collect_notes() as notes:
             found = without_zero_stamps(read_table(tmp_path / "a.csv", columns), "t", unit)
         np.testing.assert_allclose(unit * found.values[:, 0], 0.01 * np.arange(9), atol=1e-6)
         assert found.values[0, 1] == before
