@@ -123,9 +123,8 @@ def uncertainty(
     given = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
     of_errors = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     if calibrated is not None and calibrated.gain_std is not None:
-        # Gains take the change of the bend along the finger, but not that of its stiffness, unless it was sought.
-        variation = calibrated.variation_std or float(of_errors.bend_stds[1])
-        of_errors = replace(of_errors, gain=calibrated.gain_std, bend_per_pressure=EXACT, bend_variation=variation)
+        # Gains take what varies along the finger, too.
+        of_errors = replace(of_errors, gain=calibrated.gain_std, bend_per_pressure=EXACT)
     return replace(of_errors, **given)
 
 

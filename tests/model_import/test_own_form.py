@@ -15,7 +15,7 @@ from soft_gripper.model_import import forms
 forms.__path__.append(sys.argv[1])
 from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.diagrams.loaded_model import load_model
-from soft_gripper.diagrams.simulation import content
+from soft_gripper.diagrams.simulation import fingerprint
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import collect_notes
 from soft_gripper.scenario.schema import ModelConfig
@@ -27,7 +27,7 @@ for changes in ({}, {"mass": 0.3}, {"without": ["pear"]}):
         print(round(plant.GetBodyByName("pear").default_mass(), 9), *notes)
     except InputError as error:
         print(error)
-print(content(Path("pear.toml")))
+print(fingerprint(Path("pear.toml")))
 """
 
 

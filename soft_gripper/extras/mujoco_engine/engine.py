@@ -108,7 +108,7 @@ def _structure(station: Station) -> Hashable:
     scenario, plant = station.scenario, station.plant
     times = scenario.sensor.period, scenario.duration, plant.time_step(), scenario.engine_step
     joints = [(each.name(), each.type_name()) for each in map(plant.get_joint, plant.GetJointIndices())]
-    recorded = scenario.record.patches_every, station.logs.logged
+    recorded = scenario.record.patches_every, station.logs.port_numbers
     shapes = [model.file for model in scenario.models], station.parts.scene_graph.model_inspector().num_geometries()
     return structure(station.diagram), repr((times, joints, recorded, shapes, scenario.contact_points, scenario.arm))
 

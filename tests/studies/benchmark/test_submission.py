@@ -24,7 +24,7 @@ def submitted(tmp_path_factory):
     (folder / "quick.py").write_text(QUICK)
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("SOFT_GRIPPER_DATA", raising=False)
-        patch.setattr(benchmark, "TASKS", tasks.TASKS[1:4])
+        patch.setattr(benchmark, "TASKS", tasks.TASKS[1:5])
         patch.setattr(benchmark, "baselines", lambda question: {})
         patch.setattr(benchmark, "ours", lambda task: {})
         patch.setattr(benchmark, "save_figure", lambda figure, path: None)
@@ -44,7 +44,7 @@ def test_scores_are_those_of_the_estimator_without_its_code(submitted):
     assert outcome.code == 0, outcome.err
     mine, theirs = (json.loads((submitted / f"{name}.json").read_text()) for name in ("scores", "checked"))
     assert mine["sha256"] == theirs["sha256"]
-    assert len(theirs["scores"]) == 3 + 3 + 4
+    assert len(theirs["scores"]) == 3 + 3 + 3 + 4
     for row, expected in zip(theirs["scores"], mine["scores"], strict=True):
         numbers = {key for key, value in expected.items() if isinstance(value, float)}
         assert {key: row[key] for key in numbers} == pytest.approx({key: expected[key] for key in numbers}, rel=1e-5)
