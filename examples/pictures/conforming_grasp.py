@@ -83,7 +83,7 @@ def read_grasp(scenario: Scenario, recording: Recording) -> Grasp:
 def contact_areas(finger: PlantFinger, query: QueryObject) -> Array:
     """Contact area of each link of a finger, (N + 1) m^2."""
     areas = np.zeros(len(finger.links))
-    links_by_geometry = TouchedLinks.of(finger).link_of
+    links_by_geometry = TouchedLinks.from_finger(finger).link_of
     surfaces, _ = query.ComputeContactSurfacesWithFallback(finger.plant.get_contact_surface_representation())
     for surface in surfaces:
         for geometry in (surface.id_M(), surface.id_N()):
