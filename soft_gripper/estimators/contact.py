@@ -580,7 +580,7 @@ class ContactShape:
 
 
 def _most_of_noise(read: Array) -> Array:
-    """Violation threshold for noise, (...), by the number of values that are read."""
+    """Misfit threshold for noise, (...), by the number of values that are read."""
     from scipy.special import chdtri
 
     return np.asarray(chdtri(np.maximum(read, 1), _CHANCE))

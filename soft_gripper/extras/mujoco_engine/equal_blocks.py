@@ -17,7 +17,11 @@ from pydrake.systems.framework import Diagram, LeafSystem, PortDataType, System
 from soft_gripper.array_block import ArrayBlock
 
 _Pairs = frozenset[tuple[int, int]]  # ids of objects that are being compared
-_OF_ANY_BLOCK = frozenset(vars(ArrayBlock(1.0)))  # attributes that say nothing beyond the steps
+_BLOCK_ATTRIBUTES = frozenset(vars(ArrayBlock(1.0)))  # of any block: they say nothing beyond the steps
+
+
+class _Plain:
+    """An object all of whose state is in its attributes."""
 
 
 def is_equal(one: Any, other: Any, compared: _Pairs = frozenset()) -> bool:
@@ -50,16 +54,19 @@ def _contents(value: Any) -> Any:
     if isinstance(value, MethodType):
         return value.__func__, value.__self__
     if isinstance(value, FunctionType):
-        return value.__defaults__, [cell.cell_contents for cell in value.__closure__ or ()]
-    if is_dataclass(value):
+        return value.__defaults__, value.__kwdefaults__, [cell.cell_contents for cell in value.__closure__ or ()]
+    if is_dataclass(value) and not hasattr(value, "__dict__"):
         return {field.name: getattr(value, field.name) for field in fields(value)}
-    if not hasattr(value, "__dict__") or (isinstance(value, System) and not isinstance(value, ArrayBlock)):
-        return None
-    left_out = _OF_ANY_BLOCK if isinstance(value, ArrayBlock) else ()
+    if not isinstance(value, ArrayBlock) and type(value).__basicsize__ != _Plain.__basicsize__:
+        return None  # its state, or a part of it, is in C or in slots
+    left_out = _BLOCK_ATTRIBUTES if isinstance(value, ArrayBlock) else frozenset[str]()
     derived = {
-        name for kind in type(value).__mro__ for name, of in vars(kind).items() if isinstance(of, cached_property)
+        name
+        for kind in type(value).__mro__
+        for name, attribute in vars(kind).items()
+        if isinstance(attribute, cached_property)
     }
-    return {name: each for name, each in vars(value).items() if name not in derived and name not in left_out}
+    return {name: part for name, part in vars(value).items() if name not in derived | left_out}
 
 
 def structure(system: System) -> Hashable:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property, partial
+from random import Random
 
 import numpy as np
 import pytest
@@ -38,6 +39,21 @@ def closure(gain):
     return lambda value: gain * value
 
 
+def keyword_default(gain):
+    def scaled(value, *, gain=gain):
+        return gain * value
+
+    return scaled
+
+
+class WithoutField(Law):
+    """A law with a value that is no field."""
+
+    def __init__(self, gain):
+        super().__init__(np.ones(2))
+        object.__setattr__(self, "gain", gain)
+
+
 def law(gain):
     return Law(np.array([1.0, gain]))
 
@@ -46,7 +62,9 @@ def law(gain):
     "make",
     [
         closure,
+        keyword_default,
         law,
+        WithoutField,
         np.float64,
         lambda gain: partial(np.multiply, gain),
         lambda gain: law(gain).output,
@@ -73,5 +91,11 @@ def test_values_are_equal_to_the_bit():
 
 def test_what_drake_alone_knows_is_equal_to_itself_alone():
     one, other = LeafSystem(), LeafSystem()
+    assert is_equal(one, one)
+    assert not is_equal(one, other)
+
+
+def test_what_holds_a_state_that_is_no_attribute_is_equal_to_itself_alone():
+    one, other = Random(1), Random(1)
     assert is_equal(one, one)
     assert not is_equal(one, other)
