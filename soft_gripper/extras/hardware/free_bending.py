@@ -28,7 +28,7 @@ Leading axes are free; T samples, M holds, R readings.
 """
 
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -62,13 +62,7 @@ STRENGTH = 0.2  # of the logarithm of f
 _MOST_FRICTION = 3.0  # standard deviations, in the largest coefficient of friction
 PLACE = 2e-3  # m, standard deviation of the place of a press, which is that of a recording
 _FIXED_STD_SHARE = 1e-6  # share of these, where they are not looked for
-_STEPS = {
-    "ratio": 1e-4,
-    "pressure": 100.0,
-    "variation": 1e-3,
-    "strength": 1e-3,
-    "friction": 1e-3,
-}  # for differences
+_STEPS = {"ratio": 1e-4, "pressure": 100.0, "variation": 1e-3, "strength": 1e-3, "friction": 1e-3}  # for differences
 _RATIOS = (0.2, 5.0)
 _FIRST, _LEAST = 1e-3, 2e-5  # extension ratio, standard deviations of a median: guess, and least
 _UNKNOWNS, _SHARED = 3.0, 4.0  # of a reading, on average; observations that readings share
@@ -87,9 +81,7 @@ class FreeBending:
     gravity: Planar  # (T) in the bending plane, z + i x in B, m/s^2
     ratios: Array  # (T, R) extension ratios that the nominal sensors read, NaN where there is none
     hold: NDArray[np.int_]  # (T) number of the hold in which the finger rests, -1 where it moves
-    tip: Planar | None = (
-        None  # (T) measured place of the tip in the bending plane, z + i x in B, m; NaN where there is none
-    )
+    tip: Planar | None = None  # (T) m, measured tip in the bending plane, z + i x in B; NaN where there is none
     press: FacePress | None = None  # (T) what a measured force does; 0 N where nothing is touched
 
     @property
@@ -137,16 +129,35 @@ class _Predicted(NamedTuple):
     lag: Array  # (M, R) of a loop as wide as the stroke
     tip: Planar  # (M) m
 
-    def less(self, other: "_Predicted", step: float) -> "_Predicted":
-        """The derivative by a number that is larger by `step` here than there."""
-        strain, lag, tip = self.strain - other.strain, self.lag - other.lag, self.tip - other.tip
+    def slope(self, before: "_Predicted", step: float) -> "_Predicted":
+        """The derivative by a number that is larger by `step` here than before."""
+        strain, lag, tip = self.strain - before.strain, self.lag - before.lag, self.tip - before.tip
         return _Predicted(strain / step, lag / step, tip / step)
 
-    def more(self, by: "_Predicted", change: Array, holds: "_Holds") -> "_Predicted":
-        """Predictions after a change of a number, or one for each recording, with the derivatives `by` it."""
-        each = change[holds.recording] if np.ndim(change) else change
-        column = np.reshape(each, (-1, 1))
-        return _Predicted(self.strain + column * by.strain, self.lag + column * by.lag, self.tip + each * by.tip)
+    def extrapolated(self, slope: "_Predicted", change: Array, holds: "_Holds") -> "_Predicted":
+        """Predictions after a change of a number, or one for each recording, by the derivative with respect to it."""
+        by_hold = change[holds.recording] if np.ndim(change) else change
+        column = np.reshape(by_hold, (-1, 1))
+        return _Predicted(
+            self.strain + column * slope.strain, self.lag + column * slope.lag, self.tip + by_hold * slope.tip
+        )
+
+
+class _Linearized(NamedTuple):
+    """Predictions that are linear in the numbers of a finger."""
+
+    model: _Model  # about which they are
+    predicted: _Predicted  # there
+    slopes: dict[str, _Predicted]  # derivatives with respect to its numbers, and to the places of all presses
+    holds: _Holds
+
+    def at(self, model: _Model) -> _Predicted:
+        """Predictions for other numbers."""
+        predicted = self.predicted
+        for name, slope in self.slopes.items():
+            change = np.subtract(getattr(model, name), getattr(self.model, name))
+            predicted = predicted.extrapolated(slope, change, self.holds)
+        return predicted
 
 
 class _Parts:
@@ -240,57 +251,38 @@ def calibrate(
     weights: Array = np.ones(len(holds.time))
     x = parts.begin(len(prior), _first_ratio(layout, recordings, holds))
 
-    def predict(model: _Model) -> _Predicted:
-        return _predict(layout, model.finger(layout.finger), recordings, model)
-
-    def at(x: Array) -> _Predicted:
-        """Predictions, linear in the numbers of the finger about those at the beginning of a pass."""
-        model, found = parts.model(x), here
-        for name, by in changed.items():
-            found = found.more(by, np.subtract(getattr(model, name), getattr(begin, name)), holds)
-        return found
-
     def left_at(x: Array) -> Array:
-        return _left(x, at(x), holds, parts)
+        return _left(x, linearized.at(parts.model(x)), holds, parts)
 
     def residuals(x: Array) -> Array:
         return np.concatenate([left_at(x)[known], prior @ x])
 
     def slopes(x: Array, residuals: Array) -> Array:
-        return np.vstack([-_slopes(x, at(x), changed, holds, parts)[known], prior])
+        return np.vstack([-_slopes(x, linearized, parts)[known], prior])
 
     most = np.append(np.log(_RATIOS[1]), np.full(len(x) - 1, np.inf))
     least = np.append(np.log(_RATIOS[0]), -most[1:])
     problem = Problem(np.asarray, residuals, slopes, bounds=(least, most), options={"x_scale": "jac"})
     for _ in range(_PASSES):
-        begin = parts.model(x)
-        here = predict(begin)
-        changed = {
-            name: predict(begin.changed(name, step)).less(here, step)
-            for name, step in _STEPS.items()
-            if name in {"ratio", *fitted}
-        }
-        if "places" in fitted:  # over a whole link, as friction turns the joint that a place passes at once
-            low, high = (begin.changed("places", side * layout.finger.segment_length / 2) for side in (-1, 1))
-            changed["places"] = predict(high).less(predict(low), layout.finger.segment_length)
+        linearized = _linearize(layout, recordings, holds, parts.model(x), fitted)
         scale = np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip])
-        found = fit(replace(problem, weights=np.append(scale[known], np.ones(len(prior)))), x)
-        x = found.x.copy()
+        solution = fit(replace(problem, weights=np.append(scale[known], np.ones(len(prior)))), x)
+        x = solution.x.copy()
         noise, weights = _scatter(left_at(x))
-    x[[at for name, at in parts.sought.items() if name not in fitted]] = 0.0
-    covariance = found.covariance
+    x[[index for name, index in parts.sought.items() if name not in fitted]] = 0.0
+    covariance = solution.covariance
     left, gains = left_at(x), parts.gains(x)
-    of_gains = parts.to_gains(len(x)) @ covariance @ parts.to_gains(len(x)).T
+    gain_covariance = parts.to_gains(len(x)) @ covariance @ parts.to_gains(len(x)).T
     stds = np.sqrt(np.diagonal(covariance))
 
     def with_std(name: str) -> tuple[float, float]:
-        at = parts.sought[name]
-        return (float(x[at]), float(stds[at])) if name in fitted else (0.0, 0.0)
+        index = parts.sought[name]
+        return (float(x[index]), float(stds[index])) if name in fitted else (0.0, 0.0)
 
     strength, strength_std = with_std("strength")
     return Calibration(
         *(float(np.exp(x[0])), gains, x[parts.offsets], float(np.sqrt(np.nanmean(left[:, : layout.readings] ** 2)))),
-        *(float(np.exp(x[0]) * stds[0]), gains * np.sqrt(np.diagonal(of_gains)), stds[parts.offsets]),
+        *(float(np.exp(x[0]) * stds[0]), gains * np.sqrt(np.diagonal(gain_covariance)), stds[parts.offsets]),
         *(float(x[parts.lag]), x[parts.drifts].reshape(-1, layout.readings).mean(axis=0)),
         bool(known[:, -1].any()),
         tuple(
@@ -300,7 +292,7 @@ def calibrate(
         *(*with_std("pressure"), *with_std("response"), *with_std("variation")),
         *(float(np.exp(strength)), float(np.exp(strength) * strength_std), with_std("friction")[0]),
         _weighted_std(stds[parts.bends], holds.strain - x[parts.offsets]),
-        _states(layout, recordings, holds, found, known, parts, x),
+        _states(layout, recordings, holds, solution, known, parts, x),
     )
 
 
@@ -465,13 +457,39 @@ def _responding(x: Array, at: _Predicted, parts: _Parts) -> Array:
     return found
 
 
-def _slopes(x: Array, at: _Predicted, changed: Mapping[str, _Predicted], holds: _Holds, parts: _Parts) -> Array:
-    """Derivatives of what is predicted by the unknowns, (M, R + 2, unknowns); `changed` has those by the model's."""
+def _linearize(
+    layout: SensorLayout,
+    recordings: Sequence[FreeBending],
+    holds: _Holds,
+    model: _Model,
+    fitted: Collection[str],
+) -> _Linearized:
+    """Linearizes predictions about a model in the numbers that are fitted."""
+
+    def predict(model: _Model) -> _Predicted:
+        return _predict(layout, model.finger(layout.finger), recordings, model)
+
+    predicted = predict(model)
+    slopes = {
+        name: predict(model.changed(name, step)).slope(predicted, step)
+        for name, step in _STEPS.items()
+        if name in {"ratio", *fitted}
+    }
+    if "places" in fitted:  # over a whole link, as friction turns the joint that a place passes at once
+        length = layout.finger.segment_length
+        low, high = (predict(model.changed("places", side * length / 2)) for side in (-1, 1))
+        slopes["places"] = high.slope(low, length)
+    return _Linearized(model, predicted, slopes, holds)
+
+
+def _slopes(x: Array, linearized: _Linearized, parts: _Parts) -> Array:
+    """Derivatives of what is predicted with respect to the unknowns, (M, R + 2, unknowns)."""
+    holds, at = linearized.holds, linearized.at(parts.model(x))
     R, M = parts.readings, len(holds.time)
     slopes = np.zeros((M, R + 2, len(x)))
     gains, here = parts.gains(x), _responding(x, at, parts)
     of_gains = {"ratio": np.ones(R), "variation": parts.along}
-    for name, by in changed.items():
+    for name, by in linearized.slopes.items():
         strain = by.strain * (1 + 2 * x[parts.response] * at.strain) + x[parts.lag] * by.lag
         strain = gains * (strain - of_gains.get(name, np.zeros(R)) * here)
         column = np.column_stack([strain, by.tip.real, by.tip.imag])
