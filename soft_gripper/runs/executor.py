@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import forkserver, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -65,8 +66,32 @@ def cluster_executor(scheduler: str) -> Iterator[Executor]:
             if worker["nthreads"] > 1:
                 expected = f"its worker {address} has {worker['nthreads']} threads; start workers with --nthreads 1"
                 raise InputError("executor", "--scheduler", scheduler, expected)
-        with client.get_executor() as executor:
-            yield executor
+        yield _ClusterExecutor(client)
+
+
+class _ClusterExecutor(Executor):
+    """Calls by the workers of a Dask client.
+
+    The client's own executor fails where a worker dies just after it has returned its result: that call is then both
+    finished and waiting for another worker (distributed, `_cascade_future`). `Future.result` waits for that worker.
+    """
+
+    def __init__(self, client: Any):
+        self._client = client
+
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> "Future[Any]":
+        """Makes a call in one of the workers; see Executor."""
+        assert not named
+        future: Future[Any] = Future()
+        self._client.submit(work, *arguments).add_done_callback(partial(_copy_outcome, future))
+        return future
+
+
+def _copy_outcome(future: "Future[Any]", remote: Any) -> None:
+    try:
+        future.set_result(remote.result())
+    except BaseException as error:
+        future.set_exception(error)
 
 
 _MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes per unit that the system reports
