@@ -318,7 +318,7 @@ class SurfaceContact:
         return force, np.insert(z, at, place, axis=-1)
 
     def _deviations(self, posterior: Believed, force: Array, place: Array, within: Array) -> tuple[Array, Array]:
-        """Root mean square distances of the posterior from a force across, N, and a place, m, (...).
+        """Root mean square distances of the posterior from a normal force, N, and a location, m, (...).
 
         `within` is the variance of the place within the most probable cell, as a share of that before anything is read.
         """

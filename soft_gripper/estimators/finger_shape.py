@@ -73,7 +73,7 @@ class Places:
 
 
 def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
-    """Standard deviations of the distances of joints and tip from their estimated places, m, (..., N + 1).
+    """Standard deviations of the distances of joints and tip from their estimated positions, m, (..., N + 1).
 
     Args:
         finger: the nominal one, which only bends.

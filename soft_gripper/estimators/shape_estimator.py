@@ -111,8 +111,8 @@ class ShapeEstimator(ArrayBlock):
     way in which it is driven. `zeroed_strain` is there with a `free_pressure`, below which sensors are zeroed.
     Covariance, contact, curve and torque are there if the function gives them, and the contact's posterior if it has a
     method `posterior` of the same inputs. `position_std` is that of the distance from
-    the estimated place, in all directions. `transverse_force` is the size of the part of the force at right angles to
-    the line from the base to the contact, which bends the finger, and so is the one that is known best;
+    the estimated location, in all directions. `transverse_force` is the size of the part of the force at right angles
+    to the line from the base to the contact, which bends the finger, and so is the one that is known best;
     `contact_force` is the part across the finger in the bending plane, the normal force of most contacts. Of the
     ports as of FingerShape, `joint_positions` and `tip_pose` are the shape as seen in the bending plane, and `arcs` has
     its bends in the plane. If the function gives a curve, they are of that: an arc a section, by where and in which

@@ -49,7 +49,7 @@ class FingerCalibrationConfig:
     hysteresis: float = 0.0  # loop width, share of the stroke
     drifts: list[float] = quantity([], "1/s")  # of the extension ratio of every reading
     tip_measured: bool = (
-        False  # if not, a common gain and the bend ratio are known only as well as the gains were before
+        False  # if not, a common gain and the bend per pressure are known only as well as the gains were before
     )
     doubtful: list[str] = field(default_factory=list)  # holds of recordings that are not free bending
     # States of the calibration: strains path after path, torque of the drive at the first joint, gravity along x and z

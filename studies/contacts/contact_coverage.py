@@ -205,7 +205,7 @@ def coverage_figure(rows: Sequence[Any]) -> Figure:
         for case, panel in zip(cases, axes[0], strict=True):
             panel.set_title(f"{case[0]} sensors; model {case[1]}", fontsize="medium")
         for panel in axes[-1]:
-            panel.set_xlabel("place of the force / length")
+            panel.set_xlabel("contact location / length")
         handles = [mpl.lines.Line2D([], [], color=color) for color in _COLORS]
         figure.legend(handles, SITUATIONS, loc="outside lower center", ncols=5, frameon=False)
     return figure

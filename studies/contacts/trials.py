@@ -141,7 +141,7 @@ def statistics(values: Array) -> dict[str, float]:
 
 
 SIDE_COLORS = dict(zip(SIDES, (COLORS[4], COLORS[1]), strict=True))
-_LABELS = "force [N]", "place [mm from the base]"
+_LABELS = "force [N]", "contact location [mm from the base]"
 
 
 def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contacts) -> Figure:

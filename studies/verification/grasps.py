@@ -144,7 +144,7 @@ def run(grasp: Grasp, yields: str) -> Run:
 
 
 def _touching(scene: Scene, context: Context, thing: str) -> Array:
-    """Of all patches on an object: force across the patch, N, and friction over that which it can bear, (P, 2)."""
+    """Of all patches on an object: normal force, N, and friction over that which it can bear, (P, 2)."""
     inspector, results = (
         scene.scene_graph.model_inspector(),
         scene.plant.get_contact_results_output_port().Eval(context),

@@ -20,7 +20,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors, begin, disturb, draw
 
 PERIOD, DRAWS = 0.02, 40
-SOFTER = 0.05  # standard deviation of the bend ratio
+SOFTER = 0.05  # standard deviation of the bend per pressure
 GRAVITY = 9.81 + 0j
 CREEP = 5e-3  # 1/sqrt(s), that the estimator assumes of a finger that softens
 SENSORS = StrainErrors(gain_error=0.01, offset=5e-3, noise=2e-3, drift=1e-3)

@@ -64,7 +64,7 @@ class _Recorded(NamedTuple):
 def calibrate_recordings(
     files: Sequence[Path], log: Log | None = None, sought: Collection[str] = ()
 ) -> CalibrationConfig:
-    """Fits gains, offsets, hysteresis, drift and the bend ratio of each finger to all recordings together.
+    """Fits gains, offsets, hysteresis, drift and the bend per pressure of each finger to all recordings together.
 
     The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
 
@@ -271,7 +271,7 @@ def _check_fit(name: str, found: Calibration, moved: float) -> None:
     for gain in (found.bend_ratio, *found.gains):
         if not _LEAST_GAIN <= gain <= 1 / _LEAST_GAIN:
             expected = f"no finger differs that much from its nominal model; {because}"
-            raise InputError("calibrate", f"gain or bend ratio of '{name}'", round(float(gain), 4), expected)
+            raise InputError("calibrate", f"gain or bend per pressure of '{name}'", round(float(gain), 4), expected)
     if not found.residual <= _RESIDUAL * moved:
         expected = f"more than {_RESIDUAL * moved:.2g} is left; {because}"
         raise InputError("calibrate", f"residual of '{name}'", round(found.residual, 6), expected)

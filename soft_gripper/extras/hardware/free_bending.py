@@ -53,7 +53,8 @@ from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurv
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
 
-GAIN, RATIO = 0.05, 0.5  # standard deviations before anything is measured: of gains, of the logarithm of the bend ratio
+# Standard deviations before anything is measured: of gains, of the logarithm of the bend per pressure.
+GAIN, RATIO = 0.05, 0.5
 OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
 TIP = 5e-4  # m, standard deviation of a measured place of the tip, at least
 # Pa, offset of its sensor; curvature of the response, over strain; share, of the bend from the middle to the tip
@@ -123,7 +124,7 @@ class _Model(NamedTuple):
 
 
 class _Predicted(NamedTuple):
-    """Predictions for a finger of some bend ratio in the holds."""
+    """Predictions for a finger of some bend per pressure in the holds."""
 
     strain: Array  # (M, R)
     lag: Array  # (M, R) of a loop as wide as the stroke
@@ -161,7 +162,7 @@ class _Linearized(NamedTuple):
 
 
 class _Parts:
-    """Where in the vector of unknowns they are; first comes the logarithm of the bend ratio r.
+    """Where in the vector of unknowns they are; first comes the logarithm of the bend per pressure r.
 
     `bends` are the logarithms of  a r (1 + v x)  in the middles of the sections: readings tell them well, and r and v
     themselves hardly, which makes a fit easy.
@@ -222,7 +223,7 @@ class Calibration(NamedTuple):
     pressure_offset_std: float
     response_curvature: float
     response_curvature_std: float
-    bend_variation: float  # share by which the bend ratio changes from the middle to the tip
+    bend_variation: float  # share by which the bend per pressure changes from the middle to the tip
     bend_variation_std: float
     strength: float  # of stiffness and pressure torque, over the nominal ones; 1 without measured forces
     strength_std: float  # 0 without them

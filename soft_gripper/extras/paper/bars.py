@@ -1,4 +1,4 @@
-"""Accuracy targets for the best built-in estimator: error bars by number of sensors."""
+"""Accuracy targets for the best built-in estimator: largest errors by number of sensors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

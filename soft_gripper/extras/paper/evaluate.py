@@ -68,7 +68,7 @@ CAPTIONS = {
     "estimators": "Mean pose error of the estimators with one to four sensors per side, on a logarithmic scale. Dashed:"
     " what the paper reports of arcs with four. Errors below 1 µm are drawn at 1 µm.",
     "force_estimate": "External torque along a finger at the last step, and its mean error against pressure.",
-    "contact_force": "Contact force across a finger and its location, estimated from strain and pressure only, with the"
+    "contact_force": "Normal force and contact location, estimated from strain and pressure only, with the"
     " true values.",
 }
 Advance = Callable[[float], Any]

@@ -42,7 +42,7 @@ def test_a_calibrated_nominal_model_estimates_better(recorded, tmp_path):
     path, out = recorded("free_bending", *WRONG), tmp_path / "calibration.yaml"
     result = soft_gripper("calibrate", path, "--out", out)
     assert result.code == 0, result.err
-    assert "a common gain and the bend ratio cannot be told apart" in result.out
+    assert "a common gain and the bend per pressure cannot be told apart" in result.out
     assert load_calibration(str(out)).fingers["left_finger"].bend_ratio == pytest.approx(1.15, rel=0.05)
     after = simulate(load_scenario("free_bending", [*WRONG, f"nominal.calibration={out}"]))
     for signal, part in (("pose_error", 0.6), ("external_torque", 0.4)):

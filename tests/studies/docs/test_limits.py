@@ -213,7 +213,7 @@ def test_the_table_of_errors_is_what_the_command_wrote():
         for error in ("force_n", "place_percent")
         for sections in "24"
     ]
-    assert not table_problems(page(CONTACTS), "error | sections | 10 to 40 %", expected)
+    assert not table_problems(page(BESIDE), "error | sections | 10 to 40 %", expected)
 
 
 def span(*keys):

@@ -1,4 +1,4 @@
-"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend ratio for each finger."""
+"""soft-gripper calibrate: recordings of free bending -> gains, offsets and a bend per pressure for each finger."""
 
 import argparse
 from dataclasses import asdict
@@ -56,6 +56,6 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     if unknown:
         print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")
     if not finger.tip_measured:
-        print("  note: a common gain and the bend ratio cannot be told apart, unless the place of the tip is measured")
+        print("  note: a common gain and the bend per pressure cannot be told apart, unless the tip is measured")
     for hold in finger.doubtful:
         print(f"  note: {hold} does not fit free bending: was the finger loaded or touched?")

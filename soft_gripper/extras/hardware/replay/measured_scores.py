@@ -269,7 +269,7 @@ def _at_place(torque: Array, segments: Array) -> Array:
 
 
 def _lever(site: Sites, measured: Measured) -> Array:
-    """The moment at the first joint, per N along the instrument's axis, of a force across the finger, (T,) m."""
+    """The moment at the first joint, per N along the instrument's axis, of a normal force, (T,) m."""
     share = np.ones(len(site.points))
     if measured.along is not None:
         axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
