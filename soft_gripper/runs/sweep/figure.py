@@ -15,7 +15,8 @@ from soft_gripper.runs.sweep.cells import Column, numbers_in
 from soft_gripper.runs.sweep.measures import GRASP
 
 PANELS = 4  # maximum number of measures drawn
-_MOST_TICKS = 9  # values of a key that each have a tick
+_MAX_TICKS = 9  # values of a key that each have a tick
+_MAX_VECTORS = 5_000  # points that an SVG has as such; more are an image in it
 
 
 def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
@@ -49,7 +50,7 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
                 _draw_map(figure, axes, places, values, name)
             if lost.any():
                 y = places[1] if len(places) > 1 else values
-                axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7)
+                axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7, rasterized=len(y) > _MAX_VECTORS)
     return figure
 
 
@@ -62,7 +63,7 @@ def _place(axes: Axes, axis: str, cells: Column) -> Array:
     """Positions of cells along an axis, with a tick at each if there are few; numbers, or in order of appearance."""
     numbers = numbers_in(cells)
     if np.isfinite(numbers).all():
-        if len(values := np.unique(numbers)) <= _MOST_TICKS:
+        if len(values := np.unique(numbers)) <= _MAX_TICKS:
             axes.set(**{f"{axis}ticks": values})
         return numbers
     labels = list(dict.fromkeys(cells))
@@ -72,7 +73,7 @@ def _place(axes: Axes, axis: str, cells: Column) -> Array:
 
 def _draw_line(axes: Axes, place: Array, values: Array, name: str) -> None:
     order = np.argsort(place, kind="stable")
-    axes.plot(place[order], values[order], "o-", ms=4)
+    axes.plot(place[order], values[order], "o-", ms=4, rasterized=len(values) > _MAX_VECTORS)
     axes.set_ylabel(name)
     axes.grid(alpha=0.3)
 
@@ -84,9 +85,11 @@ def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array
     if len(columns) * len(rows) == len(x) and min(len(columns), len(rows)) > 1:
         grid = np.full((len(rows), len(columns)), np.nan)
         grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
-        drawn: ScalarMappable = axes.pcolormesh(columns, rows, grid, shading="nearest")
+        drawn: ScalarMappable = axes.pcolormesh(
+            columns, rows, grid, shading="nearest", rasterized=len(x) > _MAX_VECTORS
+        )
     else:
-        drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20)
+        drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20, rasterized=len(x) > _MAX_VECTORS)
     axes.grid(False)
-    axes.plot(x[failed], y[failed], "x", color="#b2182b")
+    axes.plot(x[failed], y[failed], "x", color="#b2182b", rasterized=len(x) > _MAX_VECTORS)
     figure.colorbar(drawn, ax=axes, label=name)

@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.axes import MOST_RUNS, Range, Values, read_axis, sweep_points
+from soft_gripper.runs.sweep.axes import MAX_RUNS, Range, Values, read_axis, sweep_points
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_a_long_text_takes_no_time(text):
     assert time.process_time() - began < 0.5
 
 
-@pytest.mark.parametrize("count", ["1000000000", "9" * 5000, "10001"])
+@pytest.mark.parametrize("count", ["1000000000", "9" * 5000, "1000001"])
 def test_more_values_than_anybody_waits_for_are_refused_before_they_are_listed(count):
     with pytest.raises(InputError) as error:
         read_axis(f"a=1..2:{count}")
@@ -88,14 +88,14 @@ def test_more_values_than_anybody_waits_for_are_refused_before_they_are_listed(c
     "arguments",
     [
         ([Values("a", tuple(range(1000))), Values("b", tuple(range(1000))), Values("c", tuple(range(1000)))],),
-        ([Values("a", tuple(range(101))), Values("b", tuple(range(100)))],),
+        ([Values("a", tuple(range(1001))), Values("b", tuple(range(1000)))],),
         ([Range("a", 0.0, 1.0)], "latin", 10**9),
     ],
 )
 def test_more_points_than_anybody_waits_for_are_refused_before_they_are_made(arguments):
     with pytest.raises(InputError) as error:
         sweep_points(*arguments)
-    assert "above the limit of 10000" in error.value.expected
+    assert "above the limit of 1000000" in error.value.expected
 
 
 def test_a_grid_has_all_combinations_the_last_key_fastest():
@@ -166,7 +166,7 @@ def test_points_of_what_is_none(arguments, field):
 
 
 def test_as_many_points_as_may_be():
-    assert len(sweep_points([Values("a", tuple(range(100))), Values("b", tuple(range(100)))])) == MOST_RUNS
+    assert len(sweep_points([Values("a", tuple(range(1000))), Values("b", tuple(range(1000)))])) == MAX_RUNS
 
 
 @pytest.mark.parametrize("count", [1, -1, 2.5, None])

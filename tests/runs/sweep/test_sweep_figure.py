@@ -26,3 +26,11 @@ def test_a_map_of_a_grid_and_dots_of_samples_with_crosses_where_runs_failed():
 )
 def test_what_cannot_be_drawn_has_no_figure(varied, measured):
     assert sweep_figure(varied, measured, "") is None
+
+
+def test_many_points_are_an_image_in_an_svg(tmp_path):
+    cells = [str(value) for value in range(20_000)]
+    figure = sweep_figure({"a": cells, "b": cells[::-1]}, {"measure": cells}, "")
+    assert figure is not None
+    figure.savefig(tmp_path / "sweep.svg")
+    assert (tmp_path / "sweep.svg").stat().st_size < 1e6
