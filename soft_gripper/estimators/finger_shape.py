@@ -1,10 +1,10 @@
 """FingerShape: estimated joint positions -> places of joints and tip, and arcs.
 
-This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
-port `estimated_joint_angles` (N) rad; it takes what it needs of the readings (`strain`, or what else its sensors
-measure), `pressure`, `driving_torque` and `X_WB`, by these names. What else is asked of the shape follows from the
-joint angles, by this block; an estimator that knows it better puts it out by itself, under the same names. Where it is
-known, it adds `joint_angle_covariance` (N x N) rad^2.
+This is the contract between estimators and users of the shape. An estimator is a system with the output port
+`estimated_joint_angles` (N) rad; it takes the inputs it needs of the readings (`strain`, or the quantity of its
+sensors), `pressure`, `driving_torque` and `X_WB`, by these names. This block derives the rest of the shape from the
+joint angles; an estimator with better values puts them out under the same names. One with a covariance adds
+`joint_angle_covariance` (N x N) rad^2.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,12 +30,12 @@ BENDS = ("bending",)
 
 
 class Places:
-    """Joints and tip of a finger in space, and how the positions of its joints, way after way, move them."""
+    """Joints and tip of a finger in space, and their derivatives by its joint positions."""
 
     def __init__(self, finger: Finger, ways: Sequence[str]):
-        chain = self._chain = SpatialChain.of(finger.segments, finger.segment_length, ways)
-        self._in_chain = chain.position_indices(ways)
-        self._from_chain = np.argsort(self._in_chain)
+        chain = self._chain = SpatialChain.from_yields(finger.segments, finger.segment_length, ways)
+        self._to_chain = chain.position_indices(ways)
+        self._from_chain = np.argsort(self._to_chain)
         frames = chain.link_frames(np.arange(1, finger.segments + 1))
         self._frames = np.append(frames, frames[-1])
         self._half = finger.segment_length / 2
@@ -46,18 +46,18 @@ class Places:
 
         `q` are the joint positions, (..., D).
         """
-        return self._placed(posture(self._chain, q[..., self._in_chain]))
+        return self._positions(posture(self._chain, q[..., self._to_chain]))
 
-    def _placed(self, at: Posture) -> tuple[Array, Array]:
-        along = at.rotations[..., -1, :, 2]
-        places = at.origins[..., self._frames, :]
+    def _positions(self, bent: Posture) -> tuple[Array, Array]:
+        along = bent.rotations[..., -1, :, 2]
+        places = bent.origins[..., self._frames, :]
         places[..., -1, :] += self._half * along
         return places, along
 
     def moves(self, q: Array) -> Array:
-        """How joints move the places, (..., D, P, 3) m/rad, or 1."""
-        at = posture(self._chain, q[..., self._in_chain])
-        places, screws = self._placed(at)[0], at.screws[..., None, :]
+        """Derivatives of the places by the joint positions, (..., D, P, 3) m/rad, or 1."""
+        bent = posture(self._chain, q[..., self._to_chain])
+        places, screws = self._positions(bent)[0], bent.screws[..., None, :]
         moves = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
         return np.asarray((moves * self._moved[..., None])[..., self._from_chain, :, :])
 
@@ -122,7 +122,7 @@ class FingerShape(ArrayBlock):
 def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: str) -> None:
     """Declares the step "places", and outputs as of FingerShape, of a block with the input X_WB.
 
-    `q` is the step with the joint positions, way after way.
+    `q` is the step with the joint positions, (..., D).
     """
     joints, places, N = range(finger.segments), Places(finger, ways), finger.segments
     block.derive("places", lambda q: (*places(q), q[..., :N].sum(axis=-1)), q)
@@ -142,11 +142,11 @@ def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: st
 
 
 def _tip_pose(places: tuple[Array, Array, Array]) -> Array:
-    """In the bending plane; the heading is counted in whole turns as the bends are."""
-    at, along, bent = places
-    heading = np.arctan2(along[..., 0], along[..., 2])
-    heading = heading + 2 * np.pi * np.round((bent - heading) / (2 * np.pi))
-    return np.concatenate([at[..., -1, ::2], heading[..., None]], axis=-1)
+    """Pose of the tip in the bending plane, (..., 3); its heading follows the bends beyond half a turn."""
+    positions, tip_direction, bend = places
+    heading = np.arctan2(tip_direction[..., 0], tip_direction[..., 2])
+    heading = heading + 2 * np.pi * np.round((bend - heading) / (2 * np.pi))
+    return np.concatenate([positions[..., -1, ::2], heading[..., None]], axis=-1)
 
 
 def put_out_arcs(block: ArrayBlock, arcs: Callable[..., Arcs], source: str, **axis: Sequence[int]) -> None:

@@ -33,7 +33,7 @@ class SpatialChain:
     segment_length: float  # m
 
     @classmethod
-    def of(cls, segments: int, segment_length: float, yields: Sequence[str]) -> "SpatialChain":
+    def from_yields(cls, segments: int, segment_length: float, yields: Sequence[str]) -> "SpatialChain":
         """A chain that yields in these ways at every joint."""
         orders = [joint_order(yields, i) for i in range(segments)]
         return cls(
@@ -103,7 +103,7 @@ class SpatialChain:
 
 def spatial_chain(finger: Finger) -> SpatialChain:
     """The chain of a finger that does not shear."""
-    return SpatialChain.of(finger.segments, finger.segment_length, finger.yields)
+    return SpatialChain.from_yields(finger.segments, finger.segment_length, finger.yields)
 
 
 class Posture(NamedTuple):

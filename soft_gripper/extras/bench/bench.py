@@ -24,7 +24,7 @@ from soft_gripper.diagrams.wiring.sensing import add_object_width
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.mechanics import Mechanics
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import free_readings
 from soft_gripper.extras.hardware.measured import SI
@@ -196,7 +196,7 @@ class Bench:
             expected = "are zeroed only if they bend in one plane; calibrate this one instead"
             raise InputError(f"finger '{name}'", "ways", ", ".join(layout.ways), expected)
         driving, X_WB = self.read([f"{name}.{DRIVING_TORQUE}", f"{name}.X_WB"]).values()
-        return free_readings(self._mechanics[name], driving, in_base(X_WB, np.array(self.scenario.gravity)))
+        return free_readings(self._mechanics[name], driving, to_base(X_WB, np.array(self.scenario.gravity)))
 
     def _give(self, values: Mapping[str, Array]) -> None:
         for name, value in values.items():

@@ -14,7 +14,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.named_estimators import estimator_function
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -65,7 +65,7 @@ class SensedFinger:
         torques = [
             finger.torque_of_drive(way, np.asarray(pressure)) if way in finger.driven_ways else nothing for way in ways
         ]
-        gravity = in_base(pose, self.gravity)
+        gravity = to_base(pose, self.gravity)
         return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
 
 

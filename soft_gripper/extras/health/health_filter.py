@@ -135,7 +135,7 @@ class HealthFilter:
         layout = self.layout
         finger = self.layout.finger
         memory = self._begin_window(memory) if memory.samples >= WINDOW_SAMPLES else memory
-        weight = self._mechanics.weight(self._mechanics.posture(finger.angle(driving)), gravity)
+        weight = self._mechanics.weight(self._mechanics.bent_finger(finger.angle(driving)), gravity)
         free = layout.matrix @ finger.angle(driving + weight)
         finite = np.isfinite(readings**2)
         repeated = readings == memory.last
@@ -226,7 +226,7 @@ class HealthFilter:
     def _extrapolation_std(self, q: Array, driving: Array, gravity: Array) -> Array:
         """Standard deviation of strains where the drive is away from its calibration, common to all, (R,)."""
         unread = np.full(self.layout.readings, np.nan)
-        away = self._mechanics.away(unread, driving, gravity)
+        away = self._mechanics.extrapolation(unread, driving, gravity)
         if away is None:
             return np.zeros(self.layout.readings)
         moved = self._mechanics.compliance(q) * away.pressure * self._mechanics.pressure_gain
@@ -392,7 +392,7 @@ class HealthFilter:
         load_covariance = load_covariance + (_EXTENDED_CONTACT_STD**2 * size + (floor + cut)[..., None]) * np.eye(
             values
         )
-        cells = self._contact.cells(shape, self._mechanics.posture(shape), self.layout.matrix)
+        cells = self._contact.cells(shape, self._mechanics.bent_finger(shape), self.layout.matrix)
         X = np.zeros_like(evidence)
         X[alive] = np.minimum(
             one_contact_misfit(load, load_covariance, cells, self.uncertainty.largest_force), _MAX_MISFIT
@@ -433,7 +433,7 @@ class HealthFilter:
     def _usual_load_covariance(self) -> Array:
         A = self.layout.matrix
         straight = self.layout.straight
-        return A @ self._mechanics.prior(self._mechanics.posture(straight), straight, straight) @ A.T
+        return A @ self._mechanics.prior(self._mechanics.bent_finger(straight), straight, straight) @ A.T
 
     @cached_property
     def _contact(self) -> SurfaceContact:

@@ -7,7 +7,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import usable
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.extras.health.faults import FAULTS
 from soft_gripper.extras.health.health_filter import FilterMemory, HealthFilter
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
@@ -58,7 +58,7 @@ class HealthMonitor(ArrayBlock):
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
-        self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
+        self.derive("gravity", lambda X_WB: to_base(X_WB, gravity), "X_WB")
         self.remember(
             "memory",
             lambda before, *sample: function.step(_unflattened(before, start), *sample),

@@ -223,7 +223,7 @@ def test_what_is_dropped_counts_for_nothing(layout):
     estimate = GaussianShape(layout, assumed)
     found, spoilt, whole = (estimate(values, driving, np.zeros(3)) for values in (dropped, wrong, readings))
     q1, kept = estimate.guess(estimate.read(dropped), driving, np.zeros(3)), np.arange(8) != 5
-    prior = estimate.mechanics.prior(estimate.mechanics.posture(q1), q1, driving)
+    prior = estimate.mechanics.prior(estimate.mechanics.bent_finger(q1), q1, driving)
     A, sensitivity = np.tile(layout.matrix, (2, 1))[kept], layout.sensitivity.ravel()[kept]
     z = layout.inverse(layout.measured(readings).reshape(2, 4)).ravel()[kept]
     noise = np.diag((assumed.reading / sensitivity) ** 2)
