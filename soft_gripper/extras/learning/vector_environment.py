@@ -35,12 +35,12 @@ from soft_gripper.extras.learning.station import (
     make_learning_station,
     resting_action,
 )
-from soft_gripper.extras.mujoco_engine.blocks import direct, together
+from soft_gripper.extras.mujoco_engine.blocks import direct, side_by_side
 from soft_gripper.extras.mujoco_engine.engine import LONGEST_STEP, dividing_step
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
-from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
-from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
+from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, export_to_mujoco
+from soft_gripper.extras.mujoco_engine.variation import Variation, begin_positions, vary_model
 from soft_gripper.files.document import check_config
 from soft_gripper.quantity import valid
 from soft_gripper.scenario.schema import Scenario
@@ -163,13 +163,13 @@ class MujocoStations:
         assert self._learning.object is not None
         self._name, self._body = handled.object, self._learning.object
         self._sensors = NormalForces(self._station)
-        exported = [in_mujoco(station, step, [self._name], self._sensors) for station in stations]
+        exported = [export_to_mujoco(station, step, [self._name], self._sensors) for station in stations]
         turns = np.arange(count) % len(stations)
         self._exported: list[Exported] = [exported[i] for i in turns]
-        begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
+        begins = np.tile(begin_positions(self._station.plant, Variation()), (count, 1))
         models = [station.model for station in self._exported]
         self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
-        graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(together(*signals)))}
+        graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(side_by_side(*signals)))}
         wired = [stations[i] for i in turns]
         self._network = Network(wired, self._plants, None, ["observation"], graphs)
         self.resting = resting_action(config.action, home(self._learning.parts))
@@ -193,8 +193,8 @@ class MujocoStations:
         plant, points = self._station.plant, self._station.scenario.contact_points
         exported = [self._exported[i] for i in rows]
         pairs = zip(exported, variations, strict=True)
-        models = [varied(copy.model, copy.file, plant, variation, points) for copy, variation in pairs]
-        self._plants.reset(rows, models, np.array([begin(plant, variation) for variation in variations]))
+        models = [vary_model(copy.model, copy.file, plant, variation, points) for copy, variation in pairs]
+        self._plants.reset(rows, models, np.array([begin_positions(plant, variation) for variation in variations]))
         self._actions[rows] = self.resting
         self._network.give("action", self._actions)
         self._network.begin(rows, [draw.sensor_seed for draw in draws])
@@ -240,6 +240,8 @@ class MujocoStations:
 
     def _update_forces(self) -> None:
         """Updates the normal forces on the fingers at the end of a step, (E, F) N, and their largest samples, (E) N."""
-        forces = self._sensors.read(self._plants.kept(self._substeps * max(1, round(FORCE_PERIOD / self._plant_step))))
+        forces = self._sensors.read(
+            self._plants.take_readings(self._substeps * max(1, round(FORCE_PERIOD / self._plant_step)))
+        )
         self._force = forces[:, -1]
         self._peak = np.maximum(self._peak, forces.max(axis=(1, 2)))
