@@ -101,10 +101,10 @@ class BendSharing:
         middles = np.add.reduceat(s, layout.section_ends[:-1]) / layout.joints_per_section
         nodes = np.append(middles, layout.finger.length)
         piece = np.clip(np.searchsorted(nodes, s) - 1, 0, layout.sections - 1)
-        along = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
+        fractions = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
         joints = np.arange(len(s))
         weights = np.zeros((len(s), len(nodes)))
-        weights[joints, piece], weights[joints, piece + 1] = 1 - along, along
+        weights[joints, piece], weights[joints, piece + 1] = 1 - fractions, fractions
         return weights[:, :-1]
 
 

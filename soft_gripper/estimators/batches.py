@@ -43,13 +43,13 @@ def memoized(function: Callable[..., _T], owner: object, *arrays: Array) -> _T:
     return cached[0]
 
 
-def map_batches(function: Any, sample: Array, *others: Array) -> Any:
+def map_batches(function: Any, sample: Array, *arrays: Array) -> Any:
     """Calls a function of arrays with a single leading axis for a few samples at a time, and joins the results.
 
     All arrays have the leading axes of the first one, whose samples are vectors.
     """
     shape = sample.shape[:-1]
-    flat = [values.reshape(-1, *values.shape[len(shape) :]) for values in (sample, *others)]
+    flat = [values.reshape(-1, *values.shape[len(shape) :]) for values in (sample, *arrays)]
     begins = range(0, max(len(flat[0]), 1), _BATCH_SIZE)
     results = (function(*(values[begin : begin + _BATCH_SIZE] for values in flat)) for begin in begins)
     return _join([*results] if len(begins) == 1 else [_force_lazy(result) for result in results], shape)

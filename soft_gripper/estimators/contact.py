@@ -152,7 +152,7 @@ class SurfaceContact:
         cells = self.cells(linearized.q, linearized.bent, W @ linearized.slopes)
         r = (W @ linearized.residual[..., None])[..., 0]
         refined = not self.mechanics.is_planar  # there, friction has cells of its own
-        cell_fits = fit_cells(r, cells, self._force_prior.largest, refined)
+        cell_fits = fit_cells(r, cells, self._force_prior.max_force, refined)
         posterior = cell_posterior(cell_fits, linearized.read_count, self._force_prior)
         heaviest = LazyArray(lambda: self._heaviest_cells(linearized, cell_fits, posterior))
         return SingleForceFit(linearized, cell_fits, posterior, heaviest)
@@ -247,12 +247,12 @@ class SurfaceContact:
         sizes, deviations = transverse_forces(heaviest)
         T, best = surface.tangents, cells[..., 0]
         place = heaviest.arc_length[..., 0]
-        across = -heaviest.local[..., 0]
-        across_std, place_std = self._force_place_stds(posterior, across, place, z_covariance[..., 0, T, T])
+        cross_force = -heaviest.local[..., 0]
+        force_std, place_std = self._force_place_stds(posterior, cross_force, place, z_covariance[..., 0, T, T])
         contact = ContactForce(
-            force=across,
+            force=cross_force,
             arc_length=place,
-            force_std=across_std,
+            force_std=force_std,
             arc_length_std=place_std,
             vector=vector,
             vector_covariance=vector_covariance,
@@ -274,10 +274,10 @@ class SurfaceContact:
         self, linearized: LinearizedResidual, cell_fits: CellFits, posterior: CellPosterior
     ) -> HeaviestCells:
         """Forces in the cells that hold nearly all of the posterior."""
-        surface, largest = self.surface, self._force_prior.largest
+        surface, max_force = self.surface, self._force_prior.max_force
         weights, cells = _rank_cells(posterior)
-        force = np.minimum(_take_cells(posterior.mean, cells), largest)
-        force[..., 0] = np.clip(_take_cells(posterior.force, cells[..., :1])[..., 0], 0, largest)
+        force = np.minimum(_take_cells(posterior.mean, cells), max_force)
+        force[..., 0] = np.clip(_take_cells(posterior.force, cells[..., :1])[..., 0], 0, max_force)
         response = _take_cells(cell_fits.cells.response, cells)
         deviations = _take_cells(cell_fits.cells.deviations, cells)
         z, z_covariance, z_slopes = _deviation_posterior(cell_fits.r, force, response, deviations)
@@ -303,7 +303,7 @@ class SurfaceContact:
 
     def _fit_best_cell(self, r: Array, force: Array, response: Array, deviations: Array) -> tuple[Array, Array]:
         """Fits force, (...) N, and deviations, (..., D), in the most probable cell, whose place is free."""
-        usual, largest = self._force_prior
+        usual_force, max_force = self._force_prior
         place_index = self.surface.tangents
         place_changes, other_changes = deviations[..., place_index, :], np.delete(deviations, place_index, axis=-2)
         for _ in range(_ITERATIONS):  # deviations other than that of the place follow the force
@@ -312,13 +312,13 @@ class SurfaceContact:
             # r is nearly linear in the force and in force times place
             responses = np.stack([response, place_changes], axis=-2)
             information = responses @ weights @ np.swapaxes(responses, -1, -2)
-            information[..., 0, 0] += usual**-2
+            information[..., 0, 0] += usual_force**-2
             information[..., 1, 1] += _PLACE_INFORMATION / np.maximum(force, _TINY) ** 2
             size, product = np.moveaxis(np.linalg.solve(information, responses @ weights @ r[..., None])[..., 0], -1, 0)
             place = (product / np.where(size == 0, _TINY, size)).clip(-_HALF_WIDTH_STDS, _HALF_WIDTH_STDS)
             c = response + place[..., None] * place_changes
             weighted = (weights @ c[..., None])[..., 0]
-            force = ((weighted * r).sum(axis=-1) / ((weighted * c).sum(axis=-1) + usual**-2)).clip(0, largest)
+            force = ((weighted * r).sum(axis=-1) / ((weighted * c).sum(axis=-1) + usual_force**-2)).clip(0, max_force)
         residual = r - force[..., None] * c
         z = (U @ weights @ residual[..., None])[..., 0]
         return force, np.insert(z, place_index, place, axis=-1)
@@ -331,15 +331,15 @@ class SurfaceContact:
         `place_variance` is the posterior over the prior variance of the place within the most probable cell.
         """
         surface, force, place = self.surface, force[..., None], place[..., None]
-        across = -surface.directions[:, 0, 0]
-        squares = across**2 * posterior.square - 2 * across * posterior.mean * force + force**2
+        factors = -surface.directions[:, 0, 0]
+        squares = factors**2 * posterior.square - 2 * factors * posterior.mean * force + force**2
         place_squares = (surface.arc_length - place) ** 2 + surface.extent**2 * place_variance[..., None]
         force_square = np.maximum((posterior.weight * squares).sum(axis=-1), 0)
         return np.sqrt(force_square), np.sqrt((posterior.weight * place_squares).sum(axis=-1))
 
     def _put_several_forces(
         self,
-        chosen: NDArray[np.bool_],
+        is_chosen: NDArray[np.bool_],
         side: NDArray[np.int_],
         contact: ContactForce,
         torque: Array,
@@ -350,7 +350,7 @@ class SurfaceContact:
         One force may rub along the finger and across it freely, several less.
         """
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
-        for k in np.flatnonzero(chosen & np.isin(side, self.surface.side[self._smooth_places])):
+        for k in np.flatnonzero(is_chosen & np.isin(side, self.surface.side[self._smooth_places])):
             several = self._fit_several_forces(int(k), int(side[k]), fit)
             if several.chi_squared <= fit.cell_fits.chi_squared[k].min():
                 torque[k] = several.torque
@@ -365,15 +365,16 @@ class SurfaceContact:
         linearized, cell_fits, _, _ = fit
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
-        responses, usual, tangents = cell_fits.cells.response[k, smooth].T, self._force_prior.usual, surface.tangents
-        rows = np.vstack([responses, np.eye(len(smooth)) / usual])
+        responses = cell_fits.cells.response[k, smooth].T
+        usual_force, tangents = self._force_prior.usual_force, surface.tangents
+        rows = np.vstack([responses, np.eye(len(smooth)) / usual_force])
         forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(smooth))))
         friction_stds = assumed.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
         friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, smooth, :tangents]
         friction = friction.reshape(-1, len(responses))
         noise = np.eye(len(responses)) + friction.T @ friction
         residual = cell_fits.r[k] - responses @ forces
-        covariance = _several_covariance(responses, noise, forces, usual)
+        covariance = _several_covariance(responses, noise, forces, usual_force)
         total, s = forces.sum(), surface.arc_length[smooth]
         divisor = total if total > 0 else np.nan
         center = forces @ s / divisor
@@ -385,7 +386,7 @@ class SurfaceContact:
         wrenches = forces[:, None] * surface.wrenches[smooth, 0]
         vector, vector_covariance = forces @ base_directions, base_directions.T @ covariance @ base_directions
         (point,) = self._axis_points(bent.frames[k], np.array([center if total > 0 else 0.0]))
-        across, transverse = _transverse(vector, point)
+        transverse_direction, transverse = _transverse(vector, point)
         fields = {
             "force": float(-forces @ directions[:, 0]),
             "arc_length": float(center),
@@ -394,7 +395,7 @@ class SurfaceContact:
             "vector": vector,
             "vector_covariance": vector_covariance,
             "transverse_force": transverse,
-            "transverse_force_std": np.sqrt(across @ vector_covariance @ across),
+            "transverse_force_std": np.sqrt(transverse_direction @ vector_covariance @ transverse_direction),
         }
         torque = self._torques(posture, surface.link[smooth][:, None], wrenches).sum(axis=0)
         return _SeveralForces(fields, torque, float(residual @ np.linalg.solve(noise, residual)))
@@ -427,14 +428,15 @@ class SurfaceContact:
         if self.mechanics.is_planar:
             rough = np.flatnonzero(surface.rough)
             begins = np.diff(surface.arc_length[rough], prepend=np.nan, append=np.nan) != 0
-            chosen = rough[begins[:-1] | begins[1:]]
-            response = cells.response[..., chosen, :]
+            numbers = rough[begins[:-1] | begins[1:]]
+            response = cells.response[..., numbers, :]
         else:
-            chosen = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
-            response = cells.response[..., chosen, None, :] + _EXTREME_DEVIATIONS @ cells.deviations[..., chosen, :, :]
+            numbers = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
+            response = _EXTREME_DEVIATIONS @ cells.deviations[..., numbers, :, :]
+            response = cells.response[..., numbers, None, :] + response
             response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
-            chosen = np.repeat(chosen, len(_EXTREME_DEVIATIONS))
-        fields = cells.place[chosen], cells.side[chosen], cells.prior[chosen], cells.angle[chosen]
+            numbers = np.repeat(numbers, len(_EXTREME_DEVIATIONS))
+        fields = cells.place[numbers], cells.side[numbers], cells.prior[numbers], cells.angle[numbers]
         return Cells(response, cells.deviations, *fields)
 
     def _straddled_torques(self, posture: Posture, cell: NDArray[np.int_], force: Array) -> Array:
@@ -503,10 +505,10 @@ class ContactShape:
 
     def _shape(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ShapeEstimate:
         shape = memoized(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
-        fit, free = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
+        fit, q_free = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
         contact, torque = self.contact.reported_contact(fit)
-        loaded = self._loaded_joints(fit.linearized, free, torque, readings, driving, gravity, std)
-        q = np.where(torque.any(axis=-1, keepdims=True), loaded, shape.q)
+        loaded_q = self._loaded_joints(fit.linearized, q_free, torque, readings, driving, gravity, std)
+        q = np.where(torque.any(axis=-1, keepdims=True), loaded_q, shape.q)
         return ShapeEstimate(q, shape.covariance, contact)
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ContactPosterior:
@@ -526,14 +528,14 @@ class ContactShape:
     ) -> tuple[SingleForceFit, Array]:
         """Fits a force per cell, linearized about `q` first, then about the finger under the best force; and q_0."""
         lag = Lag(damping, inertia)
-        linearized, free = self._linearize(q, readings, driving, gravity, lag, std)
+        linearized, q_free = self._linearize(q, readings, driving, gravity, lag, std)
         fit = self.contact.explain(linearized)
         for _ in range(self._passes - 1):
             torque = self.contact.best_contact(fit)[1]
-            q = self._loaded_joints(linearized, free, torque, readings, driving, gravity, std)
-            linearized, free = self._linearize(q, readings, driving, gravity, lag, std)
+            q = self._loaded_joints(linearized, q_free, torque, readings, driving, gravity, std)
+            linearized, q_free = self._linearize(q, readings, driving, gravity, lag, std)
             fit = self.contact.explain(linearized)
-        return fit, free
+        return fit, q_free
 
     @cached_property
     def _passes(self) -> int:
@@ -543,7 +545,7 @@ class ContactShape:
     def _loaded_joints(
         self,
         linearized: LinearizedResidual,
-        free: Array,
+        q_free: Array,
         torque: Array,
         readings: Array,
         driving: Array,
@@ -553,11 +555,11 @@ class ContactShape:
         """Joint positions under torques of a contact, (..., D); their residual is distributed as by `gaussian`."""
         mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
         variance = self._gaussian.read(readings, std, errors).variance
-        loaded = mechanics.compliance(linearized.q) * torque
-        remaining = linearized.residual - (linearized.slopes @ loaded[..., None])[..., 0]
+        load_change = mechanics.compliance(linearized.q) * torque
+        residual = linearized.residual - (linearized.slopes @ load_change[..., None])[..., 0]
         prior = mechanics.prior(linearized.bent, linearized.q, driving, errors)
         gain, _ = kalman_gain(linearized.slopes, prior, variance)
-        return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
+        return np.asarray(q_free + load_change + (gain @ residual[..., None])[..., 0])
 
     def _linearize(
         self,
@@ -574,9 +576,9 @@ class ContactShape:
         """
         mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
         values, variance = self._gaussian.read(readings, std, errors)
-        bent, (predicted, A) = mechanics.bent_finger(q), self.layout.values_at(q)
-        free = mechanics.linearized_positions(q, driving + mechanics.weight(bent, gravity))
-        residual = values - predicted - (A @ (free - q)[..., None])[..., 0]
+        bent, (prediction, A) = mechanics.bent_finger(q), self.layout.values_at(q)
+        q_free = mechanics.linearized_positions(q, driving + mechanics.weight(bent, gravity))
+        residual = values - prediction - (A @ (q_free - q)[..., None])[..., 0]
         stiffness = A @ np.swapaxes(mechanics.bend_changes * q[..., None, :], -1, -2)
         model = A @ mechanics.model_covariance(q, driving, errors) @ np.swapaxes(A, -1, -2)
         covariance = model + stiffness @ np.swapaxes(stiffness, -1, -2)
@@ -584,7 +586,7 @@ class ContactShape:
         read_count = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
         motion = lag.reading_covariance(A)
         moving = may_exceed(motion, covariance, _noise_threshold(read_count))
-        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, moving), free
+        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, moving), q_free
 
     @cached_property
     def contact(self) -> SurfaceContact:
@@ -674,10 +676,10 @@ def transverse_forces(heaviest: HeaviestCells) -> tuple[Array, Array]:
 
 def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
     """Direction, (..., 3), and size, (...), of the component of a force across the line from B to a point."""
-    along = (force * point).sum(axis=-1) / np.maximum((point**2).sum(axis=-1), _TINY)
-    across = force - along[..., None] * point
-    size = np.linalg.norm(across, axis=-1)
-    return across / (size + _TINY)[..., None], size
+    ratio = (force * point).sum(axis=-1) / np.maximum((point**2).sum(axis=-1), _TINY)
+    component = force - ratio[..., None] * point
+    size = np.linalg.norm(component, axis=-1)
+    return component / (size + _TINY)[..., None], size
 
 
 def _vector_with_covariance(weights: Array, forces: Array) -> tuple[Array, Array]:
@@ -692,11 +694,11 @@ def _vector_with_covariance(weights: Array, forces: Array) -> tuple[Array, Array
 def _direction_std(vector: Array, covariance: Array) -> Array:
     """Standard deviation of the direction of a vector, (..., 3), rad, (...)."""
     square = np.maximum((vector**2).sum(axis=-1), _TINY)
-    along = ((vector[..., None, :] @ covariance)[..., 0, :] * vector).sum(axis=-1) / square
-    return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - along, 0) / square)
+    axial_variance = ((vector[..., None, :] @ covariance)[..., 0, :] * vector).sum(axis=-1) / square
+    return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - axial_variance, 0) / square)
 
 
-def _several_covariance(responses: Array, noise: Array, forces: Array, usual: float) -> Array:
+def _several_covariance(responses: Array, noise: Array, forces: Array, usual_force: float) -> Array:
     """The covariance of the forces in M cells, (M, M) N^2, each of which may equally press on the adjacent cell.
 
     `responses` are whitened, (S, M), and `noise` is the covariance of what they leave, friction included, (S, S).
@@ -705,9 +707,9 @@ def _several_covariance(responses: Array, noise: Array, forces: Array, usual: fl
     is_possible = is_pressing | ~is_pressing.any()  # if none is found, there may be one anywhere
     is_possible[1:] |= is_pressing[:-1]
     is_possible[:-1] |= is_pressing[1:]
-    weighted = usual**2 * is_possible[:, None] * responses.T
+    weighted = usual_force**2 * is_possible[:, None] * responses.T
     gain = weighted @ np.linalg.solve(responses @ weighted + noise, weighted.T)
-    return np.asarray(usual**2 * np.diag(is_possible) - gain)
+    return np.asarray(usual_force**2 * np.diag(is_possible) - gain)
 
 
 def _sum_std(covariance: Array, weights: Array) -> Array:

@@ -40,7 +40,7 @@ _RIM_FRICTIONS = 0.6 + 0.3 * np.arange(4)  # friction per force on the edge of t
 class _Tangent(NamedTuple):
     """A direction along the surface."""
 
-    along: Array  # (3)
+    direction: Array  # (3)
     extent: float  # m, of the part in this direction
     friction: float  # in this direction, as a share of the force, standard deviation
     friction_mean: float = 0.0  # its mean
@@ -60,11 +60,11 @@ def _wrenches(surfaces: Sequence[_Surface]) -> Array:
     """Wrenches of a force of 1 N on each, and their changes, (C, 1 + 2 T, 6): by friction and by the place."""
     point, normal = (np.array([surface[i] for surface in surfaces])[:, None] for i in range(2))
     tangents = [zip(*surface.tangents, strict=True) for surface in surfaces]
-    along, extent, friction, friction_mean = (np.array(column) for column in zip(*tangents, strict=True))
-    pushing = (friction_mean[..., None] * along).sum(axis=-2, keepdims=True) - normal
-    forces = np.concatenate([pushing, friction[..., None] * along], axis=-2)
+    direction, extent, friction, friction_mean = (np.array(column) for column in zip(*tangents, strict=True))
+    pushing = (friction_mean[..., None] * direction).sum(axis=-2, keepdims=True) - normal
+    forces = np.concatenate([pushing, friction[..., None] * direction], axis=-2)
     wrenches = np.concatenate([vector_product(point, forces), forces], axis=-1)
-    place_moments = vector_product(extent[..., None] / math.sqrt(12) * along, -normal)
+    place_moments = vector_product(extent[..., None] / math.sqrt(12) * direction, -normal)
     return np.concatenate([wrenches, np.concatenate([place_moments, np.zeros_like(place_moments)], axis=-1)], axis=-2)
 
 
@@ -104,7 +104,7 @@ class SurfaceCells:
         place, side, face, probability, s, surfaces = columns
         wrenches, tangents = _wrenches(surfaces), len(surfaces[0].tangents)
         middles = (np.array(place) + 0.5) / (max(place) + 1) * finger.length
-        along = [surface.tangents[0].extent * surface.tangents[0].along[2] for surface in surfaces]
+        extents = [surface.tangents[0].extent * surface.tangents[0].direction[2] for surface in surfaces]
         return cls(
             place=np.array(place),
             side=np.array(side),
@@ -115,7 +115,7 @@ class SurfaceCells:
             wrenches=wrenches,
             straddled=np.array([vector_product(surface.straddled * _Z_AXIS, -surface.normal) for surface in surfaces]),
             directions=wrenches[:, : 1 + tangents, 3:],
-            extent=np.array(along) / math.sqrt(12),
+            extent=np.array(extents) / math.sqrt(12),
             angle=np.angle(np.exp(2j * math.pi * np.array(face) / _CELLS_AROUND)),
             rough=np.array([surface.is_rough for surface in surfaces]),
             on_face=np.array(face) % 2 == 0,
@@ -163,11 +163,11 @@ class _Outline(NamedTuple):
 
     def patch(self, side: int) -> tuple[Array, Array, float, float]:
         """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
-        normal, across = _normal(side)
+        normal, crosswise = _normal(side)
         half_sizes = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
         middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
         point = middle + np.round(normal * math.sqrt(2)).clip(-1, 1) * half_sizes
-        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(across) @ half_sizes)
+        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(crosswise) @ half_sizes)
 
 
 def _normal(side: int) -> tuple[Array, Array]:
@@ -181,12 +181,13 @@ _Surfaces = Iterator[tuple[float, _Surface]]  # with relative probabilities
 
 def _face_surfaces(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """Yields a face, or the edge between two, at a height above the origin of its link, smooth and rough."""
-    (point, normal, _, reach), across, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
+    (point, normal, _, reach), crosswise, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
     fraction = _EDGE_PROBABILITY if is_edge else (1 - _EDGE_PROBABILITY * _CELLS_AROUND / 2) / (_CELLS_AROUND / 2)
     kinds = (False, SMOOTH_FRICTION, _SMOOTH_PROBABILITY), (True, friction, 1 - _SMOOTH_PROBABILITY)
     for is_rough, friction_std, probability in kinds:
-        tilted = _Tangent(across, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
-        tangents = _Tangent(_Z_AXIS, extent, friction_std), tilted if is_edge else _Tangent(across, reach, friction_std)
+        tilted = _Tangent(crosswise, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
+        other = tilted if is_edge else _Tangent(crosswise, reach, friction_std)
+        tangents = _Tangent(_Z_AXIS, extent, friction_std), other
         yield probability * fraction, _Surface(point + height * _Z_AXIS, normal, tangents, is_rough=is_rough)
 
 
@@ -196,11 +197,11 @@ def _tip_surfaces(face: int, outline: _Outline, height: float, friction: float) 
         return
     point, normal, depth, reach = outline.patch(face)
     rim, up = (normal + _Z_AXIS) / math.sqrt(2), (_Z_AXIS - normal) / math.sqrt(2)
-    across = _Tangent(_normal(face)[1], reach, friction)
+    rim_tangent = _Tangent(_normal(face)[1], reach, friction)
     tilted = _Tangent(up, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
-    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(point + height * _Z_AXIS, rim, (across, tilted))
+    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(point + height * _Z_AXIS, rim, (rim_tangent, tilted))
     middle = point - depth / 2 * normal + height * _Z_AXIS
-    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(middle, _Z_AXIS, (across, _Tangent(normal, depth, friction)))
+    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(middle, _Z_AXIS, (rim_tangent, _Tangent(normal, depth, friction)))
 
 
 def _planar_face_surfaces(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:

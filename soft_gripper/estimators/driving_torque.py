@@ -64,8 +64,8 @@ def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Arra
     memory = memory_torque(finger, bend[..., :-1, :], pressure)
     if not finger.takes_stiffness:
         return memory
-    q, free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
-    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), free, q), pressure)
+    q, q_free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
+    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), q_free, q), pressure)
     return torque
 
 
@@ -95,9 +95,9 @@ def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) ->
         period: of the samples, s.
     """
     torques, bend = np.zeros_like(q), unknown_bend(finger, q.shape[1:-1])
-    for i, (angles, inside) in enumerate(zip(q, pressure, strict=True)):
-        torques[i] = driving_torque(finger, inside, bend)
-        bend = later_bend(finger, bend, angles, inside, period)
+    for i, (angles, chamber_pressure) in enumerate(zip(q, pressure, strict=True)):
+        torques[i] = driving_torque(finger, chamber_pressure, bend)
+        bend = later_bend(finger, bend, angles, chamber_pressure, period)
     return torques
 
 
@@ -126,9 +126,9 @@ def recorded_driving(
     """
     driving, settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
     while not settled:
-        q, before = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q, driving
+        q, last_driving = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q, driving
         driving = driving_torques(finger, q, pressure, period)
-        settled = np.allclose(driving, before, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
+        settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
     return driving
 
 
@@ -148,8 +148,8 @@ class DrivingTorque(ArrayBlock):
     s, from time 0, in discrete state.
     """
 
-    def __init__(self, finger: Finger, period: float, others: Sequence[str] = ()):
-        """The nominal finger; nothing of it has crept. `others` are further driven deformations."""
+    def __init__(self, finger: Finger, period: float, deformations: Sequence[str] = ()):
+        """The nominal finger; nothing of it has crept. `deformations` are further driven deformations."""
         bends = depends_on_bend(finger)
         super().__init__(period if bends else None)
         joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
@@ -162,7 +162,7 @@ class DrivingTorque(ArrayBlock):
         def drive_torque(deformation: str) -> Callable[..., Array]:
             return lambda *efforts: finger.torque_of_drive(deformation, *chambers, *efforts)
 
-        def with_bend(*inputs: Array) -> Array:
+        def torque_with_bend(*inputs: Array) -> Array:
             *efforts, bend = inputs
             return drive_torque("bending")(*efforts) + torque_of_bend(finger, _pressure_of_law(finger, *efforts), bend)
 
@@ -176,9 +176,9 @@ class DrivingTorque(ArrayBlock):
                 ),
                 kept=(ANGLES, *(driving[:1] if finger.pressure_law is not None else [])),
             )
-        torque, remembered = (with_bend, ["bend"]) if bends else (drive_torque("bending"), [])
+        torque, remembered = (torque_with_bend, ["bend"]) if bends else (drive_torque("bending"), [])
         self.put_out(DRIVING_TORQUE, torque, *driving, *remembered, unit="N m", joint=range(joints))
-        for deformation in others:
+        for deformation in deformations:
             unit = "N" if deformation in SLIDES else "N m"
             port, torque = driving_port(deformation), drive_torque(deformation)
             self.put_out(port, torque, *driving, unit=unit, joint=range(joints))

@@ -49,10 +49,10 @@ class Places:
         return self._positions(posture(self._chain, q[..., self._to_chain]))
 
     def _positions(self, bent: Posture) -> tuple[Array, Array]:
-        along = bent.rotations[..., -1, :, 2]
+        tip_direction = bent.rotations[..., -1, :, 2]
         places = bent.origins[..., self._frames, :]
-        places[..., -1, :] += self._half * along
-        return places, along
+        places[..., -1, :] += self._half * tip_direction
+        return places, tip_direction
 
     def moves(self, q: Array) -> Array:
         """Derivatives of the places by the joint positions, (..., D, P, 3) m/rad, or 1."""

@@ -79,8 +79,8 @@ _TINY = 1e-30
 class ForcePrior(NamedTuple):
     """Prior of a force."""
 
-    usual: float  # N, f: larger ones are ever less probable
-    largest: float  # N, maximum that the scene can exert
+    usual_force: float  # N, f: larger ones are ever less probable
+    max_force: float  # N, maximum that the scene can exert
 
 
 class Cells(NamedTuple):
@@ -162,21 +162,21 @@ def whiten(bends: Array, covariance: Array, cells: Cells) -> tuple[Array, Cells]
     return (W @ bends[..., None])[..., 0], cells._replace(response=response, deviations=deviations)
 
 
-def fit_cells(r: Array, cells: Cells, largest: float, refined: bool = False) -> CellFits:
+def fit_cells(r: Array, cells: Cells, max_force: float, refined: bool = False) -> CellFits:
     """Fits the most likely force in every cell.
 
     Args:
         r: unexplained bends of the sections, whitened, (..., S).
         cells: possible contacts, whitened.
-        largest: possible force, N.
+        max_force: possible force, N.
         refined: see below.
 
     If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R. Where
     deviations within a cell change the bends as much as the force does, such as friction on the side of a finger, the
     best force under R is far too small.
     """
-    fits = _fits(r, cells, largest, refined)
-    return CellFits(r, cells, fits, _chi_squared(fits, largest))
+    fits = _fits(r, cells, max_force, refined)
+    return CellFits(r, cells, fits, _chi_squared(fits, max_force))
 
 
 def contact_posterior(
@@ -206,42 +206,43 @@ def contact_posterior(
     from scipy.special import chdtri
 
     r, cells, fits, chi_squared = cell_fits
-    largest = forces.largest
+    max_force = forces.max_force
     noise_threshold = chdtri(np.maximum(read_count - 2, 1), _FALSE_ALARM_RATE)
     misfit = chi_squared.min(axis=-1) / noise_threshold
-    distribution = _distribution(posterior, largest)
+    distribution = _distribution(posterior, max_force)
     probability = _probability(cell_fits, posterior, distribution, forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
-    anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
-    arc_length_set, (mode_forces, mode_cells) = _arc_length_set(chi_squared, ends), modes(cell_fits, largest)
+    is_anywhere, is_beyond = ends[:, 1] > 0, ends[:, 1] > nearest
+    arc_length_set, (mode_forces, mode_cells) = _arc_length_set(chi_squared, ends), modes(cell_fits, max_force)
     is_explained, is_detected = misfit <= 1, probability > DETECTION_PROBABILITY
     is_located = is_explained & (np.ptp(arc_length_set, axis=-1) < MAX_LOCATED_SPAN * length)
     has_range, has_place = is_explained[..., None], (is_explained & is_detected)[..., None]
     answer = np.where(is_detected, np.where(is_located, HERE, SOMEWHERE), np.where(is_moving > 0, MOVING, NOTHING))
     is_known = has_range & (answer != MOVING)[..., None]
-    reported = np.take_along_axis(posterior.force, posterior.best_cell[..., None], axis=-1).clip(0, largest)
+    reported = np.take_along_axis(posterior.force, posterior.best_cell[..., None], axis=-1).clip(0, max_force)
     interval = LazyArray(lambda: np.where(is_known, _force_interval(distribution, reported), np.nan))
 
     def transverse_interval() -> Array:
         forces, *_ = transverse.value
-        intervals = _force_interval(_distribution(transverse.value, largest), forces[..., :1])
+        intervals = _force_interval(_distribution(transverse.value, max_force), forces[..., :1])
         return np.where(is_known, intervals, np.nan)
 
     def bounds() -> Array:
-        ranges = (_force_range(fits, chi_squared, mask, _BOUND_CHI_SQUARED, largest) for mask in (anywhere, beyond))
+        masks = is_anywhere, is_beyond
+        ranges = (_force_range(fits, chi_squared, mask, _BOUND_CHI_SQUARED, max_force) for mask in masks)
         one, one_beyond = (ends[..., 1] for ends in ranges)
-        is_allowed = cells_of_several.place >= cells.place[beyond].min()
-        total = _sum_bound(r, cells_of_several, is_allowed, noise_threshold, largest)
+        is_allowed = cells_of_several.place >= cells.place[is_beyond].min()
+        total = _sum_bound(r, cells_of_several, is_allowed, noise_threshold, max_force)
         total = np.maximum(total, np.where(is_explained, one_beyond, 0.0))
-        columns = np.where(is_explained, one, largest), np.where(is_explained, one_beyond, total), total
+        columns = np.where(is_explained, one, max_force), np.where(is_explained, one_beyond, total), total
         bounds = np.stack(columns, axis=-1)
-        return np.where(bounds < largest, bounds, np.nan)
+        return np.where(bounds < max_force, bounds, np.nan)
 
     return ContactPosterior(
         probability,
         answer,
         interval,
-        np.where(has_range, _force_range(fits, chi_squared, anywhere, _SET_CHI_SQUARED, largest), np.nan),
+        np.where(has_range, _force_range(fits, chi_squared, is_anywhere, _SET_CHI_SQUARED, max_force), np.nan),
         LazyArray(transverse_interval),
         LazyArray(bounds),
         np.where(has_place, arc_length_set, np.nan),
@@ -252,12 +253,12 @@ def contact_posterior(
     )
 
 
-def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
+def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, max_force: float) -> Array:
     """Misfit of the best single force to bends, in variances, (...); see `fit_cells`."""
-    return fit_cells(*whiten(bends, covariance, cells), largest).chi_squared.min(axis=-1)
+    return fit_cells(*whiten(bends, covariance, cells), max_force).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
+def _fits(r: Array, cells: Cells, max_force: float, refined: bool) -> Fits:
     """The force in every cell, all whitened."""
     leading = np.broadcast_shapes(r.shape[:-1], cells.response.shape[:-2])
     r, c, deviations = (
@@ -273,12 +274,12 @@ def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
     vectors = [*deviations, c, r]
     products = [[_dot(vector, other) for other in vectors[: i + 1]] for i, vector in enumerate(vectors)]
     if not refined:
-        return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, largest), largest)
-    first = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), largest)
-    return _fit(products, np.clip(first.force, 0, largest), largest)
+        return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, max_force), max_force)
+    first = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)
+    return _fit(products, np.clip(first.force, 0, max_force), max_force)
 
 
-def _fit(products: list[list[Array]], guess: Array, largest: float) -> Fits:
+def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
     """Fits for guesses F_0 of the forces: the deviations u of the response turn the identity into  M = I + sum u u^T .
 
     The products are those of u, c and r with each other, (..., C), up to the diagonal. Elimination of all u leaves
@@ -295,7 +296,7 @@ def _fit(products: list[list[Array]], guess: Array, largest: float) -> Fits:
             for j in range(k + 1, i + 1):
                 rows[i][j] -= ratio * rows[j][k]
     (*_, information), (*_, explained, misfit) = rows[-2:]
-    information += (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
+    information += (1e-3 / max_force) ** 2  # where nothing bends, any force is equally likely
     force = explained / information
     return Fits(force, information**-0.5, np.maximum(misfit - force * explained, 0), np.log(determinant))
 
@@ -305,19 +306,19 @@ def _dot(x: Array, y: Array) -> Array:
     return product
 
 
-def _chi_squared(fits: Fits, largest: float) -> Array:
+def _chi_squared(fits: Fits, max_force: float) -> Array:
     """The misfit of the best possible force of every cell, (..., C)."""
-    chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, largest) - fits.force) / fits.std) ** 2
+    chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, max_force) - fits.force) / fits.std) ** 2
     return chi_squared
 
 
-def _force_range(fits: Fits, chi_squared: Array, is_possible: NDArray[np.bool_], level: float, largest: float) -> Array:
+def _force_range(fits: Fits, chi_squared: Array, mask: NDArray[np.bool_], level: float, max_force: float) -> Array:
     """Least and largest force within `level` of the best of the possible cells, (..., 2) N."""
-    limit = np.where(is_possible, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
-    is_inside = is_possible & (chi_squared <= limit)
+    limit = np.where(mask, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
+    is_inside = mask & (chi_squared <= limit)
     reach = fits.std * np.sqrt(np.maximum(limit - fits.misfit, 0))
-    least = np.where(is_inside, np.clip(fits.force - reach, 0, largest), np.inf).min(axis=-1)
-    most = np.where(is_inside, np.clip(fits.force + reach, 0, largest), -np.inf).max(axis=-1)
+    least = np.where(is_inside, np.clip(fits.force - reach, 0, max_force), np.inf).min(axis=-1)
+    most = np.where(is_inside, np.clip(fits.force + reach, 0, max_force), -np.inf).max(axis=-1)
     return np.stack([least, most], axis=-1)
 
 
@@ -331,12 +332,12 @@ def _arc_length_set(chi_squared: Array, ends: Array) -> Array:
     return np.stack([least, most], axis=-1)
 
 
-def _sum_bound(r: Array, cells: Cells, is_allowed: NDArray[np.bool_], noise_threshold: Array, largest: float) -> Array:
-    """The bound of the sum of several forces on one side, in the cells `is_allowed`, (...) N."""
+def _sum_bound(r: Array, cells: Cells, mask: NDArray[np.bool_], noise_threshold: Array, max_force: float) -> Array:
+    """The bound of the sum of several forces on one side, in the cells `mask`, (...) N."""
     from scipy.optimize import nnls
 
     response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
-    sides = [response[..., is_allowed & (cells.side == side), :] for side in np.unique(cells.side)]
+    sides = [response[..., mask & (cells.side == side), :] for side in np.unique(cells.side)]
     bound, previous = np.zeros(r.shape[:-1]), [np.zeros(side.shape[-2], bool) for side in sides]
     for sample in np.ndindex(bound.shape):
         columns = [side[sample].T for side in sides]
@@ -347,15 +348,15 @@ def _sum_bound(r: Array, cells: Cells, is_allowed: NDArray[np.bool_], noise_thre
             if residual_norm**2 <= level:
                 # Those of the sample before are often the right ones.
                 pressing = previous[i] if previous[i].any() else forces > 0
-                total, previous[i] = _largest_sum(columns[i], pressing, r[sample], level, largest)
+                total, previous[i] = _largest_sum(columns[i], pressing, r[sample], level, max_force)
                 bound[sample] = max(float(bound[sample]), total)
     return bound
 
 
 def _largest_sum(
-    columns: Array, active: NDArray[np.bool_], r: Array, level: float, largest: float
+    columns: Array, active: NDArray[np.bool_], r: Array, level: float, max_force: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`, and which are above zero.
+    """The largest sum of forces with a misfit of up to `level`, N, not more than `max_force`, and which are above zero.
 
     Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
@@ -373,15 +374,15 @@ def _largest_sum(
         if is_largest or abs(m - multiplier) <= _MULTIPLIER_TOLERANCE * m:  # not best: several sets have these forces
             break
         m = m if low < m < high else (low + high) / 2
-        weight = min(math.sqrt(m / (2 * largest - min(max(total, 0.0), largest))), max_weight)
-        padded_columns[-1], padded_r[-1] = weight, 2 * weight * largest
+        weight = min(math.sqrt(m / (2 * max_force - min(max(total, 0.0), max_force))), max_weight)
+        padded_columns[-1], padded_r[-1] = weight, 2 * weight * max_force
         forces, _ = nnls(padded_columns, padded_r)
         active = forces > 0
-        residual, multiplier = r - columns @ forces, weight**2 * max(2 * largest - forces.sum(), 0.0)
+        residual, multiplier = r - columns @ forces, weight**2 * max(2 * max_force - forces.sum(), 0.0)
         low, high = (multiplier, high) if residual @ residual <= level else (low, multiplier)
-        if low == multiplier and forces.sum() >= largest:
-            return largest, active
-    return min(total, largest), active
+        if low == multiplier and forces.sum() >= max_force:
+            return max_force, active
+    return min(total, max_force), active
 
 
 def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float) -> tuple[float, float, bool]:
@@ -393,8 +394,8 @@ def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float)
     explained, slope_residual = (active_columns @ solutions).T
     least = r - explained
     m = math.sqrt(max(level - least @ least, 0.0) / max(slope_residual @ slope_residual, _TINY))
-    forces, others = first + m * slope, columns.T @ (least - m * slope_residual) + m
-    is_largest = (forces >= 0).all() and others.max() <= _GRADIENT_TOLERANCE * m
+    forces, gradients = first + m * slope, columns.T @ (least - m * slope_residual) + m
+    is_largest = (forces >= 0).all() and gradients.max() <= _GRADIENT_TOLERANCE * m
     return m, float(forces.sum()), bool(is_largest)
 
 
@@ -416,7 +417,7 @@ class Modes(NamedTuple):
     cells: NDArray[np.int_]  # (..., 2) the likeliest of each
 
 
-def modes(cell_fits: CellFits, largest: float) -> Modes:
+def modes(cell_fits: CellFits, max_force: float) -> Modes:
     """The modes of a likelihood set."""
     cells, chi_squared = cell_fits.cells, cell_fits.chi_squared
     begins = np.flatnonzero(np.diff(cells.place, prepend=-1))  # of each side and place
@@ -432,7 +433,7 @@ def modes(cell_fits: CellFits, largest: float) -> Modes:
     is_first_piece, is_likely = is_joined[..., groups], is_likely[..., groups]
     other_misfits = np.where(is_likely & ~is_first_piece, chi_squared, np.inf)
     mode_cells = np.stack([chi_squared.argmin(axis=-1), other_misfits.argmin(axis=-1)], axis=-1)
-    forces = np.take_along_axis(np.clip(cell_fits.fits.force, 0, largest), mode_cells, axis=-1)
+    forces = np.take_along_axis(np.clip(cell_fits.fits.force, 0, max_force), mode_cells, axis=-1)
     forces[..., 1] = np.where(np.isfinite(other_misfits).any(axis=-1), forces[..., 1], np.nan)
     return Modes(forces, mode_cells)
 
@@ -484,10 +485,11 @@ def cell_posterior(cell_fits: CellFits, read_count: Array, forces: ForcePrior) -
     fits, cells = cell_fits.fits, cell_fits.cells
     misfit = cell_fits.chi_squared.min(axis=-1) / chdtri(np.maximum(read_count - 2, 1), _FALSE_ALARM_RATE)
     scale = np.maximum(misfit, 1.0)[..., None]
-    variance, usual = fits.std**2 * scale, forces.usual**2
-    shrinkage = usual / (usual + variance)
+    variance, prior_variance = fits.std**2 * scale, forces.usual_force**2
+    shrinkage = prior_variance / (prior_variance + variance)
     force, std = fits.force * shrinkage, np.sqrt(variance * shrinkage)
-    peak = np.log(cells.prior) - (fits.misfit / scale + fits.force**2 / (variance + usual) + fits.log_det_ratio) / 2
+    misfit = fits.misfit / scale + fits.force**2 / (variance + prior_variance)
+    peak = np.log(cells.prior) - (misfit + fits.log_det_ratio) / 2
     inverse, mean, square = _positive_moments(force, std)
     logs = peak + np.log(std * inverse)
     weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
@@ -505,10 +507,10 @@ def _positive_moments(force: Array, std: Array) -> tuple[Array, Array, Array]:
     """Integral of a normal density over F, for F > 0, and the means of F and F^2 under it."""
     from scipy.special import ndtr
 
-    above = np.maximum(ndtr(force / std), _TINY)
-    moment = np.maximum(force * above + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
-    inverse = above**2 / moment * (1 + np.minimum(std * above / moment, _MAX_STD_RATIO) ** 2)
-    return inverse, above / inverse, moment / inverse
+    probability = np.maximum(ndtr(force / std), _TINY)
+    moment = np.maximum(force * probability + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
+    inverse = probability**2 / moment * (1 + np.minimum(std * probability / moment, _MAX_STD_RATIO) ** 2)
+    return inverse, probability / inverse, moment / inverse
 
 
 class _ForceDensities(NamedTuple):
@@ -529,8 +531,8 @@ class _ForceDensities(NamedTuple):
 
     def _cumulative_integrals(self, force: Array) -> Array:
         """Integrals of a sample's densities, but for the factor 1 / F, up to forces, (E, N)."""
-        inside = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
-        return np.add.reduceat(self.weights * inside, self.begins, axis=-1)
+        fractions = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
+        return np.add.reduceat(self.weights * fractions, self.begins, axis=-1)
 
 
 class _Distribution(NamedTuple):
@@ -546,7 +548,7 @@ class _Distribution(NamedTuple):
         return np.maximum(self.cumulative[:, -1], _TINY)
 
 
-def _distribution(posterior: CellPosterior, largest: float) -> _Distribution:
+def _distribution(posterior: CellPosterior, max_force: float) -> _Distribution:
     """Distribution of the forces of every sample; its densities are scaled by the highest."""
     logs = posterior.heights
     weights = np.exp(logs - logs.max(axis=-1, keepdims=True))
@@ -556,7 +558,7 @@ def _distribution(posterior: CellPosterior, largest: float) -> _Distribution:
     is_kept[np.arange(len(is_kept)), weights.argmax(axis=-1)] = True
     samples, counts = np.nonzero(is_kept)[0], is_kept.sum(axis=-1)
     densities = _ForceDensities(counts.cumsum() - counts, samples, weights[is_kept], forces[is_kept], stds[is_kept])
-    edges = _geometric_edges(np.full(len(is_kept), largest / 10**_FORCE_DECADES), np.full(len(is_kept), largest))
+    edges = _geometric_edges(np.full(len(is_kept), max_force / 10**_FORCE_DECADES), np.full(len(is_kept), max_force))
     return _Distribution(densities, edges, densities.integrals(edges))
 
 
@@ -566,9 +568,9 @@ def _probability(
     """The probability of contact, (...), with variances scaled, (...)."""
     from scipy.special import exp1
 
-    chi_squared, largest, peak = (cell_fits.r**2).sum(axis=-1), forces.largest, posterior.heights.max(axis=-1)
+    chi_squared, max_force, peak = (cell_fits.r**2).sum(axis=-1), forces.max_force, posterior.heights.max(axis=-1)
     evidence = np.sqrt(2 * np.pi) * distribution.total.reshape(peak.shape)
-    ratios = np.array([largest / 10**_FORCE_DECADES, largest]) / forces.usual
+    ratios = np.array([max_force / 10**_FORCE_DECADES, max_force]) / forces.usual_force
     prior_integral = -np.diff(exp1(ratios**2 / 2))[0] / 2
     log_odds = peak + np.log(np.maximum(evidence, _TINY) / prior_integral) + chi_squared / scale / 2
     return 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))

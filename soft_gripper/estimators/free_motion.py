@@ -71,10 +71,10 @@ class FreeMotion:
         """State before the first sample."""
         return np.full((4, len(self.mechanics.layout.straight)), np.nan)
 
-    def step(self, before: Array, driving: Array, gravity: Array, apparent_gravity: Array) -> Array:
+    def step(self, last_motion: Array, driving: Array, gravity: Array, apparent_gravity: Array) -> Array:
         """Advances the motion to the next sample; `apparent_gravity` is gravity less the base's acceleration."""
         mechanics = self.mechanics
-        q, rate, equilibrium, _ = np.moveaxis(before, -2, 0)
+        q, rate, equilibrium, _ = np.moveaxis(last_motion, -2, 0)
         distance_and_rate = np.concatenate([q - equilibrium, rate], axis=-1) @ self._transition.T
         is_first = ~np.isfinite(distance_and_rate).all(axis=-1, keepdims=True)
         distance, rate = np.split(np.where(is_first, 0.0, distance_and_rate), 2, axis=-1)

@@ -73,19 +73,19 @@ class GaussianShape:
         prior = mechanics.prior(bent, q, driving, extrapolation)
         for i in range(_ITERATIONS):
             bent = mechanics.bent_finger(q) if i else bent
-            free = mechanics.positions_under(driving + mechanics.weight(bent, gravity))
-            predicted, A = self.layout.values_at(q)
+            q_free = mechanics.positions_under(driving + mechanics.weight(bent, gravity))
+            prediction, A = self.layout.values_at(q)
             gain, cross_covariance = kalman_gain(A, prior, linear.variance)
-            residual = linear.values - predicted - (A @ (free - q)[..., None])[..., 0]
-            q = free + (gain @ residual[..., None])[..., 0]
+            residual = linear.values - prediction - (A @ (q_free - q)[..., None])[..., 0]
+            q = q_free + (gain @ residual[..., None])[..., 0]
         return ShapeEstimate(q, prior - gain @ cross_covariance + mechanics.scale_covariance(q))
 
     def guess(self, linear: LinearReadings, driving: Array, gravity: Array) -> Array:
         """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
         weight, gain, A = self._straight_update
-        free = self.mechanics.positions_under(driving + gravity @ weight)
-        residual = np.where(linear.variance < UNKNOWN / 2, linear.values - free @ A.T, 0.0)
-        return free + residual @ gain.T
+        q_free = self.mechanics.positions_under(driving + gravity @ weight)
+        residual = np.where(linear.variance < UNKNOWN / 2, linear.values - q_free @ A.T, 0.0)
+        return q_free + residual @ gain.T
 
     @cached_property
     def _straight_update(self) -> tuple[Array, Array, Array]:

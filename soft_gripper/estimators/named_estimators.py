@@ -66,9 +66,9 @@ def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str
     Raises:
         InputError: if there is none.
     """
-    own: Any = SHAPE_FUNCTIONS.find(name, field)
+    estimator: Any = SHAPE_FUNCTIONS.find(name, field)
     if name not in SHAPE_FUNCTIONS:
-        return own
+        return estimator
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
         function = estimator_function(name, layout, uncertainty or Uncertainty(), period)

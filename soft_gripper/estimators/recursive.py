@@ -171,7 +171,7 @@ class RecursiveShape:
             *(np.zeros((*shape, 1 + self._values)), no_readings),
         )
 
-    def step(self, before: FilterState, readings: Array, driving: Array, gravity: Array) -> FilterState:
+    def step(self, last_state: FilterState, readings: Array, driving: Array, gravity: Array) -> FilterState:
         """State of knowledge after one more sample.
 
         Where driving torque or gravity is not finite, so are the joints, and the readings teach nothing.
@@ -183,18 +183,19 @@ class RecursiveShape:
         if not is_driven.all():
             readings = np.where(is_driven, readings, np.nan)
             driving, gravity = (np.where(is_driven, values, 0.0) for values in (driving, gravity))
-        mean, covariance = self._predict(before.mean, before.covariance)
-        bent = mechanics.bent_finger(np.where(np.isfinite(before.q), before.q, 0.0))
+        mean, covariance = self._predict(last_state.mean, last_state.covariance)
+        bent = mechanics.bent_finger(np.where(np.isfinite(last_state.q), last_state.q, 0.0))
         weight, modes = mechanics.weight(bent, gravity), mechanics.load_modes(bent)
         strain, load_change, jacobian = self._predict_readings(mean, driving, weight, modes)
         difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
         is_read = np.isfinite(difference)
         difference = np.where(is_read, difference, 0.0)
-        noise, extrapolation = np.where(is_read, self.uncertainty.reading**2, _MISSING_VARIANCE), before.extrapolation
+        noise = np.where(is_read, self.uncertainty.reading**2, _MISSING_VARIANCE)
+        extrapolation = last_state.extrapolation
         if layout.calibrated is not None:
             extrapolation = _deviation_row(memoized(Mechanics.extrapolation, mechanics, readings, driving, gravity))
         size = np.abs(strain + load_change / (1 + self._gains(mean)))
-        stroke = np.maximum(before.stroke, size)
+        stroke = np.maximum(last_state.stroke, size)
         bias_covariance = self._bias_covariance(extrapolation, jacobian, stroke**2 - size**2)
         residual = difference - load_change
         innovation = self._innovation(residual, noise, covariance, jacobian, bias_covariance)
@@ -202,8 +203,9 @@ class RecursiveShape:
         covariance = covariance + (innovation > _limits(noise.shape[-1])[0])[..., None, None] * jump
         is_outlier = self._is_outlier(residual, noise, covariance, jacobian, bias_covariance)
         noise, difference = np.where(is_outlier, _MISSING_VARIANCE, noise), np.where(is_outlier, 0.0, difference)
-        average = before.difference + _AVERAGE_WEIGHT * (difference - before.difference) * (noise < _MISSING_VARIANCE)
-        is_loaded = self._is_loaded(before, average, difference, covariance, jacobian, noise, bias_covariance)
+        average = last_state.difference
+        average = average + _AVERAGE_WEIGHT * (difference - average) * (noise < _MISSING_VARIANCE)
+        is_loaded = self._is_loaded(last_state, average, difference, covariance, jacobian, noise, bias_covariance)
         is_blind = self._is_blind(noise < _MISSING_VARIANCE)
         is_loaded |= is_blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walk_variances[0])
         residual = difference - load_change * (is_loaded | is_blind)[..., None]
@@ -248,8 +250,8 @@ class RecursiveShape:
         joint_covariance = joint_jacobian @ covariance @ np.swapaxes(joint_jacobian, -1, -2) + self.mechanics.deviations
         joint_covariance = joint_covariance + outer((1 - is_loaded)[..., None] * self.uncertainty.gain * q)
         if self.layout.calibrated is not None:
-            joint_covariance = joint_covariance + self.mechanics.scale_covariance(q)
             joint_covariance += self._extrapolation_covariance(fit.linearized, extrapolation, is_loaded)
+            joint_covariance = joint_covariance + self.mechanics.scale_covariance(q)
         return ShapeEstimate(q, joint_covariance, contact)
 
     def _posterior(
@@ -484,9 +486,9 @@ class RecursiveShape:
         torque = self.effective_driving(self._drive_errors(mean), driving) + weight
         strain = self.layout.predict(self.mechanics.positions_under(torque))
         bent = self.mechanics.positions_under(torque + self._torque(modes, mean))
-        loaded, H = self.layout.linearized(bent)
-        load_change = (1 + self._gains(mean)) * (loaded - strain)
-        return strain, load_change, self._state_jacobian(bent, loaded, H, mean, driving, modes)
+        loaded_strain, H = self.layout.linearized(bent)
+        load_change = (1 + self._gains(mean)) * (loaded_strain - strain)
+        return strain, load_change, self._state_jacobian(bent, loaded_strain, H, mean, driving, modes)
 
     def _innovation(
         self, residual: Array, noise: Array, covariance: Array, jacobian: Array, bias_covariance: Array
@@ -506,7 +508,7 @@ class RecursiveShape:
 
     def _is_loaded(
         self,
-        before: FilterState,
+        last_state: FilterState,
         average: Array,
         difference: Array,
         covariance: Array,
@@ -522,7 +524,7 @@ class RecursiveShape:
             average, difference_covariance + _AVERAGE_WEIGHT / (2 - _AVERAGE_WEIGHT) * noises
         )
         begin_limit, end_limit, sudden_limit = _limits(noise.shape[-1])
-        is_loaded = np.where(before.loaded, recent_square > end_limit, recent_square > begin_limit)
+        is_loaded = np.where(last_state.loaded, recent_square > end_limit, recent_square > begin_limit)
         return is_loaded | (_normalized_square(difference, difference_covariance + noises) > sudden_limit)
 
     def _is_blind(self, is_read: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -153,13 +153,13 @@ class ShapeEstimator(ArrayBlock):
 
     def _take_driving(self, layout: MeasurementModel) -> None:
         """Takes the driving torques of all driven deformations, and derives that of all joints, (D)."""
-        driven = [name for name in layout.ways if name == "bending" or name in layout.finger.driven_ways]
-        ports = [driving_port(deformation) for deformation in driven]
+        driven_deformations = [name for name in layout.ways if name == "bending" or name in layout.finger.driven_ways]
+        ports = [driving_port(deformation) for deformation in driven_deformations]
         for port in ports:
             self.take(port, layout.finger.segments)
 
         def driving(*torques: Array) -> Array:
-            torque_of, zeros = dict(zip(driven, torques, strict=True)), np.zeros_like(torques[0])
+            torque_of, zeros = dict(zip(driven_deformations, torques, strict=True)), np.zeros_like(torques[0])
             return np.concatenate([torque_of.get(deformation, zeros) for deformation in layout.ways], axis=-1)
 
         self.driving = ports[0]  # the port or step with it

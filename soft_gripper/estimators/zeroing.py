@@ -32,7 +32,7 @@ class Zeros(NamedTuple):
 
     offset: Array  # (..., R) of the quantity that is read
     mean: Array  # (..., R) by which the readings are off, since the finger rests freely
-    free: Array  # (..., R) s, a period for each of the latest samples at which the finger was free
+    free_time: Array  # (..., R) s, a period for each of the latest samples at which the finger was free
     age: Array  # (..., R) s since the zeros were found
 
 
@@ -53,21 +53,22 @@ class Zeroing:
         """State before the first sample, with leading axes."""
         return Zeros(*np.zeros((4, *shape, self.mechanics.layout.readings)))
 
-    def step(self, before: Zeros, readings: Array, driving: Array, gravity: Array) -> Zeros:
+    def step(self, last_zeros: Zeros, readings: Array, driving: Array, gravity: Array) -> Zeros:
         """The zeros at a sample; see ShapeFunction for the inputs."""
-        free = np.where(self._is_known_free(driving)[..., None], before.free + self.period, 0.0)
-        age = before.age + self.period
-        if not (self._resting_time(free) > 0).any():
-            return before._replace(free=free, age=age)
-        offset, mean, is_found = self._find_zeros(before.offset, before.mean, free, (readings, driving, gravity))
-        return Zeros(offset, mean, free, np.where(is_found, 0.0, age))
+        free_time = np.where(self._is_known_free(driving)[..., None], last_zeros.free_time + self.period, 0.0)
+        age = last_zeros.age + self.period
+        if not (self._resting_time(free_time) > 0).any():
+            return last_zeros._replace(free_time=free_time, age=age)
+        inputs = readings, driving, gravity
+        offset, mean, is_found = self._find_zeros(last_zeros.offset, last_zeros.mean, free_time, inputs)
+        return Zeros(offset, mean, free_time, np.where(is_found, 0.0, age))
 
     def _find_zeros(
-        self, offset: Array, mean: Array, free: Array, inputs: tuple[Array, Array, Array]
+        self, offset: Array, mean: Array, free_time: Array, inputs: tuple[Array, Array, Array]
     ) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Updates offset and mean at a sample at which a finger rests; also returns a mask of the zeros found."""
         readings, driving, gravity = inputs
-        layout, resting = self.mechanics.layout, self._resting_time(free)
+        layout, resting = self.mechanics.layout, self._resting_time(free_time)
         differences = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
         is_read = np.isfinite(differences) & (resting > 0)
         weight = self.period / np.clip(resting, self.period, max(_MAX_AVERAGING_TIME, self.period))
@@ -86,20 +87,20 @@ class Zeroing:
         if not len(readings):
             return self.begin(readings.shape[:-1])
         shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._is_known_free(driving)[..., None]
-        free = self._elapsed(np.broadcast_to(~is_free, shape))
-        rests = np.flatnonzero((self._resting_time(free) > 0).reshape(len(free), -1).any(axis=1))
+        free_time = self._elapsed(np.broadcast_to(~is_free, shape))
+        rests = np.flatnonzero((self._resting_time(free_time) > 0).reshape(len(free_time), -1).any(axis=1))
         offset, mean = np.zeros((2, len(rests) + 1, *shape[1:]))  # before the first sample at which any finger rests
         is_found = np.zeros(shape, bool)
         for k, i in enumerate(rests):
             inputs = readings[i], driving[i], gravity[i]
-            zeros = self._find_zeros(offset[k], mean[k], free[i], inputs)
+            zeros = self._find_zeros(offset[k], mean[k], free_time[i], inputs)
             offset[k + 1], mean[k + 1], is_found[i] = zeros
-        latest = np.searchsorted(rests, np.arange(len(free)), "right")
-        return Zeros(offset[latest], mean[latest], free, self._elapsed(is_found))
+        latest = np.searchsorted(rests, np.arange(len(free_time)), "right")
+        return Zeros(offset[latest], mean[latest], free_time, self._elapsed(is_found))
 
-    def _resting_time(self, free: Array) -> Array:
+    def _resting_time(self, free_time: Array) -> Array:
         """Time at rest, s, of a finger that has been free for a time, s, counted from its first free sample."""
-        return free - self.period - _SETTLING_TIME
+        return free_time - self.period - _SETTLING_TIME
 
     def _elapsed(self, ends: NDArray[np.bool_]) -> Array:
         """The time since the last sample at which something `ends`, (T, ...) s, or since a period before the first."""
@@ -139,8 +140,8 @@ def free_readings(mechanics: Mechanics, driving: Array, gravity: Array) -> Array
     """
     q = mechanics.positions_under(driving)
     for _ in range(_MAX_ITERATIONS):
-        before, q = q, mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
-        if np.abs(q - before).max(initial=0.0) < _ANGLE_TOLERANCE:
+        last, q = q, mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
+        if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return mechanics.layout.read(q)
 

@@ -52,8 +52,8 @@ class Recursion(NamedTuple):
 def recursion(branches: Sequence[CreepBranch], period: float) -> Recursion:
     """Gains of the recursion over a period, s; exact for angles that are linear over it."""
     periods = period / np.array([branch.time for branch in branches])[:, None]
-    kept, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
-    return Recursion(kept, mean - kept, 1 - mean)
+    decay, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
+    return Recursion(decay, mean - decay, 1 - mean)
 
 
 def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Array, period: float) -> Array:
@@ -66,9 +66,9 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
             the same twice for constant angles. Those of a finger with a pressure law divided by its softening.
         period: s.
     """
-    kept, before_gain, after_gain = recursion(branches, period)
-    later: Array = kept * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
-    return later
+    decay, before_gain, after_gain = recursion(branches, period)
+    next_z: Array = decay * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
+    return next_z
 
 
 def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Array:

@@ -73,9 +73,9 @@ def _joints(finger: Finger) -> list[_Joint]:
     joints: list[_Joint] = []
     for i in range(finger.segments):
         ways = finger.ways(i)
-        between = [f"{finger.name}_{deformation}_link_{i}" for deformation in ways[:-1]]
-        links = [link_name(finger.name, i), *between, link_name(finger.name, i + 1)]
-        heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(between)]
+        inner_links = [f"{finger.name}_{deformation}_link_{i}" for deformation in ways[:-1]]
+        links = [link_name(finger.name, i), *inner_links, link_name(finger.name, i + 1)]
+        heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(inner_links)]
         joints += [_Joint(finger, i, *joint) for joint in zip(ways, links[:-1], links[1:], heights, strict=True)]
     return joints
 
@@ -103,18 +103,18 @@ def finger_to_urdf(
     finger = mounted.finger
     links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
     joints = _joints(finger)
-    between = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
+    joint_links = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
     is_implicit = springs == "implicit"
     sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
     elastic = [spring for joint in sprung for spring in _springs(joint)]
-    driven = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_ways]
-    actuators = [_actuator(joint, is_implicit) for joint in driven]
+    driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_ways]
+    actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
     frames_and_filters = [
         _tip_frame(finger),
         *_collision_filters(finger, _contact_free_links(finger) if touches_itself else finger.segments),
     ]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
-    return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *frames_and_filters]
+    return [*links, _mount(mounted), *joint_links, *hinges, *elastic, *actuators, *frames_and_filters]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:

@@ -180,6 +180,6 @@ def segment_path_lengths(q: Array, segment_length: float, offset: Array | float)
     alike, so a segment's length depends on its own joint alone.
     """
     half_angle = q / 2
-    along = segment_length / 2 - offset * np.sin(half_angle)
-    across = offset * (1 - np.cos(half_angle))
-    return 2 * np.hypot(along, across)
+    axial = segment_length / 2 - offset * np.sin(half_angle)
+    crosswise = offset * (1 - np.cos(half_angle))
+    return 2 * np.hypot(axial, crosswise)

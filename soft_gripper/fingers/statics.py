@@ -63,13 +63,13 @@ def resting_angles(
     `gravity` is as for `gravity_torque`, a number or (...) m/s^2, and `press` a force in addition. Found by fixed-point
     iteration, which converges unless the finger buckles under its weight.
     """
-    driven, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
-    bends, remains = relaxed_law(finger).inverse(), 1 - shares(finger).sum()
-    yields_more = (remains / (remains - finger.share_taken(pressure)))[..., None]  # of a linear finger: a factor
-    q = yields_more * bends(driven)
+    driving, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
+    bends, relaxed = relaxed_law(finger).inverse(), 1 - shares(finger).sum()  # fraction of the stiffness
+    bend_factor = (relaxed / (relaxed - finger.share_taken(pressure)))[..., None]  # of a linear finger
+    q = bend_factor * bends(driving)
     for _ in range(_MAX_ITERATIONS):
         pressed = 0.0 if press is None else press.torque(finger, q)
-        last, q = q, yields_more * bends(driven + gravity_torque(finger, q, gravity) + pressed)
+        last, q = q, bend_factor * bends(driving + gravity_torque(finger, q, gravity) + pressed)
         if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return q
@@ -86,11 +86,11 @@ def softened(finger: Finger, ratio: float, variation: float = 0.0) -> Finger:
         ends = {"base_moment": ratios[0], "tip_moment": ratios[-1]}
         law = replace(law, **{name: tuple(m / end for m in getattr(law, name)) for name, end in ends.items()})
     cross_sections: list[Any] = [*finger.cross_sections]
-    base, *between, tip = (
+    base, *inner_sections, tip = (
         replace(section, **{name: getattr(section, name) / divisor for name in _MODULUS_FIELDS})
         for section, divisor in zip(cross_sections, ratios.tolist(), strict=True)
     )
-    return replace(finger, base=base, sections=tuple(between), tip=tip, elastic_law=law)
+    return replace(finger, base=base, sections=tuple(inner_sections), tip=tip, elastic_law=law)
 
 
 def strengthened(finger: Finger, factor: float) -> Finger:

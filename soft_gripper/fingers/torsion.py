@@ -66,8 +66,8 @@ def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
 def _grid_lines(edges: Sequence[float], size: float) -> Array:
     """Lines of the grid: all edges and, between each two, places that crowd toward them."""
     grid_edges = size * np.unique(np.round(np.array(edges) / size, _EDGE_DIGITS))
-    between = [low + (high - low) * _crowded_fractions((high - low) / size) for low, high in pairwise(grid_edges)]
-    return np.concatenate([grid_edges[:1], *between])
+    inner_lines = [low + (high - low) * _crowded_fractions((high - low) / size) for low, high in pairwise(grid_edges)]
+    return np.concatenate([grid_edges[:1], *inner_lines])
 
 
 def _crowded_fractions(length: float) -> Array:

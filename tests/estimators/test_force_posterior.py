@@ -46,7 +46,7 @@ def few_cells(count=12, width=0.0):
 
 def posterior(r, covariance, read, cells, forces=POSSIBLE):
     """The posterior of one force on a finger at rest."""
-    found = fit_cells(*whiten(r, covariance, cells), forces.largest)
+    found = fit_cells(*whiten(r, covariance, cells), forces.max_force)
     in_cells = cell_posterior(found, read, forces)
     return contact_posterior(
         found, in_cells, LazyArray(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()), found.cells
@@ -83,7 +83,7 @@ def test_the_posterior_is_the_dense_sum(r, width):
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
     chi_squared, likelihood = dense(np.array(r), cells)
     assert found.misfit < 1
-    prior = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)  # of forces that are equally spaced in their logarithm
+    prior = np.exp(-((FORCES / POSSIBLE.usual_force) ** 2) / 2)  # of forces that are equally spaced in their logarithm
     by_force = cells.prior @ likelihood * prior
     of_cells = cell_posterior(fit_cells(*whiten(np.array(r), COVARIANCE, cells), LARGEST), np.array(2), POSSIBLE)
     assert of_cells.weight @ of_cells.mean == pytest.approx(by_force @ FORCES / by_force.sum(), rel=0.02, abs=0.07)
@@ -129,7 +129,7 @@ def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
     """Errors as believed, half of the samples without contact: coverage, and as many contacts as is believed."""
     rng, cells, count = np.random.default_rng(2), few_cells(), 2000
     cell = rng.choice(len(cells.prior), count, p=cells.prior)
-    share = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)
+    share = np.exp(-((FORCES / POSSIBLE.usual_force) ** 2) / 2)
     force = rng.choice(FORCES, count, p=share / share.sum()) * (rng.uniform(size=count) < 0.5)
     r = force[:, None] * cells.response[cell] + rng.multivariate_normal(np.zeros(2), COVARIANCE, count)
     found = posterior(r, COVARIANCE, np.full(count, 2), cells)
@@ -312,7 +312,7 @@ def test_friction_at_the_cone_bounds_what_any_friction_does(shipped_finger, sect
     contact = SurfaceContact(Mechanics(layout, Uncertainty(friction=0.45)))
     cells = contact.cells(q, contact.mechanics.bent_finger(q), layout.matrix / 1e-3)
     r = cells.response[[100, 420]].sum(axis=0) + rng.standard_normal((4, sections))
-    found = fit_cells(r, cells, possible.largest)
+    found = fit_cells(r, cells, possible.max_force)
     in_cells, read = cell_posterior(found, np.full(4, sections), possible), np.full(4, sections)
     bounds = [
         contact_posterior(

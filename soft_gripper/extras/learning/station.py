@@ -363,8 +363,8 @@ def make_learning_station(
     builder, is_seen = DiagramBuilder(), picture or meshcat is not None
     parts = add_station(builder, scenario, meshcat, visuals=is_seen, composed=composed)
     _add_action(builder, config, parts)
-    handled = config.grasp or config.pick_place
-    forces = None if handled is None else add_peak_force(builder, parts)
+    object_task = config.grasp or config.pick_place
+    forces = None if object_task is None else add_peak_force(builder, parts)
     target = goal = None
     task_signals: dict[str, OutputPort] = {}
     if config.reach is not None:
@@ -382,11 +382,11 @@ def make_learning_station(
     parts.signals = remove_unread_blocks(builder, parts.signals).signals
     diagram = builder.Build()
     parts.check(diagram)
-    if handled is None:
+    if object_task is None:
         return LearningStation(diagram, parts, forces, is_seen, target=target)
-    if handled.object in parts.deformables:
-        raise InputError("environment", "object", handled.object, "is soft; give a rigid object")
-    body = first_body(parts.plant, handled.object)
+    if object_task.object in parts.deformables:
+        raise InputError("environment", "object", object_task.object, "is soft; give a rigid object")
+    body = first_body(parts.plant, object_task.object)
     return LearningStation(diagram, parts, forces, is_seen, body, _height(parts, body), goal=goal)
 
 

@@ -158,10 +158,10 @@ class MujocoStations:
         self._check(scenario)
         step = dividing_step(self._plant_step, scenario.engine_step or LONGEST_STEP)
         self._substeps = round(self._plant_step / step)
-        handled = config.grasp or config.pick_place
-        assert handled is not None
+        object_task = config.grasp or config.pick_place
+        assert object_task is not None
         assert self._learning.object is not None
-        self._name, self._body = handled.object, self._learning.object
+        self._name, self._body = object_task.object, self._learning.object
         self._sensors = NormalForces(self._station)
         exported = [export_to_mujoco(station, step, [self._name], self._sensors) for station in stations]
         turns = np.arange(count) % len(stations)

@@ -512,10 +512,10 @@ def _streams(diagram: Diagram, scenario: Scenario, seeds: Sequence[int]) -> dict
     }
     if not sources:
         return {}
-    drawing = builder.Build()
-    context, draws = drawing.CreateDefaultContext(), {name: list[Array]() for name in sources}
+    source_diagram = builder.Build()
+    context, draws = source_diagram.CreateDefaultContext(), {name: list[Array]() for name in sources}
     for seed in seeds:
-        seed_random_sources(drawing, context, seed)
+        seed_random_sources(source_diagram, context, seed)
         for name, source in sources.items():
             values = source.get_output_port().Eval(source.GetMyContextFromRoot(context))
             draws[name].append(values.reshape(samples, -1))

@@ -120,14 +120,17 @@ class Exported(NamedTuple):
 
 
 def export_to_mujoco(
-    station: Station, step: float, listed: Collection[str] = (), touching: TouchSensors | NormalForces | None = None
+    station: Station,
+    step: float,
+    paired_models: Collection[str] = (),
+    touching: TouchSensors | NormalForces | None = None,
 ) -> Exported:
     """Exports a station to MuJoCo, without the drive of its fingers.
 
     Args:
         station: made with contact at points.
         step: of MuJoCo, s.
-        listed: models that touch others in pairs, see `station_mjcf`.
+        paired_models: models that touch others in pairs, see `station_mjcf`.
         touching: sensors of contact; None: those for recordings.
 
     Raises:
@@ -137,7 +140,7 @@ def export_to_mujoco(
     import mujoco
 
     # The integrator implicitfast lets slender links that touch chatter, in steps of 0.5 ms too.
-    export = station_mjcf(station, step, False, listed)
+    export = station_mjcf(station, step, False, paired_models)
     root = ET.fromstring(export.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
     for part in ("tendon", "keyframe"):
@@ -153,9 +156,9 @@ def export_to_mujoco(
     except ValueError as error:
         reason = f"MuJoCo cannot read the models: {first_line(error)}"
         raise InputError("scenario", "engine", "mujoco", reason) from None
-    disabled = mujoco.mjtDisableBit
-    model.opt.disableflags |= disabled.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
-    model.opt.disableflags |= disabled.mjDSBL_ISLAND  # slower, as few objects do not touch each other
+    disable_bits = mujoco.mjtDisableBit
+    model.opt.disableflags |= disable_bits.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
+    model.opt.disableflags |= disable_bits.mjDSBL_ISLAND  # slower, as few objects do not touch each other
     touching.bind(model)
     if _touches_only_in_pairs(model):
         model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would search for others at every step
