@@ -456,7 +456,7 @@ class SurfaceContact:
     def surface(self) -> SurfaceCells:
         """The cells of the finger."""
         layout = self.mechanics.layout
-        return SurfaceCells.from_finger(layout.finger, layout.ways, self.mechanics.uncertainty.friction)
+        return SurfaceCells.from_finger(layout.finger, layout.deformations, self.mechanics.uncertainty.friction)
 
 
 @dataclass(frozen=True)

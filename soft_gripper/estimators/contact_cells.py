@@ -98,9 +98,9 @@ class SurfaceCells:
         return self.directions.shape[-2] - 1
 
     @classmethod
-    def from_finger(cls, finger: Finger, ways: Sequence[str], friction: float) -> "SurfaceCells":
+    def from_finger(cls, finger: Finger, deformations: Sequence[str], friction: float) -> "SurfaceCells":
         """Cells of a finger that yields in some ways, whose contacts have friction of coefficients up to `friction`."""
-        columns = map(list, zip(*_cells(finger, ways, friction), strict=True))
+        columns = map(list, zip(*_cells(finger, deformations, friction), strict=True))
         place, side, face, probability, s, surfaces = columns
         wrenches, tangents = _wrenches(surfaces), len(surfaces[0].tangents)
         middles = (np.array(place) + 0.5) / (max(place) + 1) * finger.length
@@ -133,7 +133,7 @@ class _Cell(NamedTuple):
     surface: _Surface
 
 
-def _cells(finger: Finger, ways: Sequence[str], friction: float) -> Iterator[_Cell]:
+def _cells(finger: Finger, deformations: Sequence[str], friction: float) -> Iterator[_Cell]:
     """Yields all cells, by sides and places; if the finger only bends, on the outer face, -1, and the inner one, 1."""
     count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
     s, begins = (np.arange(count) + 0.5) / count * finger.length, np.append(0.0, finger.joint_arc_lengths)
@@ -142,7 +142,7 @@ def _cells(finger: Finger, ways: Sequence[str], friction: float) -> Iterator[_Ce
     outlines = [_Outline(*size) for size in zip(*sizes, strict=True)]
     heights, end = s - begins[np.searchsorted(begins, s) - 1], finger.length - begins[-1]
     sides: Iterable[tuple[int, int]]
-    if tuple(ways) == ("bending",):
+    if tuple(deformations) == ("bending",):
         sides, make_faces, make_tips = ((-1, _CELLS_AROUND // 2), (1, 0)), _planar_face_surfaces, _planar_tip_surfaces
     else:
         sides, make_faces, make_tips = enumerate(range(_CELLS_AROUND), start=1), _face_surfaces, _tip_surfaces

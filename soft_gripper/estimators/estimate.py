@@ -55,7 +55,7 @@ def force_along(vector: Array, covariance: Array, direction: Array) -> tuple[Arr
 class ShapeEstimate(NamedTuple):
     """The estimated shape; None for quantities that a method does not estimate.
 
-    The joints are in the order of `MeasurementModel.ways`, bending first: N of a finger that only bends, D in all.
+    The joints are in the order of `MeasurementModel.deformations`, bending first: D in all, N if the finger only bends.
     """
 
     q: Array  # (..., D) rad, and m where joints slide

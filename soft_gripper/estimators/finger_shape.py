@@ -32,14 +32,14 @@ BENDS = ("bending",)
 class Places:
     """Joints and tip of a finger in space, and their derivatives by its joint positions."""
 
-    def __init__(self, finger: Finger, ways: Sequence[str]):
-        chain = self._chain = SpatialChain.from_yields(finger.segments, finger.segment_length, ways)
-        self._to_chain = chain.position_indices(ways)
+    def __init__(self, finger: Finger, deformations: Sequence[str]):
+        chain = self._chain = SpatialChain.from_yields(finger.segments, finger.segment_length, deformations)
+        self._to_chain = chain.position_indices(deformations)
         self._from_chain = np.argsort(self._to_chain)
         frames = chain.link_frames(np.arange(1, finger.segments + 1))
         self._frames = np.append(frames, frames[-1])
         self._half = finger.segment_length / 2
-        self._moved = self._frames > np.arange(len(chain.ways))[:, None]
+        self._moved = self._frames > np.arange(len(chain.deformations))[:, None]
 
     def __call__(self, q: Array) -> tuple[Array, Array]:
         """Places P = N + 1 of joints and tip, (..., P, 3) m in B, and the direction of the tip, (..., 3).
@@ -119,12 +119,12 @@ class FingerShape(ArrayBlock):
         put_out_places(self, finger, BENDS, ANGLES)
 
 
-def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: str) -> None:
+def put_out_places(block: ArrayBlock, finger: Finger, deformations: Sequence[str], q: str) -> None:
     """Declares the step "places", and outputs as of FingerShape, of a block with the input X_WB.
 
     `q` is the step with the joint positions, (..., D).
     """
-    joints, places, N = range(finger.segments), Places(finger, ways), finger.segments
+    joints, places, N = range(finger.segments), Places(finger, deformations), finger.segments
     block.derive("places", lambda q: (*places(q), q[..., :N].sum(axis=-1)), q)
     put_out_arcs(block, lambda q: segment_arcs(finger, q[..., :N]), q, segment=joints)
     block.put_out(

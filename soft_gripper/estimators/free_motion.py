@@ -118,8 +118,8 @@ class FreeMotion:
         """Transition of [q - p, q'] over a period, (2 D, 2 D)."""
         from scipy.linalg import expm
 
-        finger, ways = self.mechanics.layout.finger, self.mechanics.layout.ways
-        acceleration_gain = np.linalg.solve(finger.mass_matrix(ways), np.diag(self.mechanics.stiffness))
+        finger, deformations = self.mechanics.layout.finger, self.mechanics.layout.deformations
+        acceleration_gain = np.linalg.solve(finger.mass_matrix(deformations), np.diag(self.mechanics.stiffness))
         zeros, identity = np.zeros_like(acceleration_gain), np.eye(len(acceleration_gain))
         flow = np.block([[zeros, identity], [-acceleration_gain, -finger.relaxation_time * acceleration_gain]])
         return np.asarray(expm(self.period * flow))

@@ -29,7 +29,7 @@ A finger under 60 kPa and a force of 0.2 N across its tip, whose stiffness is kn
     >>> print(f"{np.degrees(np.sqrt(np.diag(shape.covariance)).max()):.1f} degrees of deviation at most")
     0.2 degrees of deviation at most
 
-Leading axes are free; S values, D joints, one deformation after the other (`MeasurementModel.ways`).
+Leading axes are free; S values, D joints, one deformation after the other (`MeasurementModel.deformations`).
 
 Symbols: q joint positions, rad; q_0 those without a load; P their covariance before the sensors are read; u driving
 torque, w torque of the weight, N m; k stiffness, N m/rad; z values that are read, g their model, A its slopes by the

@@ -32,8 +32,8 @@ over the length,
 and the force on the tip gives it u v; each is 1 at the base. What is most probable between readings under the first
 alone is a cubic spline (Wahba 1978, doi 10.1111/j.2517-6161.1978.tb01050.x).
 
-Leading axes are free; N segments, D joints, one deformation after the other (`MeasurementModel.ways`), D = N if the
-finger only bends.
+Leading axes are free; N segments, D joints, one deformation after the other (`MeasurementModel.deformations`), D = N if
+the finger only bends.
 """
 
 from dataclasses import dataclass
@@ -201,12 +201,12 @@ class Mechanics:
     def chain(self) -> SpatialChain:
         """The chain, as far as the sensors see it yield."""
         layout = self.layout
-        return SpatialChain.from_yields(layout.finger.segments, layout.finger.segment_length, layout.ways)
+        return SpatialChain.from_yields(layout.finger.segments, layout.finger.segment_length, layout.deformations)
 
     @cached_property
     def is_planar(self) -> bool:
         """Whether the finger stays in its plane, as far as the sensors see."""
-        return self.layout.ways == ("bending",)
+        return self.layout.deformations == ("bending",)
 
     @cached_property
     def from_chain(self) -> NDArray[np.int_]:
@@ -215,7 +215,7 @@ class Mechanics:
 
     @cached_property
     def to_chain(self) -> NDArray[np.int_]:
-        return self.chain.position_indices(self.layout.ways)
+        return self.chain.position_indices(self.layout.deformations)
 
     @cached_property
     def links(self) -> NDArray[np.int_]:
@@ -297,7 +297,7 @@ class Mechanics:
         if states is None:
             return 0.0
         finger = self.layout.finger
-        positions = np.tile(2 * finger.joint_arc_lengths / finger.length - 1, len(self.layout.ways))
+        positions = np.tile(2 * finger.joint_arc_lengths / finger.length - 1, len(self.layout.deformations))
         return outer(states.bend_std * q) + outer(states.variation_std * positions * q)
 
     @cached_property
@@ -338,7 +338,7 @@ class Mechanics:
         """
         finger, stds = self.layout.finger, self.uncertainty.bend_stds
         polynomials = np.polynomial.legendre.legvander(2 * finger.joint_arc_lengths / finger.length - 1, len(stds) - 1)
-        return np.tile(stds[:, None] * polynomials.T, len(self.layout.ways))
+        return np.tile(stds[:, None] * polynomials.T, len(self.layout.deformations))
 
     @property
     def usual_force(self) -> float:
@@ -356,7 +356,8 @@ class Mechanics:
     def deviations(self) -> Array:
         """Covariance of further deviations from the nominal joints, (D, D); of sliding ones per segment."""
         finger, angle = self.layout.finger, self.uncertainty.angle
-        stds = [angle * finger.segment_length if deformation in SLIDES else angle for deformation in self.layout.ways]
+        names = self.layout.deformations
+        stds = [angle * finger.segment_length if name in SLIDES else angle for name in names]
         return np.diag(np.repeat(stds, finger.segments) ** 2)
 
     def _other_covariance(self, compliance: Array) -> Array:
@@ -373,7 +374,7 @@ class Mechanics:
     @cached_property
     def stiffness(self) -> Array:
         """Stiffness of every joint, N m/rad, and N/m where it slides, (D,)."""
-        return np.concatenate([self.layout.finger.stiffnesses[deformation] for deformation in self.layout.ways])
+        return np.concatenate([self.layout.finger.stiffnesses[deformation] for deformation in self.layout.deformations])
 
     @cached_property
     def _linear_compliance(self) -> Array:

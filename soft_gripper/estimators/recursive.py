@@ -537,7 +537,7 @@ class RecursiveShape:
         """Information of the readings on the bends of the sections, in both planes as far as they are seen, (R, B)."""
         layout = self.layout
         sections = layout.joint_sections[:, None] == np.arange(layout.sections)
-        bends = [deformation in ("bending", "sideways") for deformation in layout.ways]
+        bends = [deformation in ("bending", "sideways") for deformation in layout.deformations]
         bend_jacobian = layout.jacobian @ np.kron(np.eye(len(bends))[:, bends], sections / layout.joints_per_section)
         is_seen = np.abs(bend_jacobian).max(axis=0) > _MIN_SLOPE_RATIO * np.abs(bend_jacobian).max()
         return np.asarray(bend_jacobian[:, is_seen] ** 2)

@@ -140,7 +140,7 @@ class ShapeEstimator(ArrayBlock):
         estimate = self._derive_shape(function, layout, gravity)
         self._put_out_joints(layout, estimate)
         if estimate.curve is None:
-            self._put_out_places(finger, layout.ways, estimate)
+            self._put_out_places(finger, layout.deformations, estimate)
         else:
             self._put_out_curve(range(layout.sections), range(finger.segments))
         if estimate.contact is not None:
@@ -153,17 +153,18 @@ class ShapeEstimator(ArrayBlock):
 
     def _take_driving(self, layout: MeasurementModel) -> None:
         """Takes the driving torques of all driven deformations, and derives that of all joints, (D)."""
-        driven_deformations = [name for name in layout.ways if name == "bending" or name in layout.finger.driven_ways]
+        names = {"bending", *layout.finger.driven_deformations}
+        driven_deformations = [name for name in layout.deformations if name in names]
         ports = [driving_port(deformation) for deformation in driven_deformations]
         for port in ports:
             self.take(port, layout.finger.segments)
 
         def driving(*torques: Array) -> Array:
             torque_of, zeros = dict(zip(driven_deformations, torques, strict=True)), np.zeros_like(torques[0])
-            return np.concatenate([torque_of.get(deformation, zeros) for deformation in layout.ways], axis=-1)
+            return np.concatenate([torque_of.get(deformation, zeros) for deformation in layout.deformations], axis=-1)
 
         self.driving = ports[0]  # the port or step with it
-        if tuple(layout.ways) != ("bending",):
+        if tuple(layout.deformations) != ("bending",):
             self.driving = "driving"
             self.derive(self.driving, driving, *ports)
 
@@ -225,7 +226,7 @@ class ShapeEstimator(ArrayBlock):
 
     def _put_out_joints(self, layout: MeasurementModel, estimate: ShapeEstimate) -> None:
         N, joints = layout.finger.segments, range(layout.finger.segments)
-        for i, deformation in enumerate(layout.ways):
+        for i, deformation in enumerate(layout.deformations):
             unit = "m" if deformation in SLIDES else "rad"
             self.put_out(
                 f"estimated_{joints_port(deformation)}", _rows(slice(i * N, (i + 1) * N)), "q", unit=unit, joint=joints
@@ -239,8 +240,8 @@ class ShapeEstimator(ArrayBlock):
                 joint=joints,
                 other_joint=joints,
             )
-        if "twist" in layout.ways:
-            self._put_out_twist(layout.ways.index("twist") * N + np.arange(N), estimate)
+        if "twist" in layout.deformations:
+            self._put_out_twist(layout.deformations.index("twist") * N + np.arange(N), estimate)
 
     def _put_out_twist(self, joints: Any, estimate: ShapeEstimate) -> None:
         def std(shape: ShapeEstimate) -> Array:
@@ -250,9 +251,9 @@ class ShapeEstimator(ArrayBlock):
         if estimate.covariance is not None:
             self.put_out("twist_std", std, "shape", unit="rad")
 
-    def _put_out_places(self, finger: Finger, ways: Sequence[str], estimate: ShapeEstimate) -> None:
-        joints, places = range(finger.segments), Places(finger, ways)
-        put_out_places(self, finger, ways, "q")
+    def _put_out_places(self, finger: Finger, deformations: Sequence[str], estimate: ShapeEstimate) -> None:
+        joints, places = range(finger.segments), Places(finger, deformations)
+        put_out_places(self, finger, deformations, "q")
         self.put_out(
             "estimated_joint_positions",
             lambda places: places[0][..., :-1, :],

@@ -250,12 +250,12 @@ class Finger:
         middle = -float(self.thinnest.neutral_axis)
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
-    def ways(self, segment: int) -> tuple[str, ...]:
+    def deformations(self, segment: int) -> tuple[str, ...]:
         """Names of the joints in the middle of a segment, from the base to the tip, by the way in which each yields."""
         return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
 
     @property
-    def driven_ways(self) -> tuple[str, ...]:
+    def driven_deformations(self) -> tuple[str, ...]:
         """Ways of yielding that pressures and tendons drive: a chamber of the sections bends and stretches."""
         return self.yields if self.chambers or self.tendons else tuple({"bending", "stretch"} & {*self.yields})
 
@@ -276,7 +276,7 @@ class Finger:
         stiffnesses = {"bending": self.stiffness, "shear": self.shear_stiffness}
         for name in set(self.yields) - {"bending"}:
             stiffnesses[name] = np.asarray(getattr(self._joint_sections, f"{name}_stiffness")) / self.segment_length
-        return {name: stiffnesses[name] for name in self.ways(0)}
+        return {name: stiffnesses[name] for name in self.deformations(0)}
 
     def elastic_torque(self, q: Array) -> Array:
         """Elastic restoring torque at joint angles (..., N) rad, N m, (..., N)."""
@@ -487,7 +487,7 @@ class Finger:
             raise InputError(f"finger '{self.name}'", "sections", sections, expected)
         return np.round(np.arange(sections + 1) * self.segments / sections).astype(int)
 
-    def mass_matrix(self, ways: Sequence[str] = ("bending",)) -> Array:
+    def mass_matrix(self, deformations: Sequence[str] = ("bending",)) -> Array:
         """Joint-space mass matrix of the straight finger, shape (W N, W N).
 
         Joints of one deformation are followed by those of the next; kg m^2 where both turn, kg where both slide.
@@ -498,10 +498,10 @@ class Finger:
         heights = (self.link_ends[:-1] + z)[:, None] - joints
         # From each joint to the links' centres.
         levers = np.stack([x[:, None] + 0 * heights, 0 * heights, heights], axis=-1)
-        turning = [is_moved * (np.array(AXES[name]) * (name not in SLIDES) + 0 * levers) for name in ways]
+        turning = [is_moved * (np.array(AXES[name]) * (name not in SLIDES) + 0 * levers) for name in deformations]
         moving = [
             is_moved * (AXES[name] + 0 * levers) if name in SLIDES else np.cross(rate, levers)
-            for name, rate in zip(ways, turning, strict=True)
+            for name, rate in zip(deformations, turning, strict=True)
         ]
         v, w = (np.concatenate(rates, axis=1) for rates in (moving, turning))  # (L, W N, 3)
         link_matrices: Array = v @ (links.mass[:, None, None] * v.swapaxes(1, 2)) + w @ links.tensors @ w.swapaxes(1, 2)
@@ -526,10 +526,10 @@ class Finger:
         longest = float(np.linalg.eigvals(steps).real.max())
         return 1 / longest if longest > 0 else np.inf
 
-    def _tendon_stiffness(self, ways: Sequence[str]) -> Array:
+    def _tendon_stiffness(self, deformations: Sequence[str]) -> Array:
         """Stiffness that the tendons add at the joints of the straight finger, (W N, W N)."""
         nothing = np.zeros((len(self.tendons), self.segments))
-        levers = np.concatenate([self.tension_gains.get(deformation, nothing) for deformation in ways], axis=-1)
+        levers = np.concatenate([self.tension_gains.get(deformation, nothing) for deformation in deformations], axis=-1)
         stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
         return stiffness
 

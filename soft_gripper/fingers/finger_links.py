@@ -72,11 +72,12 @@ def _joints(finger: Finger) -> list[_Joint]:
     """Joints from the base to the tip."""
     joints: list[_Joint] = []
     for i in range(finger.segments):
-        ways = finger.ways(i)
-        inner_links = [f"{finger.name}_{deformation}_link_{i}" for deformation in ways[:-1]]
+        deformations = finger.deformations(i)
+        inner_links = [f"{finger.name}_{deformation}_link_{i}" for deformation in deformations[:-1]]
         links = [link_name(finger.name, i), *inner_links, link_name(finger.name, i + 1)]
         heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(inner_links)]
-        joints += [_Joint(finger, i, *joint) for joint in zip(ways, links[:-1], links[1:], heights, strict=True)]
+        columns = deformations, links[:-1], links[1:], heights
+        joints += [_Joint(finger, i, *joint) for joint in zip(*columns, strict=True)]
     return joints
 
 
@@ -107,7 +108,7 @@ def finger_to_urdf(
     is_implicit = springs == "implicit"
     sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
     elastic = [spring for joint in sprung for spring in _springs(joint)]
-    driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_ways]
+    driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_deformations]
     actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
     frames_and_filters = [
         _tip_frame(finger),

@@ -32,8 +32,8 @@ def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
     would act about the axis of one of the two links alone, and the error would fall with the segment length only, not
     with its square.
     """
-    ways = tuple(deformation for deformation in AXES if deformation in yields)
-    return ways[::-1] if segment % 2 else ways
+    deformations = tuple(deformation for deformation in AXES if deformation in yields)
+    return deformations[::-1] if segment % 2 else deformations
 
 
 _SOFTENING_TOLERANCE = 1e-9

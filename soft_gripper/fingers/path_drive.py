@@ -82,15 +82,15 @@ class _PathDriveBlock(ArrayBlock):
 
     def __init__(self, finger: PlantFinger, period: float | None = None):
         super().__init__(period)
-        ways = finger.finger.yields
-        self._ways = {name: np.argmax(finger.position_selector(name), axis=-1) for name in ways}
-        self._actuators = {name: np.argmax(finger.actuator_selector(name), axis=-1) for name in ways}
+        deformations = finger.finger.yields
+        self._deformations = {name: np.argmax(finger.position_selector(name), axis=-1) for name in deformations}
+        self._actuators = {name: np.argmax(finger.actuator_selector(name), axis=-1) for name in deformations}
         self._finger, self._size = finger.finger, len(finger.actuator_names)
         self.take("state", finger.plant.num_multibody_states())
 
     def _joints(self, state: Array) -> dict[str, Array]:
         """Joint positions in a state of the plant, (..., nq + nv), by deformation."""
-        return {deformation: state[..., places] for deformation, places in self._ways.items()}
+        return {deformation: state[..., places] for deformation, places in self._deformations.items()}
 
     def _actuation(self, torques: Mapping[str, Array]) -> Array:
         """Torques of joints, (..., N) each, as actuation, (..., nu)."""

@@ -171,7 +171,7 @@ def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple
 
     Args:
         paths: at the segments of a chain.
-        levers: those of `paths.levers` for W ways, (3, P, W, N).
+        levers: those of `paths.levers` for W deformations, (3, P, W, N).
         q: joint positions, (..., W, N).
     """
     changes = paths.rest_changes + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)

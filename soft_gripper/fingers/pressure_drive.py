@@ -140,5 +140,5 @@ def pressure_torque_map(finger: PlantFinger) -> Array:
 
     It is that of the straight finger; changes by twist are not in it.
     """
-    gains = finger.finger.pressure_gains
-    return np.asarray(sum(finger.actuator_selector(name).T @ gains[name].T for name in finger.finger.driven_ways))
+    gains, names = finger.finger.pressure_gains, finger.finger.driven_deformations
+    return np.asarray(sum(finger.actuator_selector(name).T @ gains[name].T for name in names))

@@ -28,7 +28,7 @@ _POSITION_TOLERANCE = 1e-11  # rad, and m: the last change of a shape in balance
 class SpatialChain:
     """N equal segments with joints in their middles, J in all; a finger, or any rod."""
 
-    ways: tuple[str, ...]  # (J) deformation of each joint, see `finger_parts.AXES`, from the base to the tip
+    deformations: tuple[str, ...]  # (J) deformation of each joint, see `finger_parts.AXES`, from the base to the tip
     segments: NDArray[np.int_]  # (J) segment of each joint
     segment_length: float  # m
 
@@ -45,7 +45,7 @@ class SpatialChain:
     @cached_property
     def axes(self) -> Array:
         """Axes of the joints, (J, 3), in the frame of the link before."""
-        return np.array([AXES[deformation] for deformation in self.ways])
+        return np.array([AXES[deformation] for deformation in self.deformations])
 
     @cached_property
     def joint_transforms(self) -> tuple[Array, Array]:
@@ -55,9 +55,9 @@ class SpatialChain:
         """
         axes, turning = self.axes[..., None], self.turns[:, None, None]
         cross = cross_matrices(self.axes)
-        rest = np.zeros((len(self.ways), 4, 4)) + np.eye(4)
+        rest = np.zeros((len(self.deformations), 4, 4)) + np.eye(4)
         rest[:, 2, 3] = self.heights
-        changes = np.zeros((len(self.ways), 3, 4, 4))
+        changes = np.zeros((len(self.deformations), 3, 4, 4))
         changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -cross @ cross * turning, cross * turning
         changes[:, 2, :3, 3:] = axes * ~turning
         return rest.reshape(-1, 16), changes.reshape(-1, 3, 16)
@@ -65,12 +65,12 @@ class SpatialChain:
     @cached_property
     def is_planar(self) -> bool:
         """Whether the chain only bends, so that all axes are y of B."""
-        return set(self.ways) == {"bending"}
+        return set(self.deformations) == {"bending"}
 
     @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """Mask of the joints that turn, (J,); the others slide."""
-        return np.array([deformation not in SLIDES for deformation in self.ways])
+        return np.array([deformation not in SLIDES for deformation in self.deformations])
 
     @cached_property
     def heights(self) -> Array:
@@ -82,19 +82,20 @@ class SpatialChain:
         """Interleaves values of joints by deformation, (..., N) each, to (..., J); missing deformations have 0."""
         shape = np.broadcast_shapes(*(np.shape(value)[:-1] for value in values.values()))
         columns = [
-            values[name][..., i] if name in values else 0.0 for name, i in zip(self.ways, self.segments, strict=True)
+            values[name][..., i] if name in values else 0.0
+            for name, i in zip(self.deformations, self.segments, strict=True)
         ]
         return np.stack([np.broadcast_to(value, shape) for value in columns], axis=-1)
 
     def separated(self, q: Array) -> dict[str, Array]:
         """Separates joint positions, (..., J), by deformation, (..., N) each."""
-        ways = np.array(self.ways)
-        return {deformation: q[..., ways == deformation] for deformation in dict.fromkeys(self.ways)}
+        deformations = np.array(self.deformations)
+        return {deformation: q[..., deformations == deformation] for deformation in dict.fromkeys(self.deformations)}
 
-    def position_indices(self, ways: Sequence[str]) -> NDArray[np.int_]:
+    def position_indices(self, deformations: Sequence[str]) -> NDArray[np.int_]:
         """Indices of its joints among those counted deformation after deformation, (J,)."""
-        way_indices = np.array([ways.index(deformation) for deformation in self.ways])
-        return way_indices * (len(self.ways) // len(ways)) + self.segments
+        way_indices = np.array([deformations.index(deformation) for deformation in self.deformations])
+        return way_indices * (len(self.deformations) // len(deformations)) + self.segments
 
     def link_frames(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
         """Frame of each link, (...); links count from 0 at the base to N."""
@@ -133,7 +134,7 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
     if chain.is_planar:
         return _planar_posture(chain, q)
-    joints, (rest, changes) = len(chain.ways), chain.joint_transforms
+    joints, (rest, changes) = len(chain.deformations), chain.joint_transforms
     joint_terms = np.empty((*q.shape, 1, 3))
     joint_terms[..., 0, 0], joint_terms[..., 0, 1], joint_terms[..., 0, 2] = np.cos(q) - 1, np.sin(q), q
     steps = ((joint_terms @ changes)[..., 0, :] + rest).reshape(*q.shape, 4, 4)
@@ -284,7 +285,7 @@ def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loa
     Raises:
         SimulationDivergedError: if no balance is found.
     """
-    q = driving / stiffness + np.zeros((*loads.forces.shape[:-2], len(chain.ways)))
+    q = driving / stiffness + np.zeros((*loads.forces.shape[:-2], len(chain.deformations)))
     for fraction in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
         for _ in range(_MAX_ITERATIONS):
             bent = posture(chain, q)

@@ -210,11 +210,11 @@ def _stated_of(
     """Estimates of contacts whose readings and pressures, `measured` over the true ones, are known."""
     layout = sensor_layout(condition.nominal_finger(seen), config)
     estimator = ContactShape(layout, assumed)
-    given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
+    given = readings, driving_torque(layout.finger, layout.deformations, measured * contacts.pressure), contacts.gravity
     contact = estimator(*given).contact
     assert contact is not None
     transverse = contacts.transverse_force, contact.transverse_force, contact.transverse_force_std
-    found = FoundContact.of(contact, contacts, layout.ways != ("bending",))
+    found = FoundContact.of(contact, contacts, layout.deformations != ("bending",))
     return _stated(
         contacts.normal_force,
         contacts.arc_length,

@@ -86,7 +86,7 @@ def least_squares(layout, read, pressure, gravity, assumed):
     """In information form, linearized as often, and from the same first guess, by differences of the values."""
     finger, shape = layout.finger, GaussianShape(layout, assumed)
     driving, D = driven(finger, pressure), layout.straight.size
-    compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in layout.ways])
+    compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in layout.deformations])
     values, variance = layout.values(read, assumed.reading)
     within_a_minute = assumed.reading**2 + assumed.offset**2 + 60 * assumed.drift**2
     variance = variance * within_a_minute / assumed.reading**2 + (assumed.gain * values) ** 2
@@ -117,7 +117,7 @@ def check(layout, read, assumed):
 
 @pytest.mark.parametrize("assumed", DOUBTS.values(), ids=DOUBTS)
 def test_it_is_what_least_squares_find(any_layout, bent, assumed):
-    check(any_layout, any_layout.read(bent(any_layout.straight.size) / 4 / len(any_layout.ways)), assumed)
+    check(any_layout, any_layout.read(bent(any_layout.straight.size) / 4 / len(any_layout.deformations)), assumed)
 
 
 @pytest.mark.parametrize("name", ["four", "four_faces_and_diagonal"])
@@ -125,7 +125,7 @@ def test_it_is_what_least_squares_find(any_layout, bent, assumed):
 def test_it_is_what_least_squares_find_of_what_is_read(shipped_finger, bent, name, lost):
     """Of four sections in the plane, one path of a section, a whole one, two."""
     layout = SensorLayout(shipped_finger, 4) if name == "four" else sensors(yielding(shipped_finger), name)
-    read = layout.read(bent(layout.straight.size) / 4 / len(layout.ways))
+    read = layout.read(bent(layout.straight.size) / 4 / len(layout.deformations))
     read[lost] = np.nan
     check(layout, read, Uncertainty())
 
@@ -134,7 +134,7 @@ def test_it_is_what_least_squares_find_of_what_is_read(shipped_finger, bent, nam
 @pytest.mark.parametrize("pressure", [-40e3, 150e3])
 def test_free_bending_is_exact_however_gravity_pulls(any_layout, pressure, gravity):
     """But for readings of joints that do not bend alike, of which the sections have the mean; nearly, in space."""
-    q, atol = pushed(any_layout.finger, pressure, gravity=gravity), 2e-6 if len(any_layout.ways) == 1 else 3e-4
+    q, atol = pushed(any_layout.finger, pressure, gravity=gravity), 2e-6 if len(any_layout.deformations) == 1 else 3e-4
     np.testing.assert_allclose(estimated(any_layout, any_layout.read(q), pressure, gravity).q, q, rtol=0, atol=atol)
 
 

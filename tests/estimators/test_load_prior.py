@@ -112,7 +112,7 @@ def test_a_joint_that_slides_deviates_as_far_as_one_that_turns_moves_its_segment
     for segments in (6, 12):
         finger = replace(shipped_finger, segments=segments, yields=("bending", "stretch"))
         layout = sensors(finger, "four_faces")
-        ways, angle = layout.ways, 1e-3
+        ways, angle = layout.deformations, 1e-3
         assert ways == ("bending", "stretch")
         stds = np.sqrt(np.diagonal(Mechanics(layout, Uncertainty(angle=angle)).deviations))
         turned, slid = stds.reshape(2, segments)

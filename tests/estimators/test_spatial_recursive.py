@@ -116,7 +116,7 @@ def pushed(finger, pressures, forces):
     own_forces = np.broadcast_to(own.forces, (*forces.shape[:-1], *own.forces.shape))
     all_forces = np.concatenate([own_forces, forces[..., None, :]], axis=-2)
     points = np.concatenate([own.points, [[0, 0, finger.segment_length / 2]]])
-    loads = Loads(np.append(own.frames, len(chain.ways)), points, all_forces, np.zeros_like(all_forces))
+    loads = Loads(np.append(own.frames, len(chain.deformations)), points, all_forces, np.zeros_like(all_forces))
     driving = chain.interleaved({"bending": finger.pressure_torque(np.asarray(pressures))})
     q = resting_positions(chain, chain.interleaved(finger.stiffnesses), driving, loads)
     return q[..., np.argsort(chain.position_indices(WAYS))]

@@ -1,7 +1,7 @@
 """Fingers in static balance in space, and what is believed of their load, by nothing but one force after the other.
 
-Joint positions are way after way (`MeasurementModel.ways`), (..., D), of fingers that only bend as of those that leave
-their plane.
+Joint positions are in the order of `MeasurementModel.deformations`, (..., D), of fingers that only bend as of those
+that leave their plane.
 """
 
 from dataclasses import replace
@@ -49,7 +49,7 @@ def pushed(finger, pressure, forces=(0, 0, 0), gravity=DOWN, drive=1.0):
     own_forces = np.broadcast_to(own.forces, (*forces.shape[:-1], *own.forces.shape[-2:]))
     all_forces = np.concatenate([own_forces, forces[..., None, :]], axis=-2)
     points = np.concatenate([own.points, [[0, 0, finger.segment_length / 2]]])
-    loads = Loads(np.append(own.frames, len(chain.ways)), points, all_forces, np.zeros_like(all_forces))
+    loads = Loads(np.append(own.frames, len(chain.deformations)), points, all_forces, np.zeros_like(all_forces))
     return balanced(finger, pressure, loads, drive)
 
 

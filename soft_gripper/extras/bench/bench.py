@@ -192,9 +192,9 @@ class Bench:
         return {self.quantities[name]: self._free_reading(name, layout) for name, layout in self.layouts.items()}
 
     def _free_reading(self, name: str, layout: MeasurementModel) -> Array:
-        if tuple(layout.ways) != ("bending",):
+        if tuple(layout.deformations) != ("bending",):
             expected = "are zeroed only if they bend in one plane; calibrate this one instead"
-            raise InputError(f"finger '{name}'", "ways", ", ".join(layout.ways), expected)
+            raise InputError(f"finger '{name}'", "deformations", ", ".join(layout.deformations), expected)
         driving, X_WB = self.read([f"{name}.{DRIVING_TORQUE}", f"{name}.X_WB"]).values()
         return free_readings(self._mechanics[name], driving, to_base(X_WB, np.array(self.scenario.gravity)))
 

@@ -2,7 +2,7 @@
 
 An exported file has neither. Sensors and estimators are functions of arrays, so that one call serves all environments
 and all times: leading axes are free. D joint positions: way after way in which the sensors see the finger yield
-(`MeasurementModel.ways`), N each; R readings, C chambers.
+(`MeasurementModel.deformations`), N each; R readings, C chambers.
 """
 
 from dataclasses import dataclass
@@ -57,13 +57,14 @@ class SensedFinger:
             InputError: if there are not R readings or not C chambers.
         """
         finger = self.nominal.finger
-        ways = self.nominal.ways
+        ways = self.nominal.deformations
         _check("readings", readings, self.nominal.readings)
         _check("pressure", pressure, finger.pressures)
         pose = np.broadcast_to(self.X_WB if X_WB is None else X_WB, (*np.shape(readings)[:-1], 3, 4))
         nothing = np.zeros((*np.shape(pressure)[:-1], finger.segments))
         torques = [
-            finger.torque_of_drive(way, np.asarray(pressure)) if way in finger.driven_ways else nothing for way in ways
+            finger.torque_of_drive(way, np.asarray(pressure)) if way in finger.driven_deformations else nothing
+            for way in ways
         ]
         gravity = to_base(pose, self.gravity)
         return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
@@ -101,6 +102,6 @@ def _sensed_finger(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
         if entries := getattr(nominal.finger, part):
             raise InputError("sensed finger", part, len(entries), f"finger '{finger.name}' {has}")
     gravity = compensated_gravity(scenario)
-    joints = [scoped_name(joint) for way in nominal.ways for joint in finger.joints_of(way)]
+    joints = [scoped_name(joint) for way in nominal.deformations for joint in finger.joints_of(way)]
     sensors = sensor_layout(finger.finger, scenario.sensor)
     return SensedFinger(tuple(joints), sensors, nominal, function, gravity, finger.X_WB.GetAsMatrix34())

@@ -92,7 +92,7 @@ def named_fault(probabilities: Array) -> Array:
 def check_monitored(function: HealthFilter) -> None:
     """Raises an InputError if the finger leaves its plane, or no pressure bends it."""
     layout = function.layout
-    if layout.ways != ("bending",) or not np.any(layout.finger.pressure_gain):
+    if layout.deformations != ("bending",) or not np.any(layout.finger.pressure_gain):
         expected = "works for fingers that bend in their plane, by pressure; set it to false"
         raise InputError("estimator", "health", True, f"{expected} (finger '{layout.finger.name}')")
 

@@ -115,7 +115,7 @@ def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -
     if name not in recording or recording[name].size != layout.readings * len(recording.sample_numbers):
         return None
     readings = recording.samples(name).reshape(-1, layout.readings)
-    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.ways]
+    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.deformations]
     still = np.zeros((len(readings), joints))
     torques = [recording.samples(port) if port in recording else still for port in ports]
     return replace(_measured(station, recording, finger, readings), torque=np.concatenate(torques, axis=-1))
