@@ -54,12 +54,12 @@ class Places:
         places[..., -1, :] += self._half * tip_direction
         return places, tip_direction
 
-    def moves(self, q: Array) -> Array:
+    def place_jacobian(self, q: Array) -> Array:
         """Derivatives of the places by the joint positions, (..., D, P, 3) m/rad, or 1."""
         bent = posture(self._chain, q[..., self._to_chain])
         places, screws = self._positions(bent)[0], bent.screws[..., None, :]
-        moves = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
-        return np.asarray((moves * self._moved[..., None])[..., self._from_chain, :, :])
+        jacobian = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
+        return np.asarray((jacobian * self._moved[..., None])[..., self._from_chain, :, :])
 
     def variance(self, q: Array, covariance: Array) -> Array:
         """Variances of joints and tip along x, y and z, m^2, (..., N + 1, 3).
@@ -68,8 +68,8 @@ class Places:
             q: joint positions, (..., D).
             covariance: of these, (..., D, D).
         """
-        moves = np.moveaxis(self.moves(q), -3, -1)  # (..., P, 3, D)
-        return np.asarray(np.maximum(((moves @ covariance[..., None, :, :]) * moves).sum(axis=-1), 0))
+        jacobian = np.moveaxis(self.place_jacobian(q), -3, -1)  # (..., P, 3, D)
+        return np.asarray(np.maximum(((jacobian @ covariance[..., None, :, :]) * jacobian).sum(axis=-1), 0))
 
 
 def position_std(finger: Finger, q: Array, covariance: Array) -> Array:

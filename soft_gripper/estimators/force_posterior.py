@@ -272,7 +272,7 @@ def _fits(r: Array, cells: Cells, max_force: float, refined: bool) -> Fits:
         np.moveaxis(deviations, (-2, -1), (0, 1)),
     )
     vectors = [*deviations, c, r]
-    products = [[_dot(vector, other) for other in vectors[: i + 1]] for i, vector in enumerate(vectors)]
+    products = [[_dot(vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)]
     if not refined:
         return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, max_force), max_force)
     first = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)

@@ -257,7 +257,7 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
     return parts
 
 
-def _add_measured(parts: _BenchParts, finger: PlantFinger, moves: bool) -> Ports:
+def _add_measured(parts: _BenchParts, finger: PlantFinger, is_moving: bool) -> Ports:
     """Measurements of a finger, held for a period."""
     name = finger.name
     parameters = finger.finger
@@ -270,7 +270,7 @@ def _add_measured(parts: _BenchParts, finger: PlantFinger, moves: bool) -> Ports
     if parameters.tendons:
         block = HeldInput(parts.period, len(parameters.tendons), "N", **parameters.tendon_axis)
         measured["sampled_tension"] = parts.hold(f"{name}.tension", block)
-    if moves:
+    if is_moving:
         measured["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
     else:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))

@@ -101,9 +101,9 @@ class _PosedScene:
         self._diagram.ForcedPublish(self._context)
 
 
-def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger], moves: bool) -> list[ModelConfig]:
+def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger], is_moving: bool) -> list[ModelConfig]:
     """Models with a known pose: fixed ones; of moving fingers, the grippers alone, in their own frames."""
-    if not moves:
+    if not is_moving:
         return [model for model in models if not model.free]
     grippers = {finger.model_name for finger in fingers}
     gripper_models = [model for model in models if model.name in grippers]

@@ -79,12 +79,12 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     groups: dict[Any, list[int]] = {}
     outcomes: dict[int, Run | Exception] = {}
     for i, run in enumerate(served):
-        if isinstance(run, Served):
+        if isinstance(run, ServedRun):
             groups.setdefault(_structure(run.station) if _serves_many(run.station) else i, []).append(i)
         else:
             outcomes[i] = run
     for numbers in groups.values():
-        group = [member for member in (served[i] for i in numbers) if isinstance(member, Served)]
+        group = [member for member in (served[i] for i in numbers) if isinstance(member, ServedRun)]
         size = _batch_size(group[0].station)
         for first in range(0, len(numbers), size):
             batch = slice(first, first + size)
@@ -115,7 +115,7 @@ def _structure(station: Station) -> Hashable:
     return structure(station.diagram), repr((times, joints, recorded, shapes, scenario.contact_points, scenario.arm))
 
 
-class Served(NamedTuple):
+class ServedRun(NamedTuple):
     """Station of a run, possibly built for another scenario with the same key."""
 
     station: Station
@@ -124,7 +124,7 @@ class Served(NamedTuple):
     blocks: Key | None  # of its blocks, see `blocks_key`
 
 
-def _share_diagrams(served: Sequence[Served]) -> list[Station]:
+def _share_diagrams(served: Sequence[ServedRun]) -> list[Station]:
     """Stations of runs, each with the diagram of the first one with equal blocks."""
     diagrams: dict[Any, Diagram] = {}
     keys = [run.station.diagram if run.blocks is None else run.blocks for run in served]
@@ -136,7 +136,7 @@ def _share_diagrams(served: Sequence[Served]) -> list[Station]:
 
 def _serve(
     scenario: Scenario, content_of: Content, context_of: Callable[[Diagram], Context], user_stations: Stations
-) -> Served | Exception:
+) -> ServedRun | Exception:
     """Station that serves a scenario; `user_stations` have user's blocks, whose code may change later."""
     try:
         scenario = checked_scenario("scenario", scenario)
@@ -156,7 +156,7 @@ def _serve(
             _replan(parts, station.diagram, begin_positions(station.plant, differences))
     except InputError as error:
         return error
-    return Served(replace(station, parts=parts), differences, plant, blocks_key(scenario, content_of))
+    return ServedRun(replace(station, parts=parts), differences, plant, blocks_key(scenario, content_of))
 
 
 def _serves_many(station: Station) -> bool:
@@ -184,8 +184,8 @@ def _replan(parts: StationParts, diagram: Diagram, positions: Array) -> None:
 
 def _build_station(scenario: Scenario, plant: Key | None) -> Station:
     """Builds a station, around a copy of an equal plant of another station if there is one."""
-    like = None if plant is None else _plant_sources.get(plant)
-    station = make_private_station(scenario, composed=False, like=None if like is None else like.parts)
+    source = None if plant is None else _plant_sources.get(plant)
+    station = make_private_station(scenario, composed=False, like=None if source is None else source.parts)
     check_closed(station)
     if plant is not None:
         get_or_make(_plant_sources, plant, lambda: station, _MAX_STATIONS)
@@ -211,7 +211,7 @@ def _batch_size(station: Station) -> int:
     return max(1, int(_LOG_BYTES / (8 * width * samples)))
 
 
-def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exception]:
+def _run_alike(served: Sequence[ServedRun], described: bool) -> Iterator[Run | Exception]:
     """Runs stations of one structure together, with a step chosen for three of them."""
     stations, models = [run.station for run in served], _Models(served)
     try:
@@ -235,7 +235,7 @@ def _run_alike(served: Sequence[Served], described: bool) -> Iterator[Run | Exce
         yield Run(station, make_recording(station.logs.labels, computed, attributes))
 
 
-def _step_of(served: Sequence[Served], models: "_Models") -> tuple[float, str]:
+def _step_of(served: Sequence[ServedRun], models: "_Models") -> tuple[float, str]:
     """Step of runs of one structure, s, and in words how it was chosen."""
     station = served[0].station
     if station.scenario.engine_step is not None:
@@ -270,7 +270,7 @@ class Change(NamedTuple):
         return f"half of it moves tips by {shifts}, and changes forces by {self.force:.2%}"
 
 
-def _choose_step(served: Sequence[Served], models: "_Models") -> tuple[float, Change]:
+def _choose_step(served: Sequence[ServedRun], models: "_Models") -> tuple[float, Change]:
     """Longest step, s, whose half changes the ends of some runs by little, and that change; the runs log nothing."""
     step = dividing_step(served[0].station.plant.time_step(), LONGEST_STEP)
     ends_by_step: list[list[_End]] = []  # of all runs with each step
@@ -351,12 +351,12 @@ def _carried_points(station: Station, logs: Logs, environment: int) -> Array:
 class _Models:
     """Models of runs in MuJoCo; some share a plant of Drake and differ from it."""
 
-    def __init__(self, served: Sequence[Served]):
+    def __init__(self, served: Sequence[ServedRun]):
         """`served` are all runs."""
         self._listed = {model.name for run in served for model in run.station.scenario.models if model.free}
         self._exported: dict[tuple[Key | MultibodyPlant, float], Exported] = {}
 
-    def plants(self, served: Sequence[Served], steps: Sequence[float]) -> Plants:
+    def plants(self, served: Sequence[ServedRun], steps: Sequence[float]) -> Plants:
         """Plants of some runs, for each step of MuJoCo, s, in turn."""
         steps_of_runs = [(run, step) for step in steps for run in served]
         exported = [self._export(run, step) for run, step in steps_of_runs]
@@ -369,7 +369,7 @@ class _Models:
         sensors = [run.touching for run in exported if isinstance(run.touching, TouchSensors)]
         return Plants(served[0].station, sensors[0].with_environments(sensors), models, begins, is_one_file=is_one)
 
-    def _export(self, served: Served, step: float) -> Exported:
+    def _export(self, served: ServedRun, step: float) -> Exported:
         key = served.plant or served.station.plant, step
         if key not in self._exported:
             self._exported[key] = export_to_mujoco(served.station, step, self._listed)

@@ -76,15 +76,14 @@ def structure(system: System) -> Hashable:
     connections = system.connection_map().items()
     wires = ((reader.get_name(), i, source.get_name(), j) for (reader, i), (source, j) in connections)
     inputs = map(system.get_input_port, range(system.num_input_ports()))
-    ends = (
+    input_names = (
         sorted((part.get_name(), i) for part, i in system.GetInputPortLocators(port.get_index())) for port in inputs
     )
     outputs = map(system.get_output_port, range(system.num_output_ports()))
     begins = (system.get_output_port_locator(port.get_index()) for port in outputs)
-    shown = ((part.get_name(), int(i)) for part, i in begins)
-    return repr(
-        ([(part.get_name(), structure(part)) for part in system.GetSystems()], sorted(wires), [*ends], [*shown])
-    )
+    output_names = ((part.get_name(), int(i)) for part, i in begins)
+    parts = [(part.get_name(), structure(part)) for part in system.GetSystems()]
+    return repr((parts, sorted(wires), [*input_names], [*output_names]))
 
 
 def _leaf_structure(leaf: LeafSystem) -> Hashable:

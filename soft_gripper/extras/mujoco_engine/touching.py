@@ -92,10 +92,10 @@ class TouchSensors:
             return np.empty((0, COLUMNS)), np.zeros(len(sensed) + 1, int)
         sensors = len(self.links), len(self.objects) + 1
         all_contacts = sensed.reshape(len(sensed), *sensors, self._max_contacts, _CONTACT_SIZE)
-        cells = np.nonzero(all_contacts[..., 0, _FOUND_COLUMN])  # sensors that report contacts: most report none
-        reported = all_contacts[cells]
+        reporting = np.nonzero(all_contacts[..., 0, _FOUND_COLUMN])  # sensors that report contacts: most report none
+        reported = all_contacts[reporting]
         number, slot = np.nonzero(reported[..., _FOUND_COLUMN] > 0)
-        contacts, (environment, link, sensor) = reported[number, slot], (indices[number] for indices in cells)
+        contacts, (environment, link, sensor) = reported[number, slot], (indices[number] for indices in reporting)
         is_unique = self._find_unique(environment * len(self.links) + link, sensor, contacts[:, _PLACES])
         environment, link, sensor = environment[is_unique], link[is_unique], sensor[is_unique]
         contacts = contacts[is_unique]
@@ -112,11 +112,11 @@ class TouchSensors:
         rows[:, 29:31], rows[:, 31:] = np.nan, xpos[environment, self._bases[link]]
         return rows, np.searchsorted(environment, np.arange(len(sensed) + 1))
 
-    def _find_unique(self, cell: NDArray[np.int_], sensor: NDArray[np.int_], place: Array) -> NDArray[np.bool_]:
+    def _find_unique(self, link_index: NDArray[np.int_], sensor: NDArray[np.int_], place: Array) -> NDArray[np.bool_]:
         """Mask of contacts without repetitions: the sensor of any body reports those with objects once more.
 
         Args:
-            cell: environment and link of each, (P,), in rising order.
+            link_index: environment and link of each, (P,), in rising order.
             sensor: number of the sensor, (P,); that of any body comes last.
             place: of the contact, (P, 3) m.
         """
@@ -124,11 +124,11 @@ class TouchSensors:
         if not self.objects:
             return is_of_all
         total, with_object = (
-            np.bincount(cell[mask], minlength=cell.max(initial=-1) + 1) for mask in (is_of_all, ~is_of_all)
+            np.bincount(link_index[mask], minlength=link_index.max(initial=-1) + 1) for mask in (is_of_all, ~is_of_all)
         )
         is_unique = ~is_of_all
         for number in np.flatnonzero(total > with_object):  # the link also touches bodies that are no objects
-            is_in_cell = cell == number
+            is_in_cell = link_index == number
             object_places = {row.tobytes() for row in place[is_in_cell & ~is_of_all]}
             rows = place[is_in_cell & is_of_all]
             is_unique[is_in_cell & is_of_all] = [row.tobytes() not in object_places for row in rows]

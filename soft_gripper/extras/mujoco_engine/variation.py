@@ -125,8 +125,8 @@ def begin_positions(plant: MultibodyPlant, differences: Variation) -> Array:
     q = np.array(plant.GetDefaultPositions())
     for name, X_WB in differences.poses.items():
         first = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
-        place = first.floating_positions_start()
-        q[place : place + 7] = [*X_WB.rotation().ToQuaternion().wxyz(), *X_WB.translation()]
+        start = first.floating_positions_start()
+        q[start : start + 7] = [*X_WB.rotation().ToQuaternion().wxyz(), *X_WB.translation()]
     return q
 
 
