@@ -446,7 +446,7 @@ class Finger:
         mass = np.asarray(section.density * section.area * lengths)
         center = np.array([section.mass_center, lengths / 2])
         bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
-        return bare if load is None else bare.loaded(load.mass, np.array([load.x, lengths[-1] + load.z]))
+        return bare if load is None else bare.with_load(load.mass, np.array([load.x, lengths[-1] + load.z]))
 
     @property
     def link_masses(self) -> Array:

@@ -162,7 +162,7 @@ class LinkInertias(NamedTuple):
         tensors: Array = self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
         return tensors
 
-    def loaded(self, mass: float, position: Array) -> "LinkInertias":
+    def with_load(self, mass: float, position: Array) -> "LinkInertias":
         """Copy with a point mass (kg) fixed to the last link, at `position`, (2,) m along x and z."""
         is_last = np.arange(len(self.mass)) == len(self.mass) - 1
         fraction = is_last * mass / (self.mass + mass)

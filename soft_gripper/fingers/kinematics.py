@@ -65,7 +65,7 @@ class Chain(NamedTuple):
         """The links on which arc lengths (...) m from the base lie, 0 at the base; at a joint the one before it."""
         return np.searchsorted(self._joint_arc_lengths, s)
 
-    def at(self, s: Array, offset: Array | float = 0.0) -> Sites:
+    def sites(self, s: Array, offset: Array | float = 0.0) -> Sites:
         """Points at arc lengths (..., M) m of a chain with equal segments.
 
         `offset` (..., M) m is their distance from the axis, positive on the inner side.

@@ -49,7 +49,7 @@ class FacePress(NamedTuple):
 
     def torque(self, finger: Finger, q: Array) -> Array:
         """Torque at the joints in a posture, (..., N) N m."""
-        site = forward_kinematics(q, finger.segment_length).at(self.place[..., None], self.face(finger)[..., None])
+        site = forward_kinematics(q, finger.segment_length).sites(self.place[..., None], self.face(finger)[..., None])
         pushing = -site.normals + self.friction * site.directions
         axis_component = 1.0 if self.axis is None else (pushing * np.conj(self.axis)).real
         return site.torques(self.force[..., None] * pushing / axis_component)[..., 0, :]

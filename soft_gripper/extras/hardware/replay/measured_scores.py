@@ -237,7 +237,7 @@ def _compared(
     q = signals[f"{name}.{ANGLES}"].values
     chain = forward_kinematics(q, finger.segment_length)
     place = np.nan_to_num(measured.place)[:, None]
-    site = chain.at(place)
+    site = chain.sites(place)
     torque, none = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
     if kind == "angle":
         turn = np.take_along_axis(chain.headings, chain.link_at(place), axis=-1)[:, 0]
