@@ -18,7 +18,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.estimators.force_posterior import INTERVAL, NOTHING
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.files.row_table import UNKNOWN, table_text
 
 if TYPE_CHECKING:  # imported when a signal is read
@@ -165,7 +165,7 @@ def _finger_forces(data: "xr.Dataset", finger: str) -> dict[str, Array]:
         band = force_band(data[interval].values, signal("contact_answer"))
     true_closing, closing = unknown, unknown
     if f"{finger}.true_contact_force_world" in data and f"{finger}.X_WB" in data:
-        true_closing = in_base(signal("X_WB"), signal("true_contact_force_world")) @ CLOSING
+        true_closing = to_base(signal("X_WB"), signal("true_contact_force_world")) @ CLOSING
     if f"{finger}.contact_force_vector" in data:
         closing = signal("contact_force_vector") @ CLOSING
     others = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"

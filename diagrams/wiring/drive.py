@@ -19,7 +19,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.named_wires import Ports
 from soft_gripper.errors import InputError, suggestion
-from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened, shares
+from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, SoftenedProduct, shares
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.pressure_drive import PressureDrive, lag, pressure_torque_map
@@ -266,9 +266,9 @@ def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPor
         builder.Connect(state, creep.get_input_port())
         return creep.get_output_port()
     softening = builder.AddNamedSystem(f"{finger.name}.softening", PressureSoftening(law))
-    unsoftened = builder.AddNamedSystem(f"{finger.name}.unsoftened", Softened(state.size(), divides=True))
+    unsoftened = builder.AddNamedSystem(f"{finger.name}.unsoftened", SoftenedProduct(state.size(), divides=True))
     softened = builder.AddNamedSystem(
-        f"{finger.name}.softened", Softened(creep.get_output_port().size(), divides=False)
+        f"{finger.name}.softened", SoftenedProduct(creep.get_output_port().size(), divides=False)
     )
     builder.Connect(pressure, softening.get_input_port())
     for block in (unsoftened, softened):

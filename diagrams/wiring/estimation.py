@@ -107,7 +107,7 @@ def shape_wires(
     shape = FingerShape(finger)
     wires = NamedWires()
     _check(estimator, finger.segments, shape)
-    others = [way for way in finger.driven_ways if way != "bending" and driving_port(way) in inputs(estimator)]
+    others = [way for way in finger.driven_deformations if way != "bending" and driving_port(way) in inputs(estimator)]
     wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, others), later={ANGLES})
     for quantity, monitor in monitors.items():
         wires.add(f"{quantity}_monitor", monitor)

@@ -165,7 +165,7 @@ class AlongsideEstimation(Diagram):
         """
         super().__init__()
         wires = shape_wires(estimator, finger, period)
-        for way in ("bending", *finger.driven_ways):  # as the driving torque of the estimate that the run uses
+        for way in ("bending", *finger.driven_deformations):  # as the driving torque of the estimate that the run uses
             wires.outputs.pop(driving_port(way), None)
         wires.build_into(self)
 

@@ -171,7 +171,7 @@ def connect_sensors(
     layout = sensor_layout(finger.finger, config)
     X_WB = add_base_pose(builder, finger, config.period)
     possible = {
-        **{joints_port(way): add_joint_angles(builder, finger, way) for way in layout.ways},
+        **{joints_port(way): add_joint_angles(builder, finger, way) for way in layout.deformations},
         "pressure": pressure,
         "tension": tension,
         "X_WB": X_WB,

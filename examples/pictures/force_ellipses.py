@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.pictures.shape_figure import draw_base, draw_segments
 from soft_gripper.pictures.style import STYLE, save_figure
@@ -62,7 +62,7 @@ def read_press(name: str) -> Press:
     ends = np.concatenate([[0.0], finger.finger.joint_arc_lengths, [finger.finger.length]])
     point = np.array([np.interp(signal("contact_arc_length"), ends, axis) for axis in joints.T])
     covariance = signal("contact_force_vector_covariance").reshape(3, 3)[::2, ::2]
-    true = in_base(signal("X_WB"), signal("true_contact_force_world"))[::2]
+    true = to_base(signal("X_WB"), signal("true_contact_force_world"))[::2]
     return Press(finger.finger, corner, point, signal("contact_force_vector")[::2], covariance, true)
 
 

@@ -40,8 +40,8 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
-_ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the correct pieces of the law are found
-_STEPS = 0.5 ** np.arange(4)  # step fractions, of which the best is used: full steps alone may cycle
+_MAX_ITERATIONS = 8  # of Newton's method, for an elastic law; it ends when the correct pieces of the law are found
+_STEP_FRACTIONS = 0.5 ** np.arange(4)  # step fractions, of which the best is used: full steps alone may cycle
 
 
 @dataclass(frozen=True)
@@ -60,35 +60,35 @@ class BendSharing:
         """
         finger = self.layout.finger
         if finger.elastic_law is not None:
-            q = self._by_elastic_law(theta, driving)
-            return self._by_elastic_law(theta, driving + gravity_torque(finger, q, gravity))
-        q = theta @ self._of_bend.T + driving @ self._of_torque.T
-        return q + gravity_torque(finger, q, gravity) @ self._of_torque.T
+            q = self._solve_elastic_law(theta, driving)
+            return self._solve_elastic_law(theta, driving + gravity_torque(finger, q, gravity))
+        q = theta @ self._bend_gain.T + driving @ self._torque_gain.T
+        return q + gravity_torque(finger, q, gravity) @ self._torque_gain.T
 
-    def _by_elastic_law(self, theta: Array, known: Array) -> Array:
+    def _solve_elastic_law(self, theta: Array, torque_without_load: Array) -> Array:
         """Newton's method for the loads of the sections, from none."""
-        finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(known)
-        for _ in range(_ITERATIONS):
+        finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(torque_without_load)
+        for _ in range(_MAX_ITERATIONS):
             compliance = 1 / finger.joint_law.slope(q)
             bends = self.layout.matrix @ (compliance[..., None] * self.interpolation)
             step = np.linalg.solve(bends, (theta - self.layout.sums(q))[..., None])[..., 0]
-            torques = torque + np.multiply.outer(_STEPS, step)
-            shapes = finger.angle(torques @ self.interpolation.T + known)
+            torques = torque + np.multiply.outer(_STEP_FRACTIONS, step)
+            shapes = finger.angle(torques @ self.interpolation.T + torque_without_load)
             best = np.linalg.norm(theta - self.layout.sums(shapes), axis=-1).argmin(axis=0)[None, ..., None]
             torque, q = (np.take_along_axis(tried, best, axis=0)[0] for tried in (torques, shapes))
         return q + self.layout.shared_equally(theta - self.layout.sums(q))
 
     @cached_property
-    def _of_bend(self) -> Array:
+    def _bend_gain(self) -> Array:
         """Joint angles per bend of the sections if only the load bends them, (N, S)."""
         compliant = self.interpolation / self.layout.finger.stiffness[:, None]
         return compliant @ np.linalg.inv(self.layout.matrix @ compliant)
 
     @cached_property
-    def _of_torque(self) -> Array:
+    def _torque_gain(self) -> Array:
         """Joint angles per known torque, rad/(N m), with zero bend of every section, (N, N)."""
         free = np.diag(1 / self.layout.finger.stiffness)
-        return free - self._of_bend @ self.layout.matrix @ free
+        return free - self._bend_gain @ self.layout.matrix @ free
 
     @cached_property
     def interpolation(self) -> Array:
@@ -101,10 +101,10 @@ class BendSharing:
         middles = np.add.reduceat(s, layout.section_ends[:-1]) / layout.joints_per_section
         nodes = np.append(middles, layout.finger.length)
         piece = np.clip(np.searchsorted(nodes, s) - 1, 0, layout.sections - 1)
-        along = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
+        fractions = (s - nodes[piece]) / (nodes[piece + 1] - nodes[piece])
         joints = np.arange(len(s))
         weights = np.zeros((len(s), len(nodes)))
-        weights[joints, piece], weights[joints, piece + 1] = 1 - along, along
+        weights[joints, piece], weights[joints, piece + 1] = 1 - fractions, fractions
         return weights[:, :-1]
 
 
@@ -142,5 +142,5 @@ class ConstantCurvatureShape:
         """Joint angles, the curve and the static external torque; see ShapeFunction."""
         layout, (theta, length) = self.layout, bends_from_readings(self.layout, readings)
         q, curve = layout.shared_equally(theta), ArcCurve(layout, theta, length)
-        known = driving + gravity_torque(layout.finger, q, as_planar(gravity[..., ::2])[..., None])
-        return ShapeEstimate(q, curve=curve, external_torque=layout.finger.elastic_torque(q) - known)
+        torque = driving + gravity_torque(layout.finger, q, as_planar(gravity[..., ::2])[..., None])
+        return ShapeEstimate(q, curve=curve, external_torque=layout.finger.elastic_torque(q) - torque)

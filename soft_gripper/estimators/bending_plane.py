@@ -36,12 +36,12 @@ class PointsInPlane:
         """Covariance of the torques of forces at the points, (..., N, N); right where the row is the inner joint."""
         (begin, levers), (o_begin, o_levers) = self._points, self._joints
         p, o, r = begin + e @ levers, o_begin + e @ o_levers, self.sums(e)
-        total, squares = r + o * self._beyond.sum(axis=1), (p.real**2 + p.imag**2) @ self._beyond.T
-        of_outer = squares - (o.real * total.real + o.imag * total.imag)
-        return np.asarray(of_outer[..., None, :] - _pairs(o) @ np.swapaxes(_pairs(r), -1, -2))
+        total, squares = r + o * self._outer_weights.sum(axis=1), (p.real**2 + p.imag**2) @ self._outer_weights.T
+        outer_terms = squares - (o.real * total.real + o.imag * total.imag)
+        return np.asarray(outer_terms[..., None, :] - _pairs(o) @ np.swapaxes(_pairs(r), -1, -2))
 
     @cached_property
-    def _beyond(self) -> Array:
+    def _outer_weights(self) -> Array:
         """Weights of the points that each joint moves, (N, K)."""
         return (self.links > np.arange(len(self.ends) - 2)[:, None]) * self.weights
 
@@ -61,9 +61,9 @@ class PointsInPlane:
 
     @cached_property
     def _sums(self) -> tuple[Planar, Planar]:
-        (begin, levers), (o_begin, o_levers), beyond = self._points, self._joints, self._beyond
-        total = beyond.sum(axis=1)
-        return begin @ beyond.T - o_begin * total, levers @ beyond.T - o_levers * total
+        (begin, levers), (o_begin, o_levers), outer_weights = self._points, self._joints, self._outer_weights
+        total = outer_weights.sum(axis=1)
+        return begin @ outer_weights.T - o_begin * total, levers @ outer_weights.T - o_levers * total
 
     def _to_begin(self, links: NDArray[np.int_]) -> Array:
         """Lengths along all links up to where some of them begin, (M, N + 1) m."""

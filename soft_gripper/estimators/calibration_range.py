@@ -4,9 +4,9 @@ import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import shared
+from soft_gripper.estimators.batches import memoized
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
 from soft_gripper.sensors.measurement import MeasurementModel
 
@@ -37,17 +37,17 @@ class CalibrationRange(ArrayBlock):
         self.take("X_WB", 12)
 
         def distances(readings: Array, driving: Array, X_WB: Array) -> StateDistances:
-            known = layout.measured(readings), driving, in_base(X_WB, gravity)
-            return shared(CalibratedStates.distances, states, *known)  # with the estimator
+            inputs = layout.measured(readings), driving, to_base(X_WB, gravity)
+            return memoized(CalibratedStates.distances, states, *inputs)  # with the estimator
 
         self.derive("distances", distances, layout.quantity, DRIVING_TORQUE, "X_WB")
         parts = ("drive", *(f"section {section}" for section in range(states.sections)))
         self.put_out(
             DISTANCE,
-            lambda found: np.concatenate([found.drive[..., None], found.sections], axis=-1),
+            lambda distances: np.concatenate([distances.drive[..., None], distances.sections], axis=-1),
             "distances",
             unit="1",
             part=parts,
         )
-        self.put_out(FAR, lambda found: states.is_far(found).astype(float), "distances", meanings=("no", "far"))
-        self.put_out(DISAGREEMENT, lambda found: found.agreement, "distances")
+        self.put_out(FAR, lambda distances: states.is_far(distances).astype(float), "distances", meanings=("no", "far"))
+        self.put_out(DISAGREEMENT, lambda distances: distances.agreement, "distances")

@@ -1,4 +1,4 @@
-"""The contact of a finger: the force as a vector, its place along and around the finger, and how well they are known.
+"""Contact of a finger: the force as a vector, its place along and around the finger, and their uncertainty.
 
 In most grasps a finger touches one object. Driving torque and weight leave the values r = z - g(q) - A (q_0 - q) that
 are read unexplained: q is a shape close to the true one, first that of `gaussian`, then that under the force found so;
@@ -12,7 +12,7 @@ the sums of  (A C) (screw of the joint)  from the base to a link give its G.
 
 `contact_cells` divides the surface into cells. In a cell a force of 1 N presses inward; friction in the directions of
 the surface, the place along and across the cell, and the link on which it acts, change its wrench linearly, each by an
-independent standard normal variable. `force_posterior` says what follows for the size F of the force. These variables
+independent standard normal variable. `force_posterior` has the posterior of the size F of the force. These variables
 are then Gaussian again,
 
     z ~ N((I + U U^T)^-1 U (r - F c), (I + U U^T)^-1) ,   all whitened, U = F times the spreads,
@@ -41,8 +41,8 @@ A force of 0.2 N that presses on the inner side, 90 mm from the base, of a finge
     >>> print(f"{contact.force:.2f} +- {contact.force_std:.2f} N, {1e3 * contact.arc_length:.0f} mm from the base")
     0.20 +- 0.02 N, 90 mm from the base
 
-Leading axes are free; S values, D joint positions, way after way, L links, P places, C cells, T tangents: two, or the
-one in its plane of a finger that only bends.
+Leading axes are free; S values, D joint positions, one deformation after the other, L links, P places, C cells, T
+tangents: two, or the one in its plane of a finger that only bends.
 
 Symbols, beside those of `gaussian`: r values left unexplained; f wrench on a link; J motion of the link by the joints;
 C compliance of the joints, rad/(N m); c values changed by a force of 1 N in a cell, F its size, N; U changes of F c by
@@ -59,23 +59,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import Later, in_parts, shared
+from soft_gripper.estimators.batches import LazyArray, map_batches, memoized
 from soft_gripper.estimators.contact_cells import SMOOTH_FRICTION, SurfaceCells
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.force_posterior import (
-    Believed,
+    CellFits,
+    CellPosterior,
     Cells,
     ContactPosterior,
-    FittedCells,
-    Forces,
-    believed,
+    ForcePrior,
+    cell_posterior,
     contact_posterior,
-    fitted,
-    weighed,
-    whitening,
+    fit_cells,
+    weighted_posterior,
+    whitening_matrix,
 )
 from soft_gripper.estimators.free_motion import AT_REST, STILL, FreeMotion, Lag, may_exceed
-from soft_gripper.estimators.gaussian import GaussianShape, gain_of
+from soft_gripper.estimators.gaussian import GaussianShape, kalman_gain
 from soft_gripper.estimators.mechanics import BentFinger, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import Zeroing
@@ -85,25 +85,25 @@ from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 if TYPE_CHECKING:  # imported where it is made
     from scipy.sparse import csr_array
 
-_CHANCE = 1e-3  # probability that noise alone exceeds the noise level
-_HEAVIEST = 96  # cells, over which means are taken
+_FALSE_ALARM_RATE = 1e-3  # P(noise alone exceeds the noise threshold)
+_MAX_HEAVY_CELLS = 96  # cells over which means are taken
 _TINY = 1e-30
-_SIDE = math.sqrt(3)  # standard deviations, from the middle of a cell to its sides
-_PLACE_INFORMATION = 1e-3  # of the place within the most probable cell, information before anything is read
-_TURNS = 2  # by which the most probable force and what is uncertain under it are found in turn
-# Friction at the limit of the cone, and the place at the sides of a face, in standard deviations of the spreads.
-_CORNERS = np.array(
-    [[i, j, 0, k] for i, j in ((-1, 0), (1, 0), (0, -1), (0, 1)) for k in (-math.sqrt(3), math.sqrt(3))]
+_HALF_WIDTH_STDS = math.sqrt(3)  # standard deviations from the middle of a cell to its sides
+_PLACE_INFORMATION = 1e-3  # prior information on the place within the most probable cell
+_ITERATIONS = 2  # of the most probable force and the deviations within its cell, in turn
+# Friction at the limit of the cone, and the place at the sides of a face, in standard deviations.
+_EXTREME_DEVIATIONS = np.array(
+    [[i, j, 0, k] for i, j in ((-1, 0), (1, 0), (0, -1), (0, 1)) for k in (-_HALF_WIDTH_STDS, _HALF_WIDTH_STDS)]
 )
 
 
-class Unexplained(NamedTuple):
-    """Values that driving torque and weight do not explain, and the shape about which they are linearized."""
+class LinearizedResidual(NamedTuple):
+    """Residual of driving torque and weight, linearized about a shape."""
 
     q: Array  # (..., D)
-    at: BentFinger  # at q
+    bent: BentFinger  # at q
     slopes: Array  # A, (..., S, D)
-    read: Array  # (...) number of values that are read
+    read_count: Array  # (...) number of finite values
     residual: Array  # r, (..., S)
     covariance: Array  # (..., S, S), of noise, model and motion
     moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
@@ -115,7 +115,7 @@ class HeaviestCells(NamedTuple):
     cells: NDArray[np.int_]  # (..., K)
     weights: Array  # (..., K), 1 in all
     force: Array  # (..., K) N
-    z: Array  # (..., K, D), spreads of the cell's response, in standard deviations
+    z: Array  # (..., K, D), deviations within the cell, in standard deviations
     covariance: Array  # (..., K, D, D), of these
     local: Array  # (..., 3) N, the force in the first cell in the frame of its link
     vectors: Array  # (..., K, 2 + T, 3) N in B: the force, and what friction and size add to it, one deviation each
@@ -123,109 +123,109 @@ class HeaviestCells(NamedTuple):
     points: Array  # (..., K, 3) m in B, there on the axis of the finger
 
 
-class Explained(NamedTuple):
-    """Values explained by one force: what it is in every cell, and how probable."""
+class SingleForceFit(NamedTuple):
+    """Fit and posterior of one force in every cell."""
 
-    left: Unexplained
-    found: FittedCells
-    posterior: Believed
-    heaviest: Later[HeaviestCells]
+    linearized: LinearizedResidual
+    cell_fits: CellFits
+    posterior: CellPosterior
+    heaviest: LazyArray[HeaviestCells]
 
 
-class _Several(NamedTuple):
-    """Several forces on a side of one sample."""
+class _SeveralForces(NamedTuple):
+    """Fit of several forces on a side to one sample."""
 
-    fields: Mapping[str, Array | float]  # of the contact that they are together
+    fields: Mapping[str, Array | float]  # of `ContactForce`, for their sum
     torque: Array  # (D) at the joints
-    chi_squared: float  # of what they do not explain
+    chi_squared: float  # of the residual
 
 
 @dataclass(frozen=True)
 class SurfaceContact:
-    """The contact on the surface of a finger that explains what is read."""
+    """Contact on the surface of a finger that explains the readings."""
 
     mechanics: Mechanics
 
-    def explain(self, left: Unexplained) -> Explained:
-        """The forces in all cells."""
-        W = whitening(left.covariance)
-        cells, r = self.cells(left.q, left.at, W @ left.slopes), (W @ left.residual[..., None])[..., 0]
-        refined = not self.mechanics.only_bends  # there, friction has cells of its own
-        found = fitted(r, cells, self._possible.largest, refined)
-        posterior = believed(found, left.read, self._possible)
-        return Explained(left, found, posterior, Later(lambda: self._heaviest(left, found, posterior)))
+    def explain(self, linearized: LinearizedResidual) -> SingleForceFit:
+        """Fits a force per cell."""
+        W = whitening_matrix(linearized.covariance)
+        cells = self.cells(linearized.q, linearized.bent, W @ linearized.slopes)
+        r = (W @ linearized.residual[..., None])[..., 0]
+        refined = not self.mechanics.is_planar  # there, friction has cells of its own
+        cell_fits = fit_cells(r, cells, self._force_prior.max_force, refined)
+        posterior = cell_posterior(cell_fits, linearized.read_count, self._force_prior)
+        heaviest = LazyArray(lambda: self._heaviest_cells(linearized, cell_fits, posterior))
+        return SingleForceFit(linearized, cell_fits, posterior, heaviest)
 
-    def stated(self, explained: Explained) -> tuple[ContactForce, Array]:
-        """The contact, and its torques at the joints: none where noise explains the values, or too few are read.
+    def reported_contact(self, fit: SingleForceFit) -> tuple[ContactForce, Array]:
+        """Contact, and its torques at the joints, (..., D); none where noise explains the values or too few are read.
 
-        One force, or several on the side that it presses if it leaves more than noise and more is read than it takes.
+        The contact is one force, or several on its side where one leaves more than noise and enough values are read.
         """
-        left, found, posterior, _ = explained
-        contact, torque, side = self.best(explained)
-        noise = _most_of_noise(left.read - self.fewest)
-        many = (left.read > self.fewest) & (found.chi_squared.min(axis=-1) > noise)
-        if many.any():
-            contact, torque = self._put_several(many, side, contact, torque, explained)
-        free = (found.r**2).sum(axis=-1) < _most_of_noise(left.read)
-        unknown = (left.read < self.fewest) | (free & (left.moving > 0))
-        contact = contact._replace(force_std=np.where(free, self._of_force_on_tip(posterior), contact.force_std))
-        return _stated(contact, free, unknown), np.where((free | unknown)[..., None], 0.0, torque)
+        linearized, cell_fits, posterior, _ = fit
+        contact, torque, side = self.best_contact(fit)
+        noise = _noise_threshold(linearized.read_count - self.min_read_count)
+        has_several = (linearized.read_count > self.min_read_count) & (cell_fits.chi_squared.min(axis=-1) > noise)
+        if has_several.any():
+            contact, torque = self._put_several_forces(has_several, side, contact, torque, fit)
+        is_free = (cell_fits.r**2).sum(axis=-1) < _noise_threshold(linearized.read_count)
+        is_unknown = (linearized.read_count < self.min_read_count) | (is_free & (linearized.moving > 0))
+        contact = contact._replace(force_std=np.where(is_free, self._tip_force_std(posterior), contact.force_std))
+        return _mask_contact(contact, is_free, is_unknown), np.where((is_free | is_unknown)[..., None], 0.0, torque)
 
-    def _of_force_on_tip(self, posterior: Believed) -> Array:
-        """Standard deviation of a force on the tip, N, (...), as it may be overlooked where nothing is found."""
+    def _tip_force_std(self, posterior: CellPosterior) -> Array:
+        """Standard deviation of a force on the tip, N, (...): the force that is overlooked first."""
         surface = self.surface
         smooth = np.flatnonzero(surface.on_face & ~surface.rough & (surface.place == surface.place.max()))
         return np.asarray(posterior.std[..., smooth].max(axis=-1))
 
-    def posterior(self, explained: Explained) -> ContactPosterior:
+    def posterior(self, fit: SingleForceFit) -> ContactPosterior:
         """Posterior of the contact."""
-        left, found, posterior, _ = explained
+        linearized, cell_fits, posterior, heaviest = fit
         length = self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
-        heaviest = explained.heaviest
-        transverse = Later(lambda: weighed(*transverse_forces(heaviest.value), heaviest.value.weights))
+        transverse = LazyArray(lambda: weighted_posterior(*transverse_forces(heaviest.value), heaviest.value.weights))
         return contact_posterior(
-            found,
+            cell_fits,
             posterior,
             transverse,
-            left.read,
+            linearized.read_count,
             length,
-            self._possible,
+            self._force_prior,
             nearest,
-            left.moving,
-            self._outermost(found.cells),
+            linearized.moving,
+            self._cone_cells(cell_fits.cells),
         )
 
     @property
-    def fewest(self) -> int:
-        """How many values a force is estimated from, at least: as many as it has unknowns, its face among them."""
-        return 2 if self.mechanics.only_bends else 3
+    def min_read_count(self) -> int:
+        """Minimum number of values for a force: its unknowns, its face among them."""
+        return 2 if self.mechanics.is_planar else 3
 
     def cells(self, q: Array, bent: BentFinger, slopes: Array) -> Cells:
-        """The changes of the values by forces in all cells, of a finger that is bent by `q`."""
-        surface, at, links = self.surface, bent.chain, self.mechanics.links
-        by_torque = (slopes * self.mechanics.compliance(q)[..., None, :])[..., self.mechanics.in_chain]
-        by_joint = np.swapaxes(by_torque, -1, -2)[..., :, None, :] * at.screws[..., None]  # (..., D, 6, S)
-        before = np.concatenate([np.zeros_like(by_joint[..., :1, :, :]), by_joint.cumsum(axis=-3)], axis=-3)
-        moments, forces = np.split(before[..., links, :, :], 2, axis=-2)
-        turn, origins = np.swapaxes(at.rotations[..., links, :, :], -1, -2), at.origins[..., links, :]
-        about = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
-        forces = forces + np.swapaxes(about, -1, -2)
-        known = [np.concatenate([turn @ moments, turn @ forces], axis=-2)]  # (..., L, 6, S)
-        if self.mechanics.only_bends:
+        """Changes of the values by forces in all cells, of a finger that is bent by `q`."""
+        surface, posture, links = self.surface, bent.posture, self.mechanics.links
+        compliant = (slopes * self.mechanics.compliance(q)[..., None, :])[..., self.mechanics.to_chain]
+        terms = np.swapaxes(compliant, -1, -2)[..., :, None, :] * posture.screws[..., None]  # (..., D, 6, S)
+        sums = np.concatenate([np.zeros_like(terms[..., :1, :, :]), terms.cumsum(axis=-3)], axis=-3)
+        moments, forces = np.split(sums[..., links, :, :], 2, axis=-2)
+        R, origins = np.swapaxes(posture.rotations[..., links, :, :], -1, -2), posture.origins[..., links, :]
+        shifts = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
+        forces = forces + np.swapaxes(shifts, -1, -2)
+        wrench_effects = [np.concatenate([R @ moments, R @ forces], axis=-2)]  # (..., L, 6, S)
+        if self.mechanics.is_planar:
             link, joint, _ = surface.pairs
-            known.append(turn[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :])  # (..., X, 3, S)
-        known = [each.reshape(*each.shape[:-3], -1, each.shape[-1]) for each in known]
-        changes = _product(self._by_wrench, np.concatenate(known, axis=-2), len(surface.place))  # (1 + D, S, ..., C)
-        response, spreads = np.moveaxis(changes[0], 0, -1), np.moveaxis(changes[1:], (0, 1), (-2, -1))
-        return Cells(response, spreads, surface.place, surface.side, surface.prior, surface.angle)
+            wrench_effects.append(R[..., link, :, :] @ np.diff(moments, axis=-3)[..., joint, :, :])  # (..., X, 3, S)
+        rows = [effects.reshape(*effects.shape[:-3], -1, effects.shape[-1]) for effects in wrench_effects]
+        changes = _product(self._response_matrix, np.concatenate(rows, axis=-2), len(surface.place))
+        response, deviations = np.moveaxis(changes[0], 0, -1), np.moveaxis(changes[1:], (0, 1), (-2, -1))
+        return Cells(response, deviations, surface.place, surface.side, surface.prior, surface.angle)
 
     @cached_property
-    def _by_wrench(self) -> "csr_array":
-        """The changes by forces in all cells as one matrix, ((1 + D) C, 6 L).
+    def _response_matrix(self) -> "csr_array":
+        """Matrix from the effects of wrenches on links to those of forces in cells, ((1 + D) C, 6 L).
 
-        It is of what wrenches on the links do, and, if the finger only bends, moments at the joint and on the link of
-        each pair, (..., 3 X) more.
+        If the finger only bends, it has 3 X more columns, for moments at the joint and on the link of each pair.
         """
         from scipy.sparse import block_diag
 
@@ -233,30 +233,30 @@ class SurfaceContact:
         wrenches = np.swapaxes(surface.wrenches, 0, 1)
         rows, links = wrenches.reshape(-1, 6), np.tile(surface.link, len(wrenches))
         blocks = [_sparse(rows, links, len(self.mechanics.links))]
-        if self.mechanics.only_bends:
+        if self.mechanics.is_planar:
             link, _, number = surface.pairs
             blocks.append(_sparse(surface.straddled, number, len(link)))
         return block_diag(blocks, "csr")
 
-    def best(self, explained: Explained) -> tuple[ContactForce, Array, NDArray[np.int_]]:
-        """The most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
-        surface, heaviest = self.surface, explained.heaviest.value
-        left, _, posterior, _ = explained
-        cells, force, z, of_z = heaviest.cells, heaviest.force, heaviest.z, heaviest.covariance
-        vector, of_vector = _about_best(heaviest.weights, heaviest.vectors)
+    def best_contact(self, fit: SingleForceFit) -> tuple[ContactForce, Array, NDArray[np.int_]]:
+        """Most probable contact, its torques at the joints, (..., D), and the side that it presses, (...)."""
+        surface, heaviest = self.surface, fit.heaviest.value
+        linearized, _, posterior, _ = fit
+        cells, force, z, z_covariance = heaviest.cells, heaviest.force, heaviest.z, heaviest.covariance
+        vector, vector_covariance = _vector_with_covariance(heaviest.weights, heaviest.vectors)
         sizes, deviations = transverse_forces(heaviest)
         T, best = surface.tangents, cells[..., 0]
         place = heaviest.arc_length[..., 0]
-        across = -heaviest.local[..., 0]
-        across_std, place_std = self._deviations(posterior, across, place, of_z[..., 0, T, T])
+        cross_force = -heaviest.local[..., 0]
+        force_std, place_std = self._force_place_stds(posterior, cross_force, place, z_covariance[..., 0, T, T])
         contact = ContactForce(
-            force=across,
+            force=cross_force,
             arc_length=place,
-            force_std=across_std,
+            force_std=force_std,
             arc_length_std=place_std,
             vector=vector,
-            vector_covariance=of_vector,
-            direction_std=_direction_std(vector, of_vector),
+            vector_covariance=vector_covariance,
+            direction_std=_direction_std(vector, vector_covariance),
             side=surface.angle[cells[..., 0]],
             transverse_force=sizes[..., 0],
             transverse_force_std=np.sqrt(
@@ -265,183 +265,198 @@ class SurfaceContact:
         )
         wrenches = surface.wrenches[cells[..., 0]]
         wrench = wrenches[..., 0, :] + (z[..., :1, : 2 * T] @ wrenches[..., 1:, :])[..., 0, :]
-        torque = self._torques(left.at.chain, surface.link[cells[..., :1]], force[..., :1] * wrench)
-        if self.mechanics.only_bends:
-            torque = torque + self._straddled(left.at.chain, best, force[..., :1] * z[..., 0, -1:])
+        torque = self._torques(linearized.bent.posture, surface.link[cells[..., :1]], force[..., :1] * wrench)
+        if self.mechanics.is_planar:
+            torque = torque + self._straddled_torques(linearized.bent.posture, best, force[..., :1] * z[..., 0, -1:])
         return contact, torque, surface.side[cells[..., 0]]
 
-    def _heaviest(self, left: Unexplained, found: FittedCells, posterior: Believed) -> HeaviestCells:
-        """The forces in the cells that hold nearly all of the posterior."""
-        surface, most = self.surface, self._possible.largest
-        weights, cells = _heaviest(posterior)
-        force = np.minimum(_chosen(posterior.mean, cells), most)
-        force[..., 0] = np.clip(_chosen(posterior.force, cells[..., :1])[..., 0], 0, most)
-        response, spreads = _chosen(found.cells.response, cells), _chosen(found.cells.spreads, cells)
-        z, of_z, turn = _within(found.r, force, response, spreads)
-        if self.mechanics.only_bends:  # in space, friction along the finger would be taken for the place
-            of_best = force[..., 0], response[..., 0, :], spreads[..., 0, :, :]
-            force[..., 0], z[..., 0, :] = self._fitted_best(found.r, *of_best)
-        R = _chosen(left.at.chain.rotations, self.mechanics.links[surface.link[cells]])
-        local = _forces(surface.directions[cells], force, _chosen(posterior.std, cells), z, of_z, turn)
+    def _heaviest_cells(
+        self, linearized: LinearizedResidual, cell_fits: CellFits, posterior: CellPosterior
+    ) -> HeaviestCells:
+        """Forces in the cells that hold nearly all of the posterior."""
+        surface, max_force = self.surface, self._force_prior.max_force
+        weights, cells = _rank_cells(posterior)
+        force = np.minimum(_take_cells(posterior.mean, cells), max_force)
+        force[..., 0] = np.clip(_take_cells(posterior.force, cells[..., :1])[..., 0], 0, max_force)
+        response = _take_cells(cell_fits.cells.response, cells)
+        deviations = _take_cells(cell_fits.cells.deviations, cells)
+        z, z_covariance, z_slopes = _deviation_posterior(cell_fits.r, force, response, deviations)
+        if self.mechanics.is_planar:  # in space, friction along the finger would be taken for the place
+            best_cell = force[..., 0], response[..., 0, :], deviations[..., 0, :, :]
+            force[..., 0], z[..., 0, :] = self._fit_best_cell(cell_fits.r, *best_cell)
+        R = _take_cells(linearized.bent.posture.rotations, self.mechanics.links[surface.link[cells]])
+        std = _take_cells(posterior.std, cells)
+        local = _force_vectors(surface.directions[cells], force, std, z, z_covariance, z_slopes)
         arc_length = surface.arc_length[cells] + surface.extent[cells] * z[..., surface.tangents]
         arc_length = arc_length.clip(0, self.mechanics.layout.finger.length)
-        points = self._on_axis(left.at.chain.frames, arc_length)
+        points = self._axis_points(linearized.bent.posture.frames, arc_length)
         vectors = local @ np.swapaxes(R, -1, -2)
-        return HeaviestCells(cells, weights, force, z, of_z, local[..., 0, 0, :], vectors, arc_length, points)
+        return HeaviestCells(cells, weights, force, z, z_covariance, local[..., 0, 0, :], vectors, arc_length, points)
 
-    def _on_axis(self, frames: Array, arc_length: Array) -> Array:
+    def _axis_points(self, frames: Array, arc_length: Array) -> Array:
         """Points on the axis of the finger, (..., K, 3) m in B, at arc lengths, (..., K); `frames` are the chain's."""
         finger = self.mechanics.layout.finger
         link = np.searchsorted(finger.joint_arc_lengths, arc_length)
-        of_link = _chosen(frames, self.mechanics.links[link])
+        link_frames = _take_cells(frames, self.mechanics.links[link])
         height = arc_length - finger.link_ends[:-1][link]
-        return np.asarray(of_link[..., :3, 3] + height[..., None] * of_link[..., :3, 2])
+        return np.asarray(link_frames[..., :3, 3] + height[..., None] * link_frames[..., :3, 2])
 
-    def _fitted_best(self, r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array]:
-        """Force, (...) N, and spreads, (..., D), of the most probable cell, whose place is any within the cell."""
-        usual, most, at = self._possible.usual, self._possible.largest, self.surface.tangents
-        moved, others = spreads[..., at, :], np.delete(spreads, at, axis=-2)
-        for _ in range(_TURNS):  # what is uncertain in the cell beside the place follows the force
-            U = force[..., None, None] * others
+    def _fit_best_cell(self, r: Array, force: Array, response: Array, deviations: Array) -> tuple[Array, Array]:
+        """Fits force, (...) N, and deviations, (..., D), in the most probable cell, whose place is free."""
+        usual_force, max_force = self._force_prior
+        place_index = self.surface.tangents
+        place_changes, other_changes = deviations[..., place_index, :], np.delete(deviations, place_index, axis=-2)
+        for _ in range(_ITERATIONS):  # deviations other than that of the place follow the force
+            U = force[..., None, None] * other_changes
             weights = np.linalg.inv(np.swapaxes(U, -1, -2) @ U + np.eye(r.shape[-1]))
-            both = np.stack([response, moved], axis=-2)  # r is nearly linear in the force and the force times the place
-            information = both @ weights @ np.swapaxes(both, -1, -2)
-            information[..., 0, 0] += usual**-2
+            # r is nearly linear in the force and in force times place
+            responses = np.stack([response, place_changes], axis=-2)
+            information = responses @ weights @ np.swapaxes(responses, -1, -2)
+            information[..., 0, 0] += usual_force**-2
             information[..., 1, 1] += _PLACE_INFORMATION / np.maximum(force, _TINY) ** 2
-            size, product = np.moveaxis(np.linalg.solve(information, both @ weights @ r[..., None])[..., 0], -1, 0)
-            place = (product / np.where(size == 0, _TINY, size)).clip(-_SIDE, _SIDE)
-            c = response + place[..., None] * moved
+            size, product = np.moveaxis(np.linalg.solve(information, responses @ weights @ r[..., None])[..., 0], -1, 0)
+            place = (product / np.where(size == 0, _TINY, size)).clip(-_HALF_WIDTH_STDS, _HALF_WIDTH_STDS)
+            c = response + place[..., None] * place_changes
             weighted = (weights @ c[..., None])[..., 0]
-            force = ((weighted * r).sum(axis=-1) / ((weighted * c).sum(axis=-1) + usual**-2)).clip(0, most)
-        left = r - force[..., None] * c
-        z = (U @ weights @ left[..., None])[..., 0]
-        return force, np.insert(z, at, place, axis=-1)
+            force = ((weighted * r).sum(axis=-1) / ((weighted * c).sum(axis=-1) + usual_force**-2)).clip(0, max_force)
+        residual = r - force[..., None] * c
+        z = (U @ weights @ residual[..., None])[..., 0]
+        return force, np.insert(z, place_index, place, axis=-1)
 
-    def _deviations(self, posterior: Believed, force: Array, place: Array, within: Array) -> tuple[Array, Array]:
+    def _force_place_stds(
+        self, posterior: CellPosterior, force: Array, place: Array, place_variance: Array
+    ) -> tuple[Array, Array]:
         """Root mean square distances of the posterior from a normal force, N, and a location, m, (...).
 
-        `within` is the variance of the place within the most probable cell, as a share of that before anything is read.
+        `place_variance` is the posterior over the prior variance of the place within the most probable cell.
         """
         surface, force, place = self.surface, force[..., None], place[..., None]
-        across = -surface.directions[:, 0, 0]
-        squares = across**2 * posterior.square - 2 * across * posterior.mean * force + force**2
-        places = (surface.arc_length - place) ** 2 + surface.extent**2 * within[..., None]
-        of_force, of_place = ((posterior.weight * each).sum(axis=-1) for each in (squares, places))
-        return np.sqrt(np.maximum(of_force, 0)), np.sqrt(of_place)
+        factors = -surface.directions[:, 0, 0]
+        squares = factors**2 * posterior.square - 2 * factors * posterior.mean * force + force**2
+        place_squares = (surface.arc_length - place) ** 2 + surface.extent**2 * place_variance[..., None]
+        force_square = np.maximum((posterior.weight * squares).sum(axis=-1), 0)
+        return np.sqrt(force_square), np.sqrt((posterior.weight * place_squares).sum(axis=-1))
 
-    def _put_several(
+    def _put_several_forces(
         self,
-        chosen: NDArray[np.bool_],
+        is_chosen: NDArray[np.bool_],
         side: NDArray[np.int_],
         contact: ContactForce,
         torque: Array,
-        explained: Explained,
+        fit: SingleForceFit,
     ) -> tuple[ContactForce, Array]:
-        """Contact and torque of K samples; of the chosen ones those of several forces, if these explain more than one.
+        """Replaces contact and torque of chosen samples, of K, by several forces, if these explain more than one.
 
-        One force rubs along the finger and across it as it likes, which several may do less.
+        One force may rub along the finger and across it freely, several less.
         """
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
-        for k in np.flatnonzero(chosen & np.isin(side, self.surface.side[self._smooth_places])):
-            several = self._several(int(k), int(side[k]), explained)
-            if several.chi_squared <= explained.found.chi_squared[k].min():
+        for k in np.flatnonzero(is_chosen & np.isin(side, self.surface.side[self._smooth_places])):
+            several = self._fit_several_forces(int(k), int(side[k]), fit)
+            if several.chi_squared <= fit.cell_fits.chi_squared[k].min():
                 torque[k] = several.torque
                 for name, value in several.fields.items():
                     getattr(contact, name)[k] = value
         return contact, torque
 
-    def _several(self, k: int, side: int, explained: Explained) -> _Several:
-        """The forces on a side that explain sample k best."""
+    def _fit_several_forces(self, k: int, side: int, fit: SingleForceFit) -> _SeveralForces:
+        """Fits forces on a side to sample k."""
         from scipy.optimize import nnls
 
-        left, found, _, _ = explained
+        linearized, cell_fits, _, _ = fit
         surface, assumed = self.surface, self.mechanics.uncertainty
         smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
-        responses, usual, tangents = found.cells.response[k, smooth].T, self._possible.usual, surface.tangents
-        rows = np.vstack([responses, np.eye(len(smooth)) / usual])
-        forces, _ = nnls(rows, np.append(found.r[k], np.zeros(len(smooth))))
-        of_friction = assumed.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
-        rubbing = (of_friction[:, None, None] * found.cells.spreads[k, smooth, :tangents]).reshape(-1, len(responses))
-        uncertain = np.eye(len(responses)) + rubbing.T @ rubbing
-        rest = found.r[k] - responses @ forces
-        after = _covariance_of_several(responses, uncertain, forces, usual)
+        responses = cell_fits.cells.response[k, smooth].T
+        usual_force, tangents = self._force_prior.usual_force, surface.tangents
+        rows = np.vstack([responses, np.eye(len(smooth)) / usual_force])
+        forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(smooth))))
+        friction_stds = assumed.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
+        friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, smooth, :tangents]
+        friction = friction.reshape(-1, len(responses))
+        noise = np.eye(len(responses)) + friction.T @ friction
+        residual = cell_fits.r[k] - responses @ forces
+        covariance = _several_covariance(responses, noise, forces, usual_force)
         total, s = forces.sum(), surface.arc_length[smooth]
-        pressing = total if total > 0 else np.nan
-        center = forces @ s / pressing
+        divisor = total if total > 0 else np.nan
+        center = forces @ s / divisor
         directions = surface.directions[smooth, 0]
         frames = self.mechanics.links[surface.link[smooth]]
-        in_base = (left.at.chain.rotations[k, frames] @ directions[..., None])[..., 0]
-        at = Posture(*(np.broadcast_to(part[k], (len(smooth), *part.shape[1:])) for part in left.at.chain))
+        bent = linearized.bent.posture
+        base_directions = (bent.rotations[k, frames] @ directions[..., None])[..., 0]
+        posture = Posture(*(np.broadcast_to(part[k], (len(smooth), *part.shape[1:])) for part in bent))
         wrenches = forces[:, None] * surface.wrenches[smooth, 0]
-        vector, of_vector = forces @ in_base, in_base.T @ after @ in_base
-        (point,) = self._on_axis(left.at.chain.frames[k], np.array([center if total > 0 else 0.0]))
-        across, transverse = _transverse(vector, point)
+        vector, vector_covariance = forces @ base_directions, base_directions.T @ covariance @ base_directions
+        (point,) = self._axis_points(bent.frames[k], np.array([center if total > 0 else 0.0]))
+        transverse_direction, transverse = _transverse(vector, point)
         fields = {
             "force": float(-forces @ directions[:, 0]),
             "arc_length": float(center),
-            "force_std": float(_std_of_sum(after, directions[:, 0])),
-            "arc_length_std": float(_std_of_sum(after, (s - center) / pressing)),
+            "force_std": float(_sum_std(covariance, directions[:, 0])),
+            "arc_length_std": float(_sum_std(covariance, (s - center) / divisor)),
             "vector": vector,
-            "vector_covariance": of_vector,
+            "vector_covariance": vector_covariance,
             "transverse_force": transverse,
-            "transverse_force_std": np.sqrt(across @ of_vector @ across),
+            "transverse_force_std": np.sqrt(transverse_direction @ vector_covariance @ transverse_direction),
         }
-        torque = self._torques(at, surface.link[smooth][:, None], wrenches).sum(axis=0)
-        return _Several(fields, torque, float(rest @ np.linalg.solve(uncertain, rest)))
+        torque = self._torques(posture, surface.link[smooth][:, None], wrenches).sum(axis=0)
+        return _SeveralForces(fields, torque, float(residual @ np.linalg.solve(noise, residual)))
 
     @cached_property
     def _smooth_places(self) -> NDArray[np.bool_]:
-        """Which cells are smooth, on faces, and where a contact may be, (C)."""
+        """Mask of the cells that are smooth, on faces, and where a contact may be, (C)."""
         surface, length = self.surface, self.mechanics.layout.finger.length
         nearest = self.mechanics.uncertainty.nearest_contact * length
         return surface.on_face & ~surface.rough & (nearest <= surface.arc_length) & (surface.arc_length < length)
 
-    def _torques(self, at: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
-        """At the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
+    def _torques(self, posture: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
+        """Torques at the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
         frames = self.mechanics.links[link]
-        R, origins = _chosen(at.rotations, frames)[..., 0, :, :], _chosen(at.origins, frames)[..., 0, :]
+        transforms = _take_cells(posture.frames, frames)[..., 0, :, :]
+        R, origins = transforms[..., :3, :3], transforms[..., :3, 3]
         moment, force = ((R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
-        in_base = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
-        moved = frames > np.arange(at.screws.shape[-2])
-        return np.asarray((moved * (at.screws @ in_base[..., None])[..., 0])[..., self.mechanics.from_chain])
+        base_wrench = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
+        is_moved = frames > np.arange(posture.screws.shape[-2])
+        torques = is_moved * (posture.screws @ base_wrench[..., None])[..., 0]
+        return np.asarray(torques[..., self.mechanics.from_chain])
 
-    def _outermost(self, cells: Cells) -> Cells:
-        """Cells of each of several forces, with friction at the cone: what others do, these do together.
+    def _cone_cells(self, cells: Cells) -> Cells:
+        """Cells of several forces, with friction at the cone: sums of these replace all other cells.
 
-        If the finger only bends, these are those of the most friction in every place; else they are on the middles and
-        the sides of faces.
+        If the finger only bends, they are the cells with the most friction in every place; else they are on the middles
+        and the sides of faces.
         """
         surface = self.surface
-        if self.mechanics.only_bends:
+        if self.mechanics.is_planar:
             rough = np.flatnonzero(surface.rough)
             begins = np.diff(surface.arc_length[rough], prepend=np.nan, append=np.nan) != 0
-            chosen = rough[begins[:-1] | begins[1:]]
-            response = cells.response[..., chosen, :]
+            numbers = rough[begins[:-1] | begins[1:]]
+            response = cells.response[..., numbers, :]
         else:
-            chosen = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
-            response = cells.response[..., chosen, None, :] + _CORNERS @ cells.spreads[..., chosen, :, :]
+            numbers = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
+            response = _EXTREME_DEVIATIONS @ cells.deviations[..., numbers, :, :]
+            response = cells.response[..., numbers, None, :] + response
             response = response.reshape(*response.shape[:-3], -1, response.shape[-1])
-            chosen = np.repeat(chosen, len(_CORNERS))
-        others = cells.place[chosen], cells.side[chosen], cells.prior[chosen], cells.angle[chosen]
-        return Cells(response, cells.spreads, *others)
+            numbers = np.repeat(numbers, len(_EXTREME_DEVIATIONS))
+        fields = cells.place[numbers], cells.side[numbers], cells.prior[numbers], cells.angle[numbers]
+        return Cells(response, cells.deviations, *fields)
 
-    def _straddled(self, at: Posture, cell: NDArray[np.int_], force: Array) -> Array:
-        """At the joints, (..., D), of a contact that lies on two links: of forces, (..., 1), on the lever of a cell."""
-        surface = self.surface
-        R = np.take_along_axis(at.rotations, self.mechanics.links[surface.link[cell]][..., None, None, None], axis=-3)
+    def _straddled_torques(self, posture: Posture, cell: NDArray[np.int_], force: Array) -> Array:
+        """Torques at the joints, (..., D), of forces, (..., 1), on the lever of a cell that straddles two links."""
+        surface, mechanics = self.surface, self.mechanics
+        R = np.take_along_axis(posture.rotations, mechanics.links[surface.link[cell]][..., None, None, None], axis=-3)
         moment = (R[..., 0, :, :] @ (force * surface.straddled[cell])[..., None])[..., 0]
-        beside = self.mechanics.chain.segments == surface.nearest[cell][..., None]
-        return np.asarray((beside * (at.screws[..., :3] @ moment[..., None])[..., 0])[..., self.mechanics.from_chain])
+        is_adjacent = mechanics.chain.segments == surface.nearest_joint[cell][..., None]
+        torques = is_adjacent * (posture.screws[..., :3] @ moment[..., None])[..., 0]
+        return np.asarray(torques[..., mechanics.from_chain])
 
     @property
-    def _possible(self) -> Forces:
-        return Forces(self.mechanics.usual_force, self.mechanics.uncertainty.largest_force)
+    def _force_prior(self) -> ForcePrior:
+        return ForcePrior(self.mechanics.usual_force, self.mechanics.uncertainty.largest_force)
 
     @cached_property
     def surface(self) -> SurfaceCells:
         """The cells of the finger."""
         layout = self.mechanics.layout
-        return SurfaceCells.of(layout.finger, layout.ways, self.mechanics.uncertainty.friction)
+        return SurfaceCells.from_finger(layout.finger, layout.deformations, self.mechanics.uncertainty.friction)
 
 
 @dataclass(frozen=True)
@@ -455,20 +470,20 @@ class ContactShape:
     def __call__(
         self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST, std: Array | None = None
     ) -> ShapeEstimate:
-        """The joint positions, their covariance and the contact; see ShapeFunction, and for `std` GaussianShape.
+        """Estimates joint positions, covariance and contact; see ShapeFunction, and for `std` GaussianShape.
 
-        The contact is NaN where too little is read (`SurfaceContact.fewest`), and where nothing is found of a finger
-        that moves; `lag` is that of a free finger in motion, (..., D) each.
+        The contact is NaN where too few values are read (`SurfaceContact.min_read_count`), or where none is found on a
+        moving finger; `lag` is that of a free finger in motion, (..., D) each.
         """
-        found: ShapeEstimate = self._in_parts(self._shape, readings, driving, gravity, lag, std)
-        return found
+        shape: ShapeEstimate = self._map_batches(self._shape, readings, driving, gravity, lag, std)
+        return shape
 
     def posterior(
         self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST, std: Array | None = None
     ) -> ContactPosterior:
-        """Posterior of one contact, with whatever trades off against it; see `__call__`."""
-        found: ContactPosterior = self._in_parts(self._posterior, readings, driving, gravity, lag, std)
-        return found
+        """Posterior of one contact; see `__call__`."""
+        posterior: ContactPosterior = self._map_batches(self._posterior, readings, driving, gravity, lag, std)
+        return posterior
 
     @cached_property
     def motion(self) -> FreeMotion:
@@ -480,27 +495,28 @@ class ContactShape:
         """The block that follows the zeros of the sensors; see GaussianShape."""
         return self._gaussian.zeroing
 
-    def _in_parts(
+    def _map_batches(
         self, function: Any, readings: Array, driving: Array, gravity: Array, lag: Lag, std: Array | None
     ) -> Any:
         leading = readings.shape[:-1]
-        others = driving, gravity, np.full(1, self.uncertainty.any_reading()) if std is None else std, *lag
-        return in_parts(function, readings, *(np.broadcast_to(each, (*leading, each.shape[-1])) for each in others))
+        arrays = driving, gravity, np.full(1, self.uncertainty.any_reading()) if std is None else std, *lag
+        inputs = (np.broadcast_to(values, (*leading, values.shape[-1])) for values in arrays)
+        return map_batches(function, readings, *inputs)
 
     def _shape(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ShapeEstimate:
-        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
-        explained, free = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, std, *lag)
-        contact, torque = self.contact.stated(explained)
-        loaded = self._loaded(explained.left, free, torque, readings, driving, gravity, std)
-        q = np.where(torque.any(axis=-1, keepdims=True), loaded, shape.q)
+        shape = memoized(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
+        fit, q_free = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
+        contact, torque = self.contact.reported_contact(fit)
+        loaded_q = self._loaded_joints(fit.linearized, q_free, torque, readings, driving, gravity, std)
+        q = np.where(torque.any(axis=-1, keepdims=True), loaded_q, shape.q)
         return ShapeEstimate(q, shape.covariance, contact)
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ContactPosterior:
-        shape = shared(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
-        explained, _ = shared(ContactShape._explained, self, shape.q, readings, driving, gravity, std, *lag)
-        return self.contact.posterior(explained)
+        shape = memoized(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
+        fit, _ = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
+        return self.contact.posterior(fit)
 
-    def _explained(
+    def _explain(
         self,
         q: Array,
         readings: Array,
@@ -509,41 +525,43 @@ class ContactShape:
         std: Array | None = None,
         damping: Array = AT_REST.damping,
         inertia: Array = AT_REST.inertia,
-    ) -> tuple[Explained, Array]:
-        """The forces in all cells, linearized about the finger under the likeliest of those about `q`; and q_0."""
+    ) -> tuple[SingleForceFit, Array]:
+        """Fits a force per cell, linearized about `q` first, then about the finger under the best force; and q_0."""
         lag = Lag(damping, inertia)
-        left, free = self._unexplained(q, readings, driving, gravity, lag, std)
-        explained = self.contact.explain(left)
+        linearized, q_free = self._linearize(q, readings, driving, gravity, lag, std)
+        fit = self.contact.explain(linearized)
         for _ in range(self._passes - 1):
-            q = self._loaded(left, free, self.contact.best(explained)[1], readings, driving, gravity, std)
-            left, free = self._unexplained(q, readings, driving, gravity, lag, std)
-            explained = self.contact.explain(left)
-        return explained, free
+            torque = self.contact.best_contact(fit)[1]
+            q = self._loaded_joints(linearized, q_free, torque, readings, driving, gravity, std)
+            linearized, q_free = self._linearize(q, readings, driving, gravity, lag, std)
+            fit = self.contact.explain(linearized)
+        return fit, q_free
 
     @cached_property
     def _passes(self) -> int:
-        """How often the load is linearized; where it changes nothing but the posture, the shape of `gaussian` does."""
-        return 1 if self.contact.mechanics.only_bends and self.layout.finger.elastic_law is None else 2
+        """Number of linearizations; one suffices where the load changes only the posture."""
+        return 1 if self.contact.mechanics.is_planar and self.layout.finger.elastic_law is None else 2
 
-    def _loaded(
+    def _loaded_joints(
         self,
-        left: Unexplained,
-        free: Array,
+        linearized: LinearizedResidual,
+        q_free: Array,
         torque: Array,
         readings: Array,
         driving: Array,
         gravity: Array,
         std: Array | None,
     ) -> Array:
-        """Joint positions under torques of a contact, (..., D); what they do not explain is shared as by `gaussian`."""
-        mechanics, away = self._gaussian.mechanics, self._gaussian.away(readings, driving, gravity)
-        variance = self._gaussian.read(readings, std, away).variance
-        loaded = mechanics.compliance(left.q) * torque
-        remaining = left.residual - (left.slopes @ loaded[..., None])[..., 0]
-        gain, _ = gain_of(left.slopes, mechanics.prior(left.at, left.q, driving, away), variance)
-        return np.asarray(free + loaded + (gain @ remaining[..., None])[..., 0])
+        """Joint positions under torques of a contact, (..., D); their residual is distributed as by `gaussian`."""
+        mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
+        variance = self._gaussian.read(readings, std, errors).variance
+        load_change = mechanics.compliance(linearized.q) * torque
+        residual = linearized.residual - (linearized.slopes @ load_change[..., None])[..., 0]
+        prior = mechanics.prior(linearized.bent, linearized.q, driving, errors)
+        gain, _ = kalman_gain(linearized.slopes, prior, variance)
+        return np.asarray(q_free + load_change + (gain @ residual[..., None])[..., 0])
 
-    def _unexplained(
+    def _linearize(
         self,
         q: Array,
         readings: Array,
@@ -551,23 +569,24 @@ class ContactShape:
         gravity: Array,
         lag: Lag = AT_REST,
         std: Array | None = None,
-    ) -> tuple[Unexplained, Array]:
-        """Linearized about joint positions `q`, and the joints without a load, q_0, (..., D).
+    ) -> tuple[LinearizedResidual, Array]:
+        """Linearizes about joint positions `q`; also returns the joints without a load, q_0, (..., D).
 
-        The stiffness may be as wrong as the bend per driving torque, and then a share of every bend is.
+        The stiffness may err as the bend per driving torque does; then every bend errs by this fraction.
         """
-        mechanics, away = self._gaussian.mechanics, self._gaussian.away(readings, driving, gravity)
-        values, variance = self._gaussian.read(readings, std, away)
-        at, (predicted, A) = mechanics.posture(q), self.layout.values_at(q)
-        free = mechanics.unloaded(q, driving + mechanics.weight(at, gravity))
-        residual = values - predicted - (A @ (free - q)[..., None])[..., 0]
-        of_stiffness = A @ np.swapaxes(mechanics.bend_changes * q[..., None, :], -1, -2)
-        of_model = A @ mechanics.of_model(q, driving, away) @ np.swapaxes(A, -1, -2)
-        at_rest = of_model + of_stiffness @ np.swapaxes(of_stiffness, -1, -2)
-        at_rest = at_rest + variance[..., None] * np.eye(A.shape[-2])
-        read, of_motion = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float), lag.seen_by(A)
-        moving = may_exceed(of_motion, at_rest, _most_of_noise(read))
-        return Unexplained(q, at, A, read, residual, at_rest + of_motion, moving), free
+        mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
+        values, variance = self._gaussian.read(readings, std, errors)
+        bent, (prediction, A) = mechanics.bent_finger(q), self.layout.values_at(q)
+        q_free = mechanics.linearized_positions(q, driving + mechanics.weight(bent, gravity))
+        residual = values - prediction - (A @ (q_free - q)[..., None])[..., 0]
+        stiffness = A @ np.swapaxes(mechanics.bend_changes * q[..., None, :], -1, -2)
+        model = A @ mechanics.model_covariance(q, driving, errors) @ np.swapaxes(A, -1, -2)
+        covariance = model + stiffness @ np.swapaxes(stiffness, -1, -2)
+        covariance = covariance + variance[..., None] * np.eye(A.shape[-2])
+        read_count = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
+        motion = lag.reading_covariance(A)
+        moving = may_exceed(motion, covariance, _noise_threshold(read_count))
+        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, moving), q_free
 
     @cached_property
     def contact(self) -> SurfaceContact:
@@ -579,72 +598,74 @@ class ContactShape:
         return GaussianShape(self.layout, self.uncertainty, self.period)
 
 
-def _most_of_noise(read: Array) -> Array:
+def _noise_threshold(read_count: Array) -> Array:
     """Misfit threshold for noise, (...), by the number of values that are read."""
     from scipy.special import chdtri
 
-    return np.asarray(chdtri(np.maximum(read, 1), _CHANCE))
+    return np.asarray(chdtri(np.maximum(read_count, 1), _FALSE_ALARM_RATE))
 
 
-def _heaviest(posterior: Believed) -> tuple[Array, NDArray[np.int_]]:
-    """Weights that sum to 1 and numbers, (..., K), of the most probable cell, which is the first, and the heaviest."""
+def _rank_cells(posterior: CellPosterior) -> tuple[Array, NDArray[np.int_]]:
+    """Weights that sum to 1, and numbers, (..., K), of the most probable cell and the heaviest others."""
     rank = posterior.weight.copy()
-    np.put_along_axis(rank, posterior.best[..., None], np.inf, axis=-1)
-    cells = np.argsort(-rank, axis=-1)[..., :_HEAVIEST]
+    np.put_along_axis(rank, posterior.best_cell[..., None], np.inf, axis=-1)
+    cells = np.argsort(-rank, axis=-1)[..., :_MAX_HEAVY_CELLS]
     weights = np.take_along_axis(posterior.weight, cells, axis=-1)
     return weights / weights.sum(axis=-1, keepdims=True), cells
 
 
-def _chosen(values: Array, numbers: NDArray[np.int_]) -> Array:
+def _take_cells(values: Array, numbers: NDArray[np.int_]) -> Array:
     """Values chosen for each sample, (..., C, ...), by their numbers, (..., K)."""
     samples = np.arange(numbers.size // numbers.shape[-1]).reshape(*numbers.shape[:-1], 1)
     flat = values.reshape(-1, *values.shape[numbers.ndim :])
     return np.asarray(flat[numbers + values.shape[numbers.ndim - 1] * samples])
 
 
-def _within(r: Array, force: Array, response: Array, spreads: Array) -> tuple[Array, Array, Array]:
-    """Spreads of a cell's response, (..., K, D), in standard deviations, given the readings and the force.
+def _deviation_posterior(r: Array, force: Array, response: Array, deviations: Array) -> tuple[Array, Array, Array]:
+    """Deviations in cells, (..., K, D) standard deviations, given readings and force.
 
-    Also their covariance, and their change with the force: what a larger one bends more, they take back.
+    Also returns their covariance, and their derivative by the force.
     """
     # (S, ..., K) and (D, S, ..., K): sums over short first axes are quick
     r, c = np.moveaxis(r, -1, 0)[..., None], np.moveaxis(response, -1, 0)
-    U = force * np.moveaxis(spreads, (-2, -1), (0, 1))
+    U = force * np.moveaxis(deviations, (-2, -1), (0, 1))
     products, identity = np.einsum("ds...,es...->de...", U, U), np.eye(len(U))
     covariance = _inverse(products + identity.reshape(*identity.shape, *[1] * force.ndim))
-    seen = (np.einsum("ds...,s...->d...", U, vectors) for vectors in (r - force * c, -c))
-    z, turn = (np.moveaxis(np.einsum("de...,e...->d...", covariance, vectors), 0, -1) for vectors in seen)
-    return z, np.moveaxis(covariance, (0, 1), (-2, -1)), turn
+    projections = (np.einsum("ds...,s...->d...", U, vectors) for vectors in (r - force * c, -c))
+    z, z_slopes = (np.moveaxis(np.einsum("de...,e...->d...", covariance, vectors), 0, -1) for vectors in projections)
+    return z, np.moveaxis(covariance, (0, 1), (-2, -1)), z_slopes
 
 
 def _inverse(matrices: Array) -> Array:
     """Inverses of small positive definite matrices, (D, D, ...), by Gauss and Jordan."""
-    found = matrices.copy()
-    for k in range(len(found)):
-        pivot = 1 / found[k, k]
-        row, column = found[k] * pivot, found[:, k].copy()
-        found -= column[:, None] * row
-        found[k], found[:, k] = row, -column * pivot
-        found[k, k] = pivot
-    return found
+    inverse = matrices.copy()
+    for k in range(len(inverse)):
+        pivot = 1 / inverse[k, k]
+        row, column = inverse[k] * pivot, inverse[:, k].copy()
+        inverse -= column[:, None] * row
+        inverse[k], inverse[:, k] = row, -column * pivot
+        inverse[k, k] = pivot
+    return inverse
 
 
-def _forces(directions: Array, force: Array, std: Array, z: Array, of_z: Array, turn: Array) -> Array:
+def _force_vectors(
+    directions: Array, force: Array, std: Array, z: Array, z_covariance: Array, z_slopes: Array
+) -> Array:
     """Forces in the frames of their links and T + 1 independent deviations, (..., K, 2 + T, 3) N.
 
-    See `_within` for z and its change with the force, `SurfaceCells` for the directions.
+    See `_deviation_posterior` for z and its derivative, `SurfaceCells` for the directions.
     """
     T = directions.shape[-2] - 1
     unit, sizes = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :], force[..., None, None]
-    rubbing = np.swapaxes(np.linalg.cholesky(of_z[..., :T, :T]), -1, -2) @ directions[..., 1:, :]
-    by_size = unit + sizes * turn[..., None, :T] @ directions[..., 1:, :]
-    return np.concatenate([sizes * unit, sizes * rubbing, std[..., None, None] * by_size], axis=-2)
+    friction = np.swapaxes(np.linalg.cholesky(z_covariance[..., :T, :T]), -1, -2) @ directions[..., 1:, :]
+    size_slopes = unit + sizes * z_slopes[..., None, :T] @ directions[..., 1:, :]
+    return np.concatenate([sizes * unit, sizes * friction, std[..., None, None] * size_slopes], axis=-2)
 
 
 def transverse_forces(heaviest: HeaviestCells) -> tuple[Array, Array]:
-    """The part of the force at right angles to the line from the base to where it presses, and its deviation, N.
+    """Component of the force across the line from the base to the contact, and its standard deviation, (..., K) N.
 
-    (..., K) each; where it is 0, the deviation is that of the size.
+    Where it is 0, the deviation is that of the size.
     """
     vectors = heaviest.vectors[..., [0, -1], :]
     directions, sizes = _transverse(vectors, heaviest.points[..., None, :])
@@ -654,15 +675,15 @@ def transverse_forces(heaviest: HeaviestCells) -> tuple[Array, Array]:
 
 
 def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
-    """Direction, (..., 3), and size, (...), of the part of a force at right angles to the line from B to a point."""
-    along = (force * point).sum(axis=-1) / np.maximum((point**2).sum(axis=-1), _TINY)
-    across = force - along[..., None] * point
-    size = np.linalg.norm(across, axis=-1)
-    return across / (size + _TINY)[..., None], size
+    """Direction, (..., 3), and size, (...), of the component of a force across the line from B to a point."""
+    ratio = (force * point).sum(axis=-1) / np.maximum((point**2).sum(axis=-1), _TINY)
+    component = force - ratio[..., None] * point
+    size = np.linalg.norm(component, axis=-1)
+    return component / (size + _TINY)[..., None], size
 
 
-def _about_best(weights: Array, forces: Array) -> tuple[Array, Array]:
-    """The first of K forces with their deviations, (..., K, 2 + T, M), and their mean squares about it, (..., M, M)."""
+def _vector_with_covariance(weights: Array, forces: Array) -> tuple[Array, Array]:
+    """First of K forces with their deviations, (..., K, 2 + T, M), and their mean squares about it, (..., M, M)."""
     best = forces[..., 0, 0, :]
     rows = np.concatenate([forces[..., 1:, :], forces[..., :1, :] - best[..., None, None, :]], axis=-2)
     rows = rows * np.sqrt(weights)[..., None, None]
@@ -671,50 +692,41 @@ def _about_best(weights: Array, forces: Array) -> tuple[Array, Array]:
 
 
 def _direction_std(vector: Array, covariance: Array) -> Array:
-    """Root mean square of the angle between a vector, (..., 3), and what it may be, rad, (...)."""
+    """Standard deviation of the direction of a vector, (..., 3), rad, (...)."""
     square = np.maximum((vector**2).sum(axis=-1), _TINY)
-    along = ((vector[..., None, :] @ covariance)[..., 0, :] * vector).sum(axis=-1) / square
-    return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - along, 0) / square)
+    axial_variance = ((vector[..., None, :] @ covariance)[..., 0, :] * vector).sum(axis=-1) / square
+    return np.sqrt(np.maximum(np.trace(covariance, axis1=-2, axis2=-1) - axial_variance, 0) / square)
 
 
-def _covariance_of_several(responses: Array, uncertain: Array, forces: Array, usual: float) -> Array:
+def _several_covariance(responses: Array, noise: Array, forces: Array, usual_force: float) -> Array:
     """The covariance of the forces in M cells, (M, M) N^2, each of which may equally press on the adjacent cell.
 
-    `responses` are whitened, (S, M), and `uncertain` is the covariance of what they leave, friction included, (S, S).
+    `responses` are whitened, (S, M), and `noise` is the covariance of what they leave, friction included, (S, S).
     """
-    pressing = forces > 0
-    near = pressing | ~pressing.any()  # if none is found, there may be one anywhere
-    near[1:] |= pressing[:-1]
-    near[:-1] |= pressing[1:]
-    shared = usual**2 * near[:, None] * responses.T
-    return np.asarray(usual**2 * np.diag(near) - shared @ np.linalg.solve(responses @ shared + uncertain, shared.T))
+    is_pressing = forces > 0
+    is_possible = is_pressing | ~is_pressing.any()  # if none is found, there may be one anywhere
+    is_possible[1:] |= is_pressing[:-1]
+    is_possible[:-1] |= is_pressing[1:]
+    weighted = usual_force**2 * is_possible[:, None] * responses.T
+    gain = weighted @ np.linalg.solve(responses @ weighted + noise, weighted.T)
+    return np.asarray(usual_force**2 * np.diag(is_possible) - gain)
 
 
-def _std_of_sum(covariance: Array, weights: Array) -> Array:
+def _sum_std(covariance: Array, weights: Array) -> Array:
     return np.sqrt(weights @ covariance @ weights)
 
 
-def _stated(contact: ContactForce, free: NDArray[np.bool_], unknown: NDArray[np.bool_]) -> ContactForce:
-    """No force where nothing touches, and NaN where too little is read."""
+def _mask_contact(contact: ContactForce, is_free: NDArray[np.bool_], is_unknown: NDArray[np.bool_]) -> ContactForce:
+    """Sets the force to 0 where nothing touches, and all fields to NaN where too few values are read."""
     nan = np.nan
 
-    def of(value: Array, without: Any) -> Array:
-        more = (..., *[None] * (value.ndim - free.ndim))
-        return np.where(unknown[more], nan, np.where(free[more], without, value))
+    def mask(value: Array, default: Any) -> Array:
+        expanded = (..., *[None] * (value.ndim - is_free.ndim))
+        return np.where(is_unknown[expanded], nan, np.where(is_free[expanded], default, value))
 
-    without = (
-        0.0,
-        nan,
-        contact.force_std,
-        nan,
-        0.0,
-        contact.vector_covariance,
-        nan,
-        nan,
-        0.0,
-        contact.transverse_force_std,
-    )
-    return ContactForce(*(of(np.asarray(value), nothing) for value, nothing in zip(contact, without, strict=True)))
+    forces = 0.0, nan, contact.force_std, nan, 0.0, contact.vector_covariance
+    defaults = *forces, nan, nan, 0.0, contact.transverse_force_std
+    return ContactForce(*(mask(np.asarray(value), default) for value, default in zip(contact, defaults, strict=True)))
 
 
 def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
@@ -731,6 +743,6 @@ def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
 def _product(matrix: "csr_array", values: Array, cells: int) -> Array:
     """A sparse matrix, (M C, B), times (..., B, S), as (M, S, ..., C)."""
     flat = np.moveaxis(values, (-2, -1), (0, 1))
-    found = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
-    by_cell = np.ascontiguousarray(np.swapaxes(found.reshape(-1, cells, found.shape[-1]), -1, -2))
-    return by_cell.reshape(-1, *flat.shape[1:], cells)
+    products = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
+    products = np.ascontiguousarray(np.swapaxes(products.reshape(-1, cells, products.shape[-1]), -1, -2))
+    return products.reshape(-1, *flat.shape[1:], cells)

@@ -1,12 +1,12 @@
-"""The driving torque of a finger: the torque at its joints that is known before its sensors are read.
+"""Driving torque of a finger: the torque at its joints known before its sensors are read, (..., N) N m.
 
-    driving torque = torque of the pressure + what pressure takes of the stiffness + memory torque of creep
+    driving torque = torque of the pressure + torque of the stiffness lost to pressure + memory torque of creep
 
-What a creeping finger remembers (`fingers.creep`), and what pressure takes of the stiffness of a bent one
-(`fingers.taken_stiffness`), follow from how it was bent, as far as that is estimated: by the estimate of the sample
-before, held for a period. So an estimate asks for what drives the finger, this for the estimates before, and there is
-no loop. Where no angle is estimated they stay as they are: a sensor that fails for a few samples leaves no trace, and a
-finger that is not seen is taken to rest. Before the first estimate it is taken to bend freely, and not to have crept.
+The memory of a creeping finger (`fingers.creep`), and the stiffness that a bent one loses to pressure
+(`fingers.taken_stiffness`), follow from its estimated bend: the estimate of the previous sample, constant for a period.
+So an estimate needs the driving torque, this the previous estimate, and there is no loop. Where no angle is estimated
+the bend stays: a sensor that fails for a few samples leaves no trace, and an unseen finger is taken to rest. Before the
+first estimate it is taken to bend freely, without creep.
 
 Leading axes are free; T samples, B branches of creep, N joints. A bend is the B internal angles and, last, the joint
 angles, (..., B + 1, N) rad.
@@ -30,12 +30,12 @@ from soft_gripper.fingers.taken_stiffness import taken_torque
 DRIVING_TORQUE = "driving_torque"
 
 
-def driving_port(way: str) -> str:
-    """Name of the port with the driving torque of the joints that yield in one way."""
-    return DRIVING_TORQUE if way == "bending" else f"{way}_{DRIVING_TORQUE}"
+def driving_port(deformation: str) -> str:
+    """Name of the port with the driving torque of the joints of one deformation."""
+    return DRIVING_TORQUE if deformation == "bending" else f"{deformation}_{DRIVING_TORQUE}"
 
 
-_SETTLED = 1e-7  # N m, convergence tolerance of a driving torque
+_TORQUE_TOLERANCE = 1e-7  # N m, convergence tolerance
 
 
 def later_bend(finger: Finger, bend: Array, q: Array, pressure: Array | float, period: float) -> Array:
@@ -48,9 +48,10 @@ def later_bend(finger: Finger, bend: Array, q: Array, pressure: Array | float, p
         pressure: in the chamber, (...) Pa; without it the bend stays, if there is a pressure law.
         period: s.
     """
-    held = q / finger.softening(pressure)[..., None]
-    later = np.concatenate([advance(finger.creep, bend[..., :-1, :], held, held, period), q[..., None, :]], axis=-2)
-    return np.where(np.isfinite(held)[..., None, :], later, bend)
+    effective = q / finger.softening(pressure)[..., None]
+    crept = advance(finger.creep, bend[..., :-1, :], effective, effective, period)
+    next_bend = np.concatenate([crept, q[..., None, :]], axis=-2)
+    return np.where(np.isfinite(effective)[..., None, :], next_bend, bend)
 
 
 def driving_torque(finger: Finger, pressure: Array, bend: Array) -> Array:
@@ -59,20 +60,20 @@ def driving_torque(finger: Finger, pressure: Array, bend: Array) -> Array:
 
 
 def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Array:
-    """The part of the driving torque that a bend, (..., B + 1, N) rad, has at a pressure, (...) Pa; (..., N) N m."""
+    """Torque that a bend, (..., B + 1, N) rad, adds at a pressure, (...) Pa; (..., N) N m."""
     memory = memory_torque(finger, bend[..., :-1, :], pressure)
     if not finger.takes_stiffness:
         return memory
-    q, free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
-    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), free, q), pressure)
+    q, q_free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
+    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), q_free, q), pressure)
     return torque
 
 
 def unknown_bend(finger: Finger, shape: Sequence[int] = ()) -> Array:
     """The bend before anything is estimated, (*shape, B + 1, N) rad: nothing crept, and joint angles not known.
 
-    For these, the finger is taken to bend freely: from straight, an estimator of a finger near ballooning would take
-    what pressure takes of its stiffness for a load, and might not come back.
+    The finger is then taken to bend freely: from straight, an estimator of a finger near ballooning would take the
+    stiffness lost to pressure for a load, and might not recover.
     """
     bend: Array = np.zeros((*shape, len(finger.creep) + 1, finger.segments))
     bend[..., -1, :] = np.nan
@@ -94,9 +95,9 @@ def driving_torques(finger: Finger, q: Array, pressure: Array, period: float) ->
         period: of the samples, s.
     """
     torques, bend = np.zeros_like(q), unknown_bend(finger, q.shape[1:-1])
-    for i, (angles, inside) in enumerate(zip(q, pressure, strict=True)):
-        torques[i] = driving_torque(finger, inside, bend)
-        bend = later_bend(finger, bend, angles, inside, period)
+    for i, (angles, chamber_pressure) in enumerate(zip(q, pressure, strict=True)):
+        torques[i] = driving_torque(finger, chamber_pressure, bend)
+        bend = later_bend(finger, bend, angles, chamber_pressure, period)
     return torques
 
 
@@ -107,12 +108,12 @@ def recorded_driving(
     pressure: Array,
     gravity: Array,
     period: float,
-    pull: Array | None = None,
+    apparent_gravity: Array | None = None,
 ) -> Array:
     """The driving torque over a recording, N m, (T, ..., N), as DrivingTorque computes it next to an estimator.
 
-    Shape and bend are found by turns, all samples at once. A sample depends on those before it alone, and every turn
-    leaves of an error no more than the shares of creep and of pressure, so that this ends.
+    Shape and bend are computed in turn, all samples at once. A sample depends only on those before it, and every
+    iteration reduces an error at least to the fractions of creep and pressure, so it converges.
 
     Args:
         function: the estimator.
@@ -121,13 +122,13 @@ def recorded_driving(
         pressure: in the chamber, Pa, (T, ...).
         gravity: in B, m/s^2, (T, ..., 3).
         period: of the samples, s.
-        pull: gravity less the acceleration of the base, likewise; None: the base is at rest.
+        apparent_gravity: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
     driving, settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
     while not settled:
-        q, before = function(*recorded_inputs(function, readings, driving, gravity, pull)).q, driving
+        q, last_driving = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q, driving
         driving = driving_torques(finger, q, pressure, period)
-        settled = np.allclose(driving, before, rtol=0, atol=_SETTLED, equal_nan=True)
+        settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
     return driving
 
 
@@ -147,8 +148,8 @@ class DrivingTorque(ArrayBlock):
     s, from time 0, in discrete state.
     """
 
-    def __init__(self, finger: Finger, period: float, others: Sequence[str] = ()):
-        """The nominal finger; nothing of it has crept. `others` are further ways in which it is driven."""
+    def __init__(self, finger: Finger, period: float, deformations: Sequence[str] = ()):
+        """The nominal finger; nothing of it has crept. `deformations` are further driven deformations."""
         bends = depends_on_bend(finger)
         super().__init__(period if bends else None)
         joints, sizes = finger.segments, {"pressure": finger.pressures, "tension": len(finger.tendons)}
@@ -158,12 +159,12 @@ class DrivingTorque(ArrayBlock):
 
         chambers = () if finger.pressures else (np.zeros(0),)  # Tendons alone drive it.
 
-        def of(way: str) -> Callable[..., Array]:
-            return lambda *efforts: finger.torque_of_drive(way, *chambers, *efforts)
+        def drive_torque(deformation: str) -> Callable[..., Array]:
+            return lambda *efforts: finger.torque_of_drive(deformation, *chambers, *efforts)
 
-        def with_bend(*found: Array) -> Array:
-            *efforts, bend = found
-            return of("bending")(*efforts) + torque_of_bend(finger, _pressure_of_law(finger, *efforts), bend)
+        def torque_with_bend(*inputs: Array) -> Array:
+            *efforts, bend = inputs
+            return drive_torque("bending")(*efforts) + torque_of_bend(finger, _pressure_of_law(finger, *efforts), bend)
 
         if bends:
             self.take(ANGLES, joints)
@@ -175,12 +176,12 @@ class DrivingTorque(ArrayBlock):
                 ),
                 kept=(ANGLES, *(driving[:1] if finger.pressure_law is not None else [])),
             )
-        torque, remembered = (with_bend, ["bend"]) if bends else (of("bending"), [])
+        torque, remembered = (torque_with_bend, ["bend"]) if bends else (drive_torque("bending"), [])
         self.put_out(DRIVING_TORQUE, torque, *driving, *remembered, unit="N m", joint=range(joints))
-        for way in others:
-            self.put_out(
-                driving_port(way), of(way), *driving, unit="N" if way in SLIDES else "N m", joint=range(joints)
-            )
+        for deformation in deformations:
+            unit = "N" if deformation in SLIDES else "N m"
+            port, torque = driving_port(deformation), drive_torque(deformation)
+            self.put_out(port, torque, *driving, unit=unit, joint=range(joints))
 
 
 def _pressure_of_law(finger: Finger, *pressure: Array) -> Array | float:

@@ -14,12 +14,12 @@ from soft_gripper.estimators.arcs import ArcCurve
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 
-# In B, the direction in which an object that a gripper holds pushes its finger: against the direction of closing.
+# Direction in B in which a grasped object pushes the finger: against the direction of closing.
 CLOSING = np.array([-1.0, 0.0, 0.0])
 
 
 class ContactForce(NamedTuple):
-    """The contact on a finger as one force; None for what an estimator does not know that sees the bending plane."""
+    """Contact on a finger as one force; None for fields that an estimator of the bending plane lacks."""
 
     force: Array  # (...) N, across the finger in the bending plane of the link, positive on the inner side, 0 without
     arc_length: Array  # (...) m, from the base to the centre of pressure, NaN without contact
@@ -27,9 +27,8 @@ class ContactForce(NamedTuple):
     arc_length_std: Array  # (...) m, standard deviation
     vector: Array | None = None  # (..., 3) N in B, 0 without contact
     vector_covariance: Array | None = None  # (..., 3, 3) N^2
-    direction_std: Array | None = (
-        None  # (...) rad, root mean square of the angle to the true force, NaN without contact
-    )
+    # (...) rad, root mean square of the angle to the true force, NaN without contact
+    direction_std: Array | None = None
     # (...) rad around the finger, where it is pressed: 0 on the inner side, pi / 2 toward +y; NaN without contact
     side: Array | None = None
     # (...) N, size of the part at right angles to the line from the base to the contact, which bends the finger
@@ -56,7 +55,7 @@ def force_along(vector: Array, covariance: Array, direction: Array) -> tuple[Arr
 class ShapeEstimate(NamedTuple):
     """The estimated shape; None for quantities that a method does not estimate.
 
-    The joints are way after way (`MeasurementModel.ways`), bending first: N of a finger that only bends, D in all.
+    The joints are in the order of `MeasurementModel.deformations`, bending first: D in all, N if the finger only bends.
     """
 
     q: Array  # (..., D) rad, and m where joints slide
@@ -86,7 +85,7 @@ class ShapeFunction(Protocol):
         """
         Args:
             readings: of the sensors, (..., R); NaN where there is none.
-            driving: torque at the joints that is known before anything is read, (..., D) N m, and N where they slide;
+            driving: torque at the joints known before the sensors are read, (..., D) N m, and N where they slide;
                 see `driving_torque`.
             gravity: in B, (..., 3) m/s^2.
         """
@@ -98,13 +97,14 @@ def estimates_at(function: ShapeFunction, rows: NDArray[np.int_], *samples: Any)
     `samples` are the arguments of the function at all samples, as of `recorded_inputs`.
     """
     if hasattr(function, "at"):
-        found: ShapeEstimate = function.at(rows, *samples)
-        return found
+        estimates: ShapeEstimate = function.at(rows, *samples)
+        return estimates
     return function(*samples_at(rows, *samples))
 
 
 def samples_at(rows: NDArray[np.int_], *samples: Any) -> tuple[Any, ...]:
     """Some samples of arrays, (T, ...), or of tuples of arrays."""
     return tuple(
-        type(each)(*(part[rows] for part in each)) if isinstance(each, tuple) else each[rows] for each in samples
+        type(values)(*(part[rows] for part in values)) if isinstance(values, tuple) else values[rows]
+        for values in samples
     )

@@ -1,10 +1,10 @@
 """FingerShape: estimated joint positions -> places of joints and tip, and arcs.
 
-This is the contract between the estimators of the shape and what uses it. An estimator is a system with the output
-port `estimated_joint_angles` (N) rad; it takes what it needs of the readings (`strain`, or what else its sensors
-measure), `pressure`, `driving_torque` and `X_WB`, by these names. What else is asked of the shape follows from the
-joint angles, by this block; an estimator that knows it better puts it out by itself, under the same names. Where it is
-known, it adds `joint_angle_covariance` (N x N) rad^2.
+This is the contract between estimators and users of the shape. An estimator is a system with the output port
+`estimated_joint_angles` (N) rad; it takes the inputs it needs of the readings (`strain`, or the quantity of its
+sensors), `pressure`, `driving_torque` and `X_WB`, by these names. This block derives the rest of the shape from the
+joint angles; an estimator with better values puts them out under the same names. One with a covariance adds
+`joint_angle_covariance` (N x N) rad^2.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,36 +30,36 @@ BENDS = ("bending",)
 
 
 class Places:
-    """Joints and tip of a finger in space, and how the positions of its joints, way after way, move them."""
+    """Joints and tip of a finger in space, and their derivatives by its joint positions."""
 
-    def __init__(self, finger: Finger, ways: Sequence[str]):
-        chain = self._chain = SpatialChain.of(finger.segments, finger.segment_length, ways)
-        self._in_chain = chain.position_indices(ways)
-        self._from_chain = np.argsort(self._in_chain)
+    def __init__(self, finger: Finger, deformations: Sequence[str]):
+        chain = self._chain = SpatialChain.from_yields(finger.segments, finger.segment_length, deformations)
+        self._to_chain = chain.position_indices(deformations)
+        self._from_chain = np.argsort(self._to_chain)
         frames = chain.link_frames(np.arange(1, finger.segments + 1))
         self._frames = np.append(frames, frames[-1])
         self._half = finger.segment_length / 2
-        self._moved = self._frames > np.arange(len(chain.ways))[:, None]
+        self._moved = self._frames > np.arange(len(chain.deformations))[:, None]
 
     def __call__(self, q: Array) -> tuple[Array, Array]:
         """Places P = N + 1 of joints and tip, (..., P, 3) m in B, and the direction of the tip, (..., 3).
 
         `q` are the joint positions, (..., D).
         """
-        return self._placed(posture(self._chain, q[..., self._in_chain]))
+        return self._positions(posture(self._chain, q[..., self._to_chain]))
 
-    def _placed(self, at: Posture) -> tuple[Array, Array]:
-        along = at.rotations[..., -1, :, 2]
-        places = at.origins[..., self._frames, :]
-        places[..., -1, :] += self._half * along
-        return places, along
+    def _positions(self, bent: Posture) -> tuple[Array, Array]:
+        tip_direction = bent.rotations[..., -1, :, 2]
+        places = bent.origins[..., self._frames, :]
+        places[..., -1, :] += self._half * tip_direction
+        return places, tip_direction
 
-    def moves(self, q: Array) -> Array:
-        """How joints move the places, (..., D, P, 3) m/rad, or 1."""
-        at = posture(self._chain, q[..., self._in_chain])
-        places, screws = self._placed(at)[0], at.screws[..., None, :]
-        moves = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
-        return np.asarray((moves * self._moved[..., None])[..., self._from_chain, :, :])
+    def place_jacobian(self, q: Array) -> Array:
+        """Derivatives of the places by the joint positions, (..., D, P, 3) m/rad, or 1."""
+        bent = posture(self._chain, q[..., self._to_chain])
+        places, screws = self._positions(bent)[0], bent.screws[..., None, :]
+        jacobian = vector_product(screws[..., :3], places[..., None, :, :]) + screws[..., 3:]
+        return np.asarray((jacobian * self._moved[..., None])[..., self._from_chain, :, :])
 
     def variance(self, q: Array, covariance: Array) -> Array:
         """Variances of joints and tip along x, y and z, m^2, (..., N + 1, 3).
@@ -68,8 +68,8 @@ class Places:
             q: joint positions, (..., D).
             covariance: of these, (..., D, D).
         """
-        moves = np.moveaxis(self.moves(q), -3, -1)  # (..., P, 3, D)
-        return np.asarray(np.maximum(((moves @ covariance[..., None, :, :]) * moves).sum(axis=-1), 0))
+        jacobian = np.moveaxis(self.place_jacobian(q), -3, -1)  # (..., P, 3, D)
+        return np.asarray(np.maximum(((jacobian @ covariance[..., None, :, :]) * jacobian).sum(axis=-1), 0))
 
 
 def position_std(finger: Finger, q: Array, covariance: Array) -> Array:
@@ -119,12 +119,12 @@ class FingerShape(ArrayBlock):
         put_out_places(self, finger, BENDS, ANGLES)
 
 
-def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: str) -> None:
+def put_out_places(block: ArrayBlock, finger: Finger, deformations: Sequence[str], q: str) -> None:
     """Declares the step "places", and outputs as of FingerShape, of a block with the input X_WB.
 
-    `q` is the step with the joint positions, way after way.
+    `q` is the step with the joint positions, (..., D).
     """
-    joints, places, N = range(finger.segments), Places(finger, ways), finger.segments
+    joints, places, N = range(finger.segments), Places(finger, deformations), finger.segments
     block.derive("places", lambda q: (*places(q), q[..., :N].sum(axis=-1)), q)
     put_out_arcs(block, lambda q: segment_arcs(finger, q[..., :N]), q, segment=joints)
     block.put_out(
@@ -142,11 +142,11 @@ def put_out_places(block: ArrayBlock, finger: Finger, ways: Sequence[str], q: st
 
 
 def _tip_pose(places: tuple[Array, Array, Array]) -> Array:
-    """In the bending plane; the heading is counted in whole turns as the bends are."""
-    at, along, bent = places
-    heading = np.arctan2(along[..., 0], along[..., 2])
-    heading = heading + 2 * np.pi * np.round((bent - heading) / (2 * np.pi))
-    return np.concatenate([at[..., -1, ::2], heading[..., None]], axis=-1)
+    """Pose of the tip in the bending plane, (..., 3); its heading follows the bends beyond half a turn."""
+    positions, tip_direction, bend = places
+    heading = np.arctan2(tip_direction[..., 0], tip_direction[..., 2])
+    heading = heading + 2 * np.pi * np.round((bend - heading) / (2 * np.pi))
+    return np.concatenate([positions[..., -1, ::2], heading[..., None]], axis=-1)
 
 
 def put_out_arcs(block: ArrayBlock, arcs: Callable[..., Arcs], source: str, **axis: Sequence[int]) -> None:

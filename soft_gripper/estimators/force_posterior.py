@@ -20,7 +20,7 @@ The posterior has the weights of the cells before, and for log F the density  ex
 F_max, with f the usual force. Force, deviation, interval and probability are all of it. Along a ridge of equal
 likelihood the marginal weight of a place is about  p(F^) sigma ~ p(F^) F^ : only a density 1 / F, flat in log F, is
 indifferent there; one that is flat in F near zero favours places near the base. Forces far above the usual ones, which
-lie at the end of the ridge near the base, are not believed. In a cell, the factor exp(-F^2 / 2 f^2) turns force,
+lie at the end of the ridge near the base, are not cell_posterior. In a cell, the factor exp(-F^2 / 2 f^2) turns force,
 deviation and misfit into
 
     F' = F^ / (1 + sigma^2 / f^2) ,   sigma' = sigma / sqrt(1 + sigma^2 / f^2) ,   X' = X + F^^2 / (sigma^2 + f^2) .
@@ -53,40 +53,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import Later
+from soft_gripper.estimators.batches import LazyArray
 
-DETECTED = 0.95  # probability of contact from which a place is stated
-LOCATED = 0.25  # of the length: a place known to lie within so much of it is stated as known
+DETECTION_PROBABILITY = 0.95  # probability of contact from which it is reported
+MAX_LOCATED_SPAN = 0.25  # fraction of the length: a contact within a shorter span is located
 ANSWERS = "nothing touches", "touched, place unknown", "touched here", "moving: not known"
 NOTHING, SOMEWHERE, HERE, MOVING = 0.0, 1.0, 2.0, 3.0
 INTERVAL = "least", "median", "most"  # of the posterior; the outer ones enclose both intervals of 95 %
-_SET, _BOUND = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two sides and on one
-_CHANCE = 1e-3  # that noise alone exceeds a misfit of 1
-_DECADES = 3  # of forces, below the largest
-_STRONGLY = 1e3  # draws to the largest sum, relative to the largest response
-_MOST_SETS, _EQUAL, _ALIKE, _SINGULAR = 50, 1e-9, 1e-7, 1e-10  # of forces that are tried; relative
-_EDGES, _FINER = 41, 2  # of the bins of force, and how often what holds nearly all is divided again
-_INTERVAL, _TAIL, _LOWER_TAILS = 0.95, 1e-4, 41
-_FIRST = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
-_NEGLIGIBLE = 1e-6  # weight of a cell, relative to the largest
-_TOGETHER = 20_000  # integrals of cells that are computed together: those fit into a processor's cache
-_BEYOND = 8.0  # standard deviations below 0, of a force that leaves nothing above
-_WIDE = 0.7  # deviation over mean of a force above 0, at most
+_SET_CHI_SQUARED, _BOUND_CHI_SQUARED = 3.84, 2.71  # chi-squared of one degree of freedom: 95 % on two sides and on one
+_FALSE_ALARM_RATE = 1e-3  # P(noise alone gives a misfit > 1)
+_FORCE_DECADES = 3  # decades of forces below the largest
+_MAX_PULL = 1e3  # weight that draws to the largest sum, over the largest response
+_MAX_ACTIVE_SETS = 50  # sets of positive forces that are tried
+_GRADIENT_TOLERANCE, _MULTIPLIER_TOLERANCE, _MIN_PIVOT_RATIO = 1e-9, 1e-7, 1e-10  # relative
+_EDGE_COUNT, _REFINEMENTS = 41, 2  # edges of the bins of force, and refinements of those that hold nearly all
+_INTERVAL_MASS, _TAIL_MASS, _LOWER_TAIL_COUNT = 0.95, 1e-4, 41
+_FIRST_FORCE = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
+_MIN_RELATIVE_WEIGHT = 1e-6  # weight of a cell, relative to the largest
+_BATCH_SIZE = 20_000  # integrals of cells computed together: they fit into a processor's cache
+_MAX_STDS = 8.0  # standard deviations from the mean, beyond which a normal density is 0
+_MAX_STD_RATIO = 0.7  # maximum deviation over mean of a force above 0
 _TINY = 1e-30
 
 
-class Forces(NamedTuple):
-    """Which forces are possible."""
+class ForcePrior(NamedTuple):
+    """Prior of a force."""
 
-    usual: float  # N, f: larger ones are ever less probable
-    largest: float  # N, that the scene can exert
+    usual_force: float  # N, f: larger ones are ever less probable
+    max_force: float  # N, maximum that the scene can exert
 
 
 class Cells(NamedTuple):
-    """Where and how a force may act: C cells, of which those of one side and place follow each other."""
+    """Possible contacts: C cells; those of one side and place follow each other."""
 
     response: Array  # (..., C, S) rad/N, bends due to 1 N
-    spreads: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
+    deviations: Array  # (..., C, D, S) rad/N, standard deviations of the response within the cell, independent
     place: NDArray[np.int_]  # (C) number of the place, from 0 at the base to P - 1
     side: NDArray[np.int_]  # (C) rising: -1 and 1 of a finger that only bends, else from 1 on, around it
     prior: Array  # (C) probability
@@ -94,15 +95,15 @@ class Cells(NamedTuple):
 
 
 class ContactPosterior(NamedTuple):
-    """Knowledge of one contact; forces are absolute values unless they are of a mode."""
+    """Posterior of one contact; forces are absolute values, but for those of modes."""
 
-    probability: Array  # (...) that something touches
-    answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but would it be?
-    interval: Later[Array]  # see `force_interval`
+    probability: Array  # (...) of a contact
+    answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but might not be in motion
+    interval: LazyArray[Array]  # see `force_interval`
     force_set: Array  # (..., 2) N, least and largest force of the likelihood set; NaN where no force explains the bends
-    transverse: Later[Array]  # see `transverse_force_interval`
-    bounds: Later[Array]  # see `force_bounds`
-    arc_length_set: Array  # (..., 2) m, its ends along the finger; NaN there, and where nothing is detected
+    transverse: LazyArray[Array]  # see `transverse_force_interval`
+    bounds: LazyArray[Array]  # see `force_bounds`
+    arc_length_set: Array  # (..., 2) m, ends of this set along the finger; NaN there, and where nothing is detected
     mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
     mode_arc_lengths: Array  # (..., 2) m
     mode_sides: Array  # (..., 2) rad around the finger, from the inner side toward +y
@@ -118,7 +119,7 @@ class ContactPosterior(NamedTuple):
 
     @property
     def transverse_force_interval(self) -> Array:
-        """Ends and median of the transverse force likewise, (..., 3) N."""
+        """Ends and median of the transverse force, (..., 3) N; see `force_interval`."""
         return self.transverse.value
 
     @property
@@ -131,16 +132,16 @@ class ContactPosterior(NamedTuple):
 
 
 class Fits(NamedTuple):
-    """The force in every cell, each (..., C)."""
+    """Fit of a force in every cell, each (..., C)."""
 
     force: Array  # N, most likely, of either sign
     std: Array  # N
     misfit: Array  # X, of that force
-    spread: Array  # log det R_c - log det R
+    log_det_ratio: Array  # log det R_c - log det R
 
 
-class FittedCells(NamedTuple):
-    """The most likely force in every cell. Bends and cells are whitened: multiplied by R^-1/2."""
+class CellFits(NamedTuple):
+    """Most likely force in every cell. Bends and cells are whitened: multiplied by R^-1/2."""
 
     r: Array  # (..., S)
     cells: Cells
@@ -148,117 +149,121 @@ class FittedCells(NamedTuple):
     chi_squared: Array  # (..., C), of the best possible force
 
 
-def whitening(covariance: Array) -> Array:
-    """R^-1/2 of a covariance R, (..., S, S)."""
+def whitening_matrix(covariance: Array) -> Array:
+    """Inverse square root R^-1/2 of a covariance R, (..., S, S)."""
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
-def whitened(bends: Array, covariance: Array, cells: Cells) -> tuple[Array, Cells]:
-    """Bends of the sections, (..., S) rad, and cells, multiplied by R^-1/2 of the covariance R of the bends, rad^2."""
-    W = whitening(covariance)
-    turn = np.swapaxes(W, -1, -2)
-    response, spreads = cells.response @ turn, cells.spreads @ turn[..., None, :, :]
-    return (W @ bends[..., None])[..., 0], cells._replace(response=response, spreads=spreads)
+def whiten(bends: Array, covariance: Array, cells: Cells) -> tuple[Array, Cells]:
+    """Multiplies bends of sections, (..., S) rad, and cells by R^-1/2, with R the covariance of the bends, rad^2."""
+    W = whitening_matrix(covariance)
+    transposed = np.swapaxes(W, -1, -2)
+    response, deviations = cells.response @ transposed, cells.deviations @ transposed[..., None, :, :]
+    return (W @ bends[..., None])[..., 0], cells._replace(response=response, deviations=deviations)
 
 
-def fitted(r: Array, cells: Cells, largest: float, refined: bool = False) -> FittedCells:
-    """The most likely force in every cell.
+def fit_cells(r: Array, cells: Cells, max_force: float, refined: bool = False) -> CellFits:
+    """Fits the most likely force in every cell.
 
     Args:
-        r: bends of the sections, not explained by what is known, whitened, (..., S).
-        cells: where the force may act, whitened.
-        largest: possible force, N.
+        r: unexplained bends of the sections, whitened, (..., S).
+        cells: possible contacts, whitened.
+        max_force: possible force, N.
         refined: see below.
 
-    If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R: where what is
-    uncertain within a cell changes the bends as much as the force does, as friction on the side of a finger does, the
+    If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R. Where
+    deviations within a cell change the bends as much as the force does, such as friction on the side of a finger, the
     best force under R is far too small.
     """
-    fits = _fits(r, cells, largest, refined)
-    return FittedCells(r, cells, fits, _chi_squared(fits, largest))
+    fits = _fits(r, cells, max_force, refined)
+    return CellFits(r, cells, fits, _chi_squared(fits, max_force))
 
 
 def contact_posterior(
-    found: FittedCells,
-    posterior: "Believed",
-    transverse: Later["Believed"],
-    read: Array,
+    cell_fits: CellFits,
+    posterior: "CellPosterior",
+    transverse: LazyArray["CellPosterior"],
+    read_count: Array,
     length: float,
-    forces: Forces,
+    forces: ForcePrior,
     nearest: float,
-    moving: Array,
-    several: Cells,
+    is_moving: Array,
+    cells_of_several: Cells,
 ) -> ContactPosterior:
     """The posterior of one force.
 
     Args:
-        found: the force `fitted` in every cell.
-        posterior: how much that is `believed`.
-        transverse: the part of the force that bends the finger, as `weighed`; the first cell is the most probable one.
-        read: number of sections that are read, (...).
+        cell_fits: most likely force in every cell.
+        posterior: of these, by `cell_posterior`.
+        transverse: of the part that bends the finger, by `weighted_posterior`; the first cell is the most probable one.
+        read_count: number of sections that are read, (...).
         length: of the finger, m.
-        forces: which are possible.
+        forces: their prior.
         nearest: place from which the second bound holds, m.
-        moving: 1 where a free finger in motion may have the bends, else 0, (...).
-        several: where each of several forces may act, whitened.
+        is_moving: 1 where a free finger in motion may have the bends, else 0, (...).
+        cells_of_several: possible contacts of several forces, whitened.
     """
     from scipy.special import chdtri
 
-    r, cells, fits, chi_squared = found
-    largest = forces.largest
-    most_of_noise = chdtri(np.maximum(read - 2, 1), _CHANCE)
-    misfit = chi_squared.min(axis=-1) / most_of_noise
-    distribution = _distribution(posterior, largest)
-    probability = _probability(found, posterior, distribution, forces, np.maximum(misfit, 1.0))
+    r, cells, fits, chi_squared = cell_fits
+    max_force = forces.max_force
+    noise_threshold = chdtri(np.maximum(read_count - 2, 1), _FALSE_ALARM_RATE)
+    misfit = chi_squared.min(axis=-1) / noise_threshold
+    distribution = _distribution(posterior, max_force)
+    probability = _probability(cell_fits, posterior, distribution, forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
-    anywhere, beyond = ends[:, 1] > 0, ends[:, 1] > nearest
-    places, (pressing, chosen) = _places(chi_squared, ends), modes(found, largest)
-    explained, detected = misfit <= 1, probability > DETECTED
-    located = explained & (np.ptp(places, axis=-1) < LOCATED * length)
-    stated, placed = explained[..., None], (explained & detected)[..., None]
-    answer = np.where(detected, np.where(located, HERE, SOMEWHERE), np.where(moving > 0, MOVING, NOTHING))
-    known = stated & (answer != MOVING)[..., None]
-    reported = np.take_along_axis(posterior.force, posterior.best[..., None], axis=-1).clip(0, largest)
-    interval = Later(lambda: np.where(known, _force_interval(distribution, reported), np.nan))
+    is_anywhere, is_beyond = ends[:, 1] > 0, ends[:, 1] > nearest
+    arc_length_set, (mode_forces, mode_cells) = _arc_length_set(chi_squared, ends), modes(cell_fits, max_force)
+    is_explained, is_detected = misfit <= 1, probability > DETECTION_PROBABILITY
+    is_located = is_explained & (np.ptp(arc_length_set, axis=-1) < MAX_LOCATED_SPAN * length)
+    has_range, has_place = is_explained[..., None], (is_explained & is_detected)[..., None]
+    answer = np.where(is_detected, np.where(is_located, HERE, SOMEWHERE), np.where(is_moving > 0, MOVING, NOTHING))
+    is_known = has_range & (answer != MOVING)[..., None]
+    reported = np.take_along_axis(posterior.force, posterior.best_cell[..., None], axis=-1).clip(0, max_force)
+    interval = LazyArray(lambda: np.where(is_known, _force_interval(distribution, reported), np.nan))
 
-    def across() -> Array:
-        believed = transverse.value
-        return np.where(known, _force_interval(_distribution(believed, largest), believed.force[..., :1]), np.nan)
+    def transverse_interval() -> Array:
+        forces, *_ = transverse.value
+        intervals = _force_interval(_distribution(transverse.value, max_force), forces[..., :1])
+        return np.where(is_known, intervals, np.nan)
 
     def bounds() -> Array:
-        one, one_beyond = (_range(fits, chi_squared, these, _BOUND, largest)[..., 1] for these in (anywhere, beyond))
-        total = _several(r, several, several.place >= cells.place[beyond].min(), most_of_noise, largest)
-        total = np.maximum(total, np.where(explained, one_beyond, 0.0))
-        stated = np.where(explained, one, largest), np.where(explained, one_beyond, total), total
-        below = np.stack(stated, axis=-1)
-        return np.where(below < largest, below, np.nan)
+        masks = is_anywhere, is_beyond
+        ranges = (_force_range(fits, chi_squared, mask, _BOUND_CHI_SQUARED, max_force) for mask in masks)
+        one, one_beyond = (ends[..., 1] for ends in ranges)
+        is_allowed = cells_of_several.place >= cells.place[is_beyond].min()
+        total = _sum_bound(r, cells_of_several, is_allowed, noise_threshold, max_force)
+        total = np.maximum(total, np.where(is_explained, one_beyond, 0.0))
+        columns = np.where(is_explained, one, max_force), np.where(is_explained, one_beyond, total), total
+        bounds = np.stack(columns, axis=-1)
+        return np.where(bounds < max_force, bounds, np.nan)
 
     return ContactPosterior(
         probability,
         answer,
         interval,
-        np.where(stated, _range(fits, chi_squared, anywhere, _SET, largest), np.nan),
-        Later(across),
-        Later(bounds),
-        np.where(placed, places, np.nan),
-        np.where(placed, np.sign(cells.side)[chosen] * pressing, np.nan),
-        np.where(placed & np.isfinite(pressing), ends.mean(axis=-1)[chosen], np.nan),
-        np.where(placed & np.isfinite(pressing), cells.angle[chosen], np.nan),
+        np.where(has_range, _force_range(fits, chi_squared, is_anywhere, _SET_CHI_SQUARED, max_force), np.nan),
+        LazyArray(transverse_interval),
+        LazyArray(bounds),
+        np.where(has_place, arc_length_set, np.nan),
+        np.where(has_place, np.sign(cells.side)[mode_cells] * mode_forces, np.nan),
+        np.where(has_place & np.isfinite(mode_forces), ends.mean(axis=-1)[mode_cells], np.nan),
+        np.where(has_place & np.isfinite(mode_forces), cells.angle[mode_cells], np.nan),
         misfit,
     )
 
 
-def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, largest: float) -> Array:
-    """Misfit that the best single force leaves of bends, in variances, (...); see `fitted`."""
-    return fitted(*whitened(bends, covariance, cells), largest).chi_squared.min(axis=-1)
+def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, max_force: float) -> Array:
+    """Misfit of the best single force to bends, in variances, (...); see `fit_cells`."""
+    return fit_cells(*whiten(bends, covariance, cells), max_force).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
+def _fits(r: Array, cells: Cells, max_force: float, refined: bool) -> Fits:
     """The force in every cell, all whitened."""
     leading = np.broadcast_shapes(r.shape[:-1], cells.response.shape[:-2])
     r, c, deviations = (
-        np.broadcast_to(each, (*leading, *each.shape[each.ndim - axes :]))
-        for each, axes in ((r, 1), (cells.response, 2), (cells.spreads, 3))
+        np.broadcast_to(array, (*leading, *array.shape[array.ndim - axes :]))
+        for array, axes in ((r, 1), (cells.response, 2), (cells.deviations, 3))
     )
     # (S, ..., 1), (S, ..., C) and (D, S, ..., C): sums over short first axes are quick
     r, c, deviations = (
@@ -267,14 +272,14 @@ def _fits(r: Array, cells: Cells, largest: float, refined: bool) -> Fits:
         np.moveaxis(deviations, (-2, -1), (0, 1)),
     )
     vectors = [*deviations, c, r]
-    products = [[_dot(vector, other) for other in vectors[: i + 1]] for i, vector in enumerate(vectors)]
+    products = [[_dot(vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)]
     if not refined:
-        return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, largest), largest)
-    first = _fit(products, np.full(c.shape[1:], _FIRST), largest)
-    return _fit(products, np.clip(first.force, 0, largest), largest)
+        return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, max_force), max_force)
+    first = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)
+    return _fit(products, np.clip(first.force, 0, max_force), max_force)
 
 
-def _fit(products: list[list[Array]], guess: Array, largest: float) -> Fits:
+def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
     """Fits for guesses F_0 of the forces: the deviations u of the response turn the identity into  M = I + sum u u^T .
 
     The products are those of u, c and r with each other, (..., C), up to the diagonal. Elimination of all u leaves
@@ -287,13 +292,13 @@ def _fit(products: list[list[Array]], guess: Array, largest: float) -> Fits:
         pivot = rows[k][k] + 1.0
         determinant *= pivot
         for i in range(k + 1, D + 2):
-            share = rows[i][k] / pivot
+            ratio = rows[i][k] / pivot
             for j in range(k + 1, i + 1):
-                rows[i][j] -= share * rows[j][k]
-    (*_, information), (*_, explained, left) = rows[-2:]
-    information += (1e-3 / largest) ** 2  # where nothing bends, any force is equally likely
+                rows[i][j] -= ratio * rows[j][k]
+    (*_, information), (*_, explained, misfit) = rows[-2:]
+    information += (1e-3 / max_force) ** 2  # where nothing bends, any force is equally likely
     force = explained / information
-    return Fits(force, information**-0.5, np.maximum(left - force * explained, 0), np.log(determinant))
+    return Fits(force, information**-0.5, np.maximum(misfit - force * explained, 0), np.log(determinant))
 
 
 def _dot(x: Array, y: Array) -> Array:
@@ -301,105 +306,108 @@ def _dot(x: Array, y: Array) -> Array:
     return product
 
 
-def _chi_squared(fits: Fits, largest: float) -> Array:
+def _chi_squared(fits: Fits, max_force: float) -> Array:
     """The misfit of the best possible force of every cell, (..., C)."""
-    chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, largest) - fits.force) / fits.std) ** 2
+    chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, max_force) - fits.force) / fits.std) ** 2
     return chi_squared
 
 
-def _range(fits: Fits, chi_squared: Array, possible: NDArray[np.bool_], level: float, largest: float) -> Array:
+def _force_range(fits: Fits, chi_squared: Array, mask: NDArray[np.bool_], level: float, max_force: float) -> Array:
     """Least and largest force within `level` of the best of the possible cells, (..., 2) N."""
-    limit = np.where(possible, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
-    inside = possible & (chi_squared <= limit)
+    limit = np.where(mask, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
+    is_inside = mask & (chi_squared <= limit)
     reach = fits.std * np.sqrt(np.maximum(limit - fits.misfit, 0))
-    least = np.where(inside, np.clip(fits.force - reach, 0, largest), np.inf).min(axis=-1)
-    most = np.where(inside, np.clip(fits.force + reach, 0, largest), -np.inf).max(axis=-1)
+    least = np.where(is_inside, np.clip(fits.force - reach, 0, max_force), np.inf).min(axis=-1)
+    most = np.where(is_inside, np.clip(fits.force + reach, 0, max_force), -np.inf).max(axis=-1)
     return np.stack([least, most], axis=-1)
 
 
-def _places(chi_squared: Array, ends: Array) -> Array:
+def _arc_length_set(chi_squared: Array, ends: Array) -> Array:
     """Ends of the likelihood set along the finger, (..., 2) m, from those of the cells, (C, 2)."""
-    likely = chi_squared <= chi_squared.min(axis=-1, keepdims=True) + _SET
-    least, most = np.where(likely, ends[:, 0], np.inf).min(axis=-1), np.where(likely, ends[:, 1], 0.0).max(axis=-1)
+    is_likely = chi_squared <= chi_squared.min(axis=-1, keepdims=True) + _SET_CHI_SQUARED
+    least, most = (
+        np.where(is_likely, ends[:, 0], np.inf).min(axis=-1),
+        np.where(is_likely, ends[:, 1], 0.0).max(axis=-1),
+    )
     return np.stack([least, most], axis=-1)
 
 
-def _several(r: Array, cells: Cells, beyond: NDArray[np.bool_], most_of_noise: Array, largest: float) -> Array:
-    """The bound of the sum of several forces on one side, in the cells `beyond`, (...) N."""
+def _sum_bound(r: Array, cells: Cells, mask: NDArray[np.bool_], noise_threshold: Array, max_force: float) -> Array:
+    """The bound of the sum of several forces on one side, in the cells `mask`, (...) N."""
     from scipy.optimize import nnls
 
     response = np.broadcast_to(cells.response, (*r.shape[:-1], *cells.response.shape[-2:]))
-    sides = [response[..., beyond & (cells.side == side), :] for side in np.unique(cells.side)]
-    bound, before = np.zeros(r.shape[:-1]), [np.zeros(side.shape[-2], bool) for side in sides]
+    sides = [response[..., mask & (cells.side == side), :] for side in np.unique(cells.side)]
+    bound, previous = np.zeros(r.shape[:-1]), [np.zeros(side.shape[-2], bool) for side in sides]
     for sample in np.ndindex(bound.shape):
         columns = [side[sample].T for side in sides]
         best = [nnls(side, r[sample]) for side in columns]
-        least = min(left for _, left in best) ** 2
-        level = least + _BOUND * max(1.0, least / float(most_of_noise[sample]))
-        for i, (forces, left) in enumerate(best):
-            if left**2 <= level:
+        least = min(residual_norm for _, residual_norm in best) ** 2
+        level = least + _BOUND_CHI_SQUARED * max(1.0, least / float(noise_threshold[sample]))
+        for i, (forces, residual_norm) in enumerate(best):
+            if residual_norm**2 <= level:
                 # Those of the sample before are often the right ones.
-                pressing = before[i] if before[i].any() else forces > 0
-                total, before[i] = _largest_sum(columns[i], pressing, r[sample], level, largest)
+                pressing = previous[i] if previous[i].any() else forces > 0
+                total, previous[i] = _largest_sum(columns[i], pressing, r[sample], level, max_force)
                 bound[sample] = max(float(bound[sample]), total)
     return bound
 
 
 def _largest_sum(
-    columns: Array, pressing: NDArray[np.bool_], r: Array, level: float, largest: float
+    columns: Array, active: NDArray[np.bool_], r: Array, level: float, max_force: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """The largest sum of forces with a misfit of up to `level`, N, not more than `largest`, and which are above zero.
+    """The largest sum of forces with a misfit of up to `level`, N, not more than `max_force`, and which are above zero.
 
     Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
-    least squares with this m; those that are `pressing` are tried first.
+    least squares with this m; those that are `active` are tried first.
     """
     from scipy.optimize import nnls
 
     sizes = np.abs(columns).max(axis=0)
-    low, high, most, reached = 0.0, np.inf, _STRONGLY * sizes.max() + _TINY, np.inf
-    rows, aim = np.empty((len(r) + 1, len(sizes))), np.append(r, 0.0)
-    rows[:-1] = columns
-    for _ in range(_MOST_SETS):
-        pressing = pressing if pressing.any() else sizes <= sizes.min()
-        m, total, best = _at_level(columns, columns[:, pressing], r, level)
-        if best or abs(m - reached) <= _ALIKE * m:  # not best: several sets have these forces
+    low, high, max_weight, multiplier = 0.0, np.inf, _MAX_PULL * sizes.max() + _TINY, np.inf
+    padded_columns, padded_r = np.empty((len(r) + 1, len(sizes))), np.append(r, 0.0)
+    padded_columns[:-1] = columns
+    for _ in range(_MAX_ACTIVE_SETS):
+        active = active if active.any() else sizes <= sizes.min()
+        m, total, is_largest = _sum_at_level(columns, columns[:, active], r, level)
+        if is_largest or abs(m - multiplier) <= _MULTIPLIER_TOLERANCE * m:  # not best: several sets have these forces
             break
         m = m if low < m < high else (low + high) / 2
-        weight = min(math.sqrt(m / (2 * largest - min(max(total, 0.0), largest))), most)
-        rows[-1], aim[-1] = weight, 2 * weight * largest
-        forces, _ = nnls(rows, aim)
-        pressing = forces > 0
-        left, reached = r - columns @ forces, weight**2 * max(2 * largest - forces.sum(), 0.0)
-        low, high = (reached, high) if left @ left <= level else (low, reached)
-        if low == reached and forces.sum() >= largest:
-            return largest, pressing
-    return min(total, largest), pressing
+        weight = min(math.sqrt(m / (2 * max_force - min(max(total, 0.0), max_force))), max_weight)
+        padded_columns[-1], padded_r[-1] = weight, 2 * weight * max_force
+        forces, _ = nnls(padded_columns, padded_r)
+        active = forces > 0
+        residual, multiplier = r - columns @ forces, weight**2 * max(2 * max_force - forces.sum(), 0.0)
+        low, high = (multiplier, high) if residual @ residual <= level else (low, multiplier)
+        if low == multiplier and forces.sum() >= max_force:
+            return max_force, active
+    return min(total, max_force), active
 
 
-def _at_level(columns: Array, pressing: Array, r: Array, level: float) -> tuple[float, float, bool]:
+def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float) -> tuple[float, float, bool]:
     """The multiplier m with which forces in some columns have the misfit `level`, their sum, and if none is larger."""
-    sought = np.ones((pressing.shape[1], 2))
-    sought[:, 0] = r @ pressing
-    solved = _solved(pressing.T @ pressing, sought)
-    first, more = solved.T
-    explained, turned = (pressing @ solved).T
+    right_sides = np.ones((active_columns.shape[1], 2))
+    right_sides[:, 0] = r @ active_columns
+    solutions = _solve(active_columns.T @ active_columns, right_sides)
+    first, slope = solutions.T
+    explained, slope_residual = (active_columns @ solutions).T
     least = r - explained
-    m = math.sqrt(max(level - least @ least, 0.0) / max(turned @ turned, _TINY))
-    forces, others = first + m * more, columns.T @ (least - m * turned) + m
-    best = (forces >= 0).all() and others.max() <= _EQUAL * m
-    return m, float(forces.sum()), bool(best)
+    m = math.sqrt(max(level - least @ least, 0.0) / max(slope_residual @ slope_residual, _TINY))
+    forces, gradients = first + m * slope, columns.T @ (least - m * slope_residual) + m
+    is_largest = (forces >= 0).all() and gradients.max() <= _GRADIENT_TOLERANCE * m
+    return m, float(forces.sum()), bool(is_largest)
 
 
-def _solved(matrix: Array, sought: Array) -> Array:
+def _solve(matrix: Array, right_sides: Array) -> Array:
     """The least-squares solution of a few equations, without a decomposition unless they are singular."""
     from scipy.linalg.lapack import dposv
 
-    factor, found, failed = dposv(matrix, sought)
-    if not failed and (factor.diagonal() ** 2 > _SINGULAR * matrix.diagonal()).all():
-        return np.asarray(found)
-    found = np.linalg.lstsq(matrix, sought, rcond=None)[0]
-    return np.asarray(found)
+    factor, solution, failed = dposv(matrix, right_sides)
+    if not failed and (factor.diagonal() ** 2 > _MIN_PIVOT_RATIO * matrix.diagonal()).all():
+        return np.asarray(solution)
+    solution = np.linalg.lstsq(matrix, right_sides, rcond=None)[0]
+    return np.asarray(solution)
 
 
 class Modes(NamedTuple):
@@ -409,45 +417,48 @@ class Modes(NamedTuple):
     cells: NDArray[np.int_]  # (..., 2) the likeliest of each
 
 
-def modes(found: FittedCells, largest: float) -> Modes:
+def modes(cell_fits: CellFits, max_force: float) -> Modes:
     """The modes of a likelihood set."""
-    cells, chi_squared = found.cells, found.chi_squared
+    cells, chi_squared = cell_fits.cells, cell_fits.chi_squared
     begins = np.flatnonzero(np.diff(cells.place, prepend=-1))  # of each side and place
     sides = len(np.unique(cells.side))
-    by_place = np.minimum.reduceat(chi_squared, begins, axis=-1)
-    likely = by_place <= by_place.min(axis=-1, keepdims=True) + _SET
-    best = np.arange(len(begins)) == by_place.argmin(axis=-1)[..., None]
-    grid = (*by_place.shape[:-1], sides, -1)
-    piece = _joined(best.reshape(grid), likely.reshape(grid), around=sides > 2).reshape(by_place.shape)
+    place_minima = np.minimum.reduceat(chi_squared, begins, axis=-1)
+    is_likely = place_minima <= place_minima.min(axis=-1, keepdims=True) + _SET_CHI_SQUARED
+    is_best = np.arange(len(begins)) == place_minima.argmin(axis=-1)[..., None]
+    grid = (*place_minima.shape[:-1], sides, -1)
+    is_joined = _extend_piece(is_best.reshape(grid), is_likely.reshape(grid), wraps=sides > 2).reshape(
+        place_minima.shape
+    )
     groups = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(cells.place)))
-    first, likely = piece[..., groups], likely[..., groups]
-    others = np.where(likely & ~first, chi_squared, np.inf)
-    chosen = np.stack([chi_squared.argmin(axis=-1), others.argmin(axis=-1)], axis=-1)
-    forces = np.take_along_axis(np.clip(found.fits.force, 0, largest), chosen, axis=-1)
-    forces[..., 1] = np.where(np.isfinite(others).any(axis=-1), forces[..., 1], np.nan)
-    return Modes(forces, chosen)
+    is_first_piece, is_likely = is_joined[..., groups], is_likely[..., groups]
+    other_misfits = np.where(is_likely & ~is_first_piece, chi_squared, np.inf)
+    mode_cells = np.stack([chi_squared.argmin(axis=-1), other_misfits.argmin(axis=-1)], axis=-1)
+    forces = np.take_along_axis(np.clip(cell_fits.fits.force, 0, max_force), mode_cells, axis=-1)
+    forces[..., 1] = np.where(np.isfinite(other_misfits).any(axis=-1), forces[..., 1], np.nan)
+    return Modes(forces, mode_cells)
 
 
-def _joined(piece: NDArray[np.bool_], likely: NDArray[np.bool_], around: bool) -> NDArray[np.bool_]:
-    """The likely places that join on to a piece along the finger, and around it, (..., sides, places)."""
+def _extend_piece(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_], wraps: bool) -> NDArray[np.bool_]:
+    """Extends a piece by the likely places connected to it along the finger, and around it, (..., sides, places)."""
     while True:
-        wider = _reached(piece, likely) | _reached(piece[..., ::-1], likely[..., ::-1])[..., ::-1]
-        if around:
-            wider |= likely & (np.roll(wider, 1, axis=-2) | np.roll(wider, -1, axis=-2))
-        if not around or (wider == piece).all():
-            return wider
-        piece = wider
+        extended = _connect_toward_base(piece, is_likely)
+        extended |= _connect_toward_base(piece[..., ::-1], is_likely[..., ::-1])[..., ::-1]
+        if wraps:
+            extended |= is_likely & (np.roll(extended, 1, axis=-2) | np.roll(extended, -1, axis=-2))
+        if not wraps or (extended == piece).all():
+            return extended
+        piece = extended
 
 
-def _reached(piece: NDArray[np.bool_], likely: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """The likely places from which others lead back, toward the base, to a piece."""
+def _connect_toward_base(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Likely places connected to a piece toward the base."""
     number = np.arange(1, piece.shape[-1] + 1)
-    begun, ended = (np.maximum.accumulate(number * each, axis=-1) for each in (piece & likely, ~likely))
-    return np.asarray(begun > ended)
+    last_piece, last_gap = (np.maximum.accumulate(number * mask, axis=-1) for mask in (piece & is_likely, ~is_likely))
+    return np.asarray(last_piece > last_gap)
 
 
-class Believed(NamedTuple):
-    """The posterior in every cell, each (..., C), with variances scaled by what no single force explains."""
+class CellPosterior(NamedTuple):
+    """Posterior in every cell, each (..., C), with variances scaled by the misfit of the best single force."""
 
     force: Array  # N, most probable; below 0 where the other side is pressed
     std: Array  # N
@@ -462,50 +473,48 @@ class Believed(NamedTuple):
         return np.asarray(self.peak + np.log(self.std))
 
     @property
-    def best(self) -> NDArray[np.int_]:
+    def best_cell(self) -> NDArray[np.int_]:
         """The most probable cell, (...)."""
         return np.asarray(np.where(self.force > 0, self.peak, -np.inf).argmax(axis=-1))
 
 
-def believed(found: FittedCells, read: Array, forces: Forces) -> Believed:
-    """The posterior of forces that are fitted in every cell, of sections or sensors of which (...) are read."""
+def cell_posterior(cell_fits: CellFits, read_count: Array, forces: ForcePrior) -> CellPosterior:
+    """Posterior of forces fitted in every cell; `read_count` is the number of sections or sensors that are read."""
     from scipy.special import chdtri
 
-    fits, cells = found.fits, found.cells
-    misfit = found.chi_squared.min(axis=-1) / chdtri(np.maximum(read - 2, 1), _CHANCE)
+    fits, cells = cell_fits.fits, cell_fits.cells
+    misfit = cell_fits.chi_squared.min(axis=-1) / chdtri(np.maximum(read_count - 2, 1), _FALSE_ALARM_RATE)
     scale = np.maximum(misfit, 1.0)[..., None]
-    variance, usual = fits.std**2 * scale, forces.usual**2
-    share = usual / (usual + variance)
-    force, std = fits.force * share, np.sqrt(variance * share)
-    peak = np.log(cells.prior) - (fits.misfit / scale + fits.force**2 / (variance + usual) + fits.spread) / 2
-    inverse, mean, square = _moments(force, std)
+    variance, prior_variance = fits.std**2 * scale, forces.usual_force**2
+    shrinkage = prior_variance / (prior_variance + variance)
+    force, std = fits.force * shrinkage, np.sqrt(variance * shrinkage)
+    misfit = fits.misfit / scale + fits.force**2 / (variance + prior_variance)
+    peak = np.log(cells.prior) - (misfit + fits.log_det_ratio) / 2
+    inverse, mean, square = _positive_moments(force, std)
     logs = peak + np.log(std * inverse)
     weight = np.exp(logs - logs.max(axis=-1, keepdims=True))
-    return Believed(force, std, peak, weight / weight.sum(axis=-1, keepdims=True), mean, square)
+    return CellPosterior(force, std, peak, weight / weight.sum(axis=-1, keepdims=True), mean, square)
 
 
-def weighed(force: Array, std: Array, weight: Array) -> Believed:
+def weighted_posterior(force: Array, std: Array, weight: Array) -> CellPosterior:
     """The posterior of a part of the force in cells of given weights, each (..., K)."""
-    inverse, mean, square = _moments(force, std)
+    inverse, mean, square = _positive_moments(force, std)
     peak = np.log(np.maximum(weight, _TINY)) - np.log(std * inverse)
-    return Believed(force, std, peak, weight, mean, square)
+    return CellPosterior(force, std, peak, weight, mean, square)
 
 
-def _moments(force: Array, std: Array) -> tuple[Array, Array, Array]:
-    """Of a normal density by 1 / F over F > 0: its integral, and the mean of F and of its square.
-
-    Integrals by 1 / F, 1 and F; the first from the others, by the variance.
-    """
+def _positive_moments(force: Array, std: Array) -> tuple[Array, Array, Array]:
+    """Integral of a normal density over F, for F > 0, and the means of F and F^2 under it."""
     from scipy.special import ndtr
 
-    above = np.maximum(ndtr(force / std), _TINY)
-    moment = np.maximum(force * above + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
-    inverse = above**2 / moment * (1 + np.minimum(std * above / moment, _WIDE) ** 2)
-    return inverse, above / inverse, moment / inverse
+    probability = np.maximum(ndtr(force / std), _TINY)
+    moment = np.maximum(force * probability + std * np.exp(-((force / std) ** 2) / 2) / np.sqrt(2 * np.pi), _TINY)
+    inverse = probability**2 / moment * (1 + np.minimum(std * probability / moment, _MAX_STD_RATIO) ** 2)
+    return inverse, probability / inverse, moment / inverse
 
 
-class _Masses(NamedTuple):
-    """The densities over F of the cells of N samples that are not negligible, one sample after the other."""
+class _ForceDensities(NamedTuple):
+    """Densities over F in the cells of N samples that are not negligible, one sample after the other."""
 
     begins: NDArray[np.int_]  # (N) of the samples, each of which has one cell at least
     samples: NDArray[np.int_]  # (C) their numbers
@@ -515,53 +524,55 @@ class _Masses(NamedTuple):
 
     def integrals(self, edges: Array) -> Array:
         """Integrals of a sample's densities from its first edge up to each, (N, E)."""
-        parts = np.array_split(edges.T, 1 + len(self.weights) * edges.shape[-1] // _TOGETHER)
-        below = np.concatenate([self._below(part) for part in parts])
-        between = np.maximum(np.diff(below, axis=0), 0) / np.sqrt(edges[:, 1:] * edges[:, :-1]).T
-        return np.pad(between.cumsum(axis=0), ((1, 0), (0, 0))).T
+        edge_batches = np.array_split(edges.T, 1 + len(self.weights) * edges.shape[-1] // _BATCH_SIZE)
+        cumulative = np.concatenate([self._cumulative_integrals(batch) for batch in edge_batches])
+        increments = np.maximum(np.diff(cumulative, axis=0), 0) / np.sqrt(edges[:, 1:] * edges[:, :-1]).T
+        return np.pad(increments.cumsum(axis=0), ((1, 0), (0, 0))).T
 
-    def _below(self, force: Array) -> Array:
+    def _cumulative_integrals(self, force: Array) -> Array:
         """Integrals of a sample's densities, but for the factor 1 / F, up to forces, (E, N)."""
-        inside = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
-        return np.add.reduceat(self.weights * inside, self.begins, axis=-1)
+        fractions = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
+        return np.add.reduceat(self.weights * fractions, self.begins, axis=-1)
 
 
 class _Distribution(NamedTuple):
     """The distribution of the forces of N samples."""
 
-    masses: _Masses
+    densities: _ForceDensities
     edges: Array  # (N, E) N
-    upto: Array  # (N, E) integrals up to the edges
+    cumulative: Array  # (N, E) integrals up to the edges
 
     @property
     def total(self) -> Array:
         """The integral over all forces, (N)."""
-        return np.maximum(self.upto[:, -1], _TINY)
+        return np.maximum(self.cumulative[:, -1], _TINY)
 
 
-def _distribution(posterior: Believed, largest: float) -> _Distribution:
-    """That of each sample, of densities that are scaled by the highest."""
+def _distribution(posterior: CellPosterior, max_force: float) -> _Distribution:
+    """Distribution of the forces of every sample; its densities are scaled by the highest."""
     logs = posterior.heights
     weights = np.exp(logs - logs.max(axis=-1, keepdims=True))
-    weights, forces, stds = (each.reshape(-1, each.shape[-1]) for each in (weights, posterior.force, posterior.std))
-    kept = (weights > _NEGLIGIBLE) & (forces > -_BEYOND * stds)
-    kept[np.arange(len(kept)), weights.argmax(axis=-1)] = True
-    samples, counts = np.nonzero(kept)[0], kept.sum(axis=-1)
-    masses = _Masses(counts.cumsum() - counts, samples, weights[kept], forces[kept], stds[kept])
-    edges = _divided(np.full(len(kept), largest / 10**_DECADES), np.full(len(kept), largest))
-    return _Distribution(masses, edges, masses.integrals(edges))
+    fields = weights, posterior.force, posterior.std
+    weights, forces, stds = (values.reshape(-1, values.shape[-1]) for values in fields)
+    is_kept = (weights > _MIN_RELATIVE_WEIGHT) & (forces > -_MAX_STDS * stds)
+    is_kept[np.arange(len(is_kept)), weights.argmax(axis=-1)] = True
+    samples, counts = np.nonzero(is_kept)[0], is_kept.sum(axis=-1)
+    densities = _ForceDensities(counts.cumsum() - counts, samples, weights[is_kept], forces[is_kept], stds[is_kept])
+    edges = _geometric_edges(np.full(len(is_kept), max_force / 10**_FORCE_DECADES), np.full(len(is_kept), max_force))
+    return _Distribution(densities, edges, densities.integrals(edges))
 
 
 def _probability(
-    found: FittedCells, posterior: Believed, distribution: _Distribution, forces: Forces, scale: Array
+    cell_fits: CellFits, posterior: CellPosterior, distribution: _Distribution, forces: ForcePrior, scale: Array
 ) -> Array:
     """The probability of contact, (...), with variances scaled, (...)."""
     from scipy.special import exp1
 
-    nothing, largest, best = (found.r**2).sum(axis=-1), forces.largest, posterior.heights.max(axis=-1)
-    evidence = np.sqrt(2 * np.pi) * distribution.total.reshape(best.shape)
-    of_prior = (exp1((largest / 10**_DECADES / forces.usual) ** 2 / 2) - exp1((largest / forces.usual) ** 2 / 2)) / 2
-    log_odds = best + np.log(np.maximum(evidence, _TINY) / of_prior) + nothing / scale / 2
+    chi_squared, max_force, peak = (cell_fits.r**2).sum(axis=-1), forces.max_force, posterior.heights.max(axis=-1)
+    evidence = np.sqrt(2 * np.pi) * distribution.total.reshape(peak.shape)
+    ratios = np.array([max_force / 10**_FORCE_DECADES, max_force]) / forces.usual_force
+    prior_integral = -np.diff(exp1(ratios**2 / 2))[0] / 2
+    log_odds = peak + np.log(np.maximum(evidence, _TINY) / prior_integral) + chi_squared / scale / 2
     return 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
 
 
@@ -575,61 +586,68 @@ def _force_interval(distribution: _Distribution, reported: Array) -> Array:
 
 def _finer_interval(distribution: _Distribution) -> Array:
     """Intervals and the median within, (N, 3) N."""
-    masses, edges, total = distribution.masses, distribution.edges, distribution.total[:, None]
-    rows, upto = np.arange(len(edges)), distribution.upto / total
-    for _ in range(_FINER):  # divides what holds nearly all of it once more
-        last = np.minimum((upto < 1 - _TAIL).sum(axis=-1), _EDGES - 1)
-        first = np.clip((upto < _TAIL).sum(axis=-1) - 1, 0, _EDGES - 1)
-        before, edges = upto[rows, first], _divided(edges[rows, first], edges[rows, last])
-        upto = before[:, None] + masses.integrals(edges) / total
-    return _interval(upto, edges)
+    densities, edges, total = distribution.densities, distribution.edges, distribution.total[:, None]
+    rows, cumulative = np.arange(len(edges)), distribution.cumulative / total
+    for _ in range(_REFINEMENTS):  # divides what holds nearly all of it once more
+        last = np.minimum((cumulative < 1 - _TAIL_MASS).sum(axis=-1), _EDGE_COUNT - 1)
+        first = np.clip((cumulative < _TAIL_MASS).sum(axis=-1) - 1, 0, _EDGE_COUNT - 1)
+        lower, edges = cumulative[rows, first], _geometric_edges(edges[rows, first], edges[rows, last])
+        cumulative = lower[:, None] + densities.integrals(edges) / total
+    return _interval(cumulative, edges)
 
 
-def _divided(least: Array, most: Array) -> Array:
+def _geometric_edges(lowest: Array, highest: Array) -> Array:
     """Edges of bins whose widths grow in proportion to them, from the least to the largest, (..., E)."""
-    return np.asarray(least[..., None] * (most / least)[..., None] ** _BIN_EDGES)
+    return np.asarray(lowest[..., None] * (highest / lowest)[..., None] ** _BIN_EDGES)
 
 
-_BIN_EDGES = np.linspace(0, 1, _EDGES)
-# Shares below an interval of 95 %, and those up to its end; the last interval has equal tails.
-_BELOW = np.array([0.0, *np.geomspace(_TAIL, 1 - _INTERVAL - _TAIL, _LOWER_TAILS), (1 - _INTERVAL) / 2])
-_SHARES = np.concatenate([_BELOW, _BELOW + _INTERVAL, [0.5]])
+_BIN_EDGES = np.linspace(0, 1, _EDGE_COUNT)
+# Fractions below an interval of 95 %, and those up to its end; the last interval has equal tails.
+_TAIL_FRACTIONS = np.geomspace(_TAIL_MASS, 1 - _INTERVAL_MASS - _TAIL_MASS, _LOWER_TAIL_COUNT)
+_LOWER_FRACTIONS = np.array([0.0, *_TAIL_FRACTIONS, (1 - _INTERVAL_MASS) / 2])
+_QUANTILE_FRACTIONS = np.concatenate([_LOWER_FRACTIONS, _LOWER_FRACTIONS + _INTERVAL_MASS, [0.5]])
 
 
-def _interval(upto: Array, edges: Array) -> Array:
-    """Least, median and largest force, (N, 3) N, of the intervals of 95 %, from the shares up to each edge."""
-    shares = np.clip(_SHARES, upto[:, :1], upto[:, -1:])
-    rows, apart = np.arange(len(upto)), 2.0 * np.arange(len(upto))[:, None]  # one sample follows the other
-    found = np.interp((shares + apart).ravel(), (upto + apart).ravel(), edges.ravel()).reshape(shares.shape)
-    least, most = found[:, : len(_BELOW)], found[:, len(_BELOW) : -1]
-    shortest = (most - least).argmin(axis=-1)
-    ends = np.minimum(least[rows, shortest], least[:, -1]), found[:, -1], np.maximum(most[rows, shortest], most[:, -1])
-    return np.stack(ends, axis=-1)
+def _interval(cumulative: Array, edges: Array) -> Array:
+    """Least, median and largest force, (N, 3) N, of the intervals of 95 %, from the fractions up to each edge."""
+    fractions = np.clip(_QUANTILE_FRACTIONS, cumulative[:, :1], cumulative[:, -1:])
+    rows, offsets = (
+        np.arange(len(cumulative)),
+        2.0 * np.arange(len(cumulative))[:, None],
+    )  # one sample follows the other
+    quantiles = np.interp((fractions + offsets).ravel(), (cumulative + offsets).ravel(), edges.ravel()).reshape(
+        fractions.shape
+    )
+    lower, upper = quantiles[:, : len(_LOWER_FRACTIONS)], quantiles[:, len(_LOWER_FRACTIONS) : -1]
+    shortest = (upper - lower).argmin(axis=-1)
+    low = np.minimum(lower[rows, shortest], lower[:, -1])
+    high = np.maximum(upper[rows, shortest], upper[:, -1])
+    return np.stack([low, quantiles[:, -1], high], axis=-1)
 
 
-_NODES = 1024  # of the table of a normal integral, in a standard deviation
+_NODES_PER_STD = 1024  # of the table of a normal integral, in a standard deviation
 
 
 def _normal_integral(x: Array, mean: Array, std: Array) -> Array:
     """The integral of a normal density up to x, within 3e-8: linear between the nodes of a table."""
-    values, changes = _table()
-    scale = _NODES / std
-    at = x * scale
-    at += _BEYOND * _NODES - mean * scale
+    values, changes = _normal_table()
+    scale = _NODES_PER_STD / std
+    node_positions = x * scale
+    node_positions += _MAX_STDS * _NODES_PER_STD - mean * scale
     with np.errstate(invalid="ignore"):  # NaN is kept: whatever its node is
-        node = at.astype(np.intp)
-    at -= node
-    at *= changes.take(node, mode="clip")
-    at += values.take(node, mode="clip")
-    return at
+        node = node_positions.astype(np.intp)
+    node_positions -= node
+    node_positions *= changes.take(node, mode="clip")
+    node_positions += values.take(node, mode="clip")
+    return node_positions
 
 
 @cache
-def _table() -> tuple[Array, Array]:
+def _normal_table() -> tuple[Array, Array]:
     """The integral at the nodes, and its change up to the next one, 0 at both ends of the table and beyond."""
     from scipy.special import ndtr
 
-    values = ndtr(np.arange(2 * _BEYOND * _NODES + 1) / _NODES - _BEYOND)
+    values = ndtr(np.arange(2 * _MAX_STDS * _NODES_PER_STD + 1) / _NODES_PER_STD - _MAX_STDS)
     changes = np.diff(values, append=values[-1:])
     changes[0] = 0.0
     return values, changes

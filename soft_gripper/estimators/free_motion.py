@@ -1,4 +1,4 @@
-"""How a finger that nothing touches moves under its driving torque and weight, and how far it lags behind them.
+"""Motion of a free finger under driving torque and weight, and its lag behind its position of rest.
 
 At rest, driving torque and weight bend a free finger to the joint positions q_0. In motion it is drawn to p, where the
 acceleration of its base counts as weight too, and is at q:
@@ -17,7 +17,7 @@ as uncertainty, of all joints together and of each by itself,
 which does not vanish where an oscillating finger passes its position of rest. Before the first sample, and after one
 that is not finite, the finger is taken to rest.
 
-Leading axes are free; T samples, D joint positions, way after way.
+Leading axes are free; T samples, D joint positions, one deformation after the other.
 """
 
 from dataclasses import dataclass
@@ -31,32 +31,32 @@ from soft_gripper.estimators.mechanics import Mechanics, outer
 
 
 class Lag(NamedTuple):
-    """How far the joints of a free finger are from where they would rest, each (..., D) rad, or m where they slide."""
+    """Distance of a free finger's joints from rest, each (..., D) rad, or m where they slide."""
 
     damping: Array
     inertia: Array
 
-    def seen_by(self, slopes: Array) -> Array:
-        """The covariance that it adds to readings with slopes (..., R, D) by the joints, (..., R, R)."""
-        together, each = self.damping + self.inertia, np.hypot(self.damping, self.inertia)
-        seen = (slopes * together[..., None, :]).sum(axis=-1)
-        apart = slopes * each[..., None, :]
-        return outer(seen) + apart @ np.swapaxes(apart, -1, -2)
+    def reading_covariance(self, slopes: Array) -> Array:
+        """Covariance that the lag adds to readings with slopes (..., R, D) by the joints, (..., R, R)."""
+        sums, scales = self.damping + self.inertia, np.hypot(self.damping, self.inertia)
+        sum_changes = (slopes * sums[..., None, :]).sum(axis=-1)
+        scale_changes = slopes * scales[..., None, :]
+        return outer(sum_changes) + scale_changes @ np.swapaxes(scale_changes, -1, -2)
 
 
 AT_REST, STILL = Lag(np.zeros(1), np.zeros(1)), np.zeros(())
 
 
-def may_exceed(of_motion: Array, at_rest: Array, noise: Array) -> Array:
+def may_exceed(motion_covariance: Array, rest_covariance: Array, noise_threshold: Array) -> Array:
     """1 where the lag of a free finger could be taken for a contact, else 0, (...).
 
     Args:
-        of_motion: covariance that the lag adds to readings, (..., R, R).
-        at_rest: covariance of these otherwise.
-        noise: what noise leaves at most of a misfit, (...).
+        motion_covariance: covariance that the lag adds to readings, (..., R, R).
+        rest_covariance: covariance of these otherwise.
+        noise_threshold: of a misfit, (...).
     """
-    expected = np.trace(np.linalg.solve(at_rest, of_motion), axis1=-2, axis2=-1)
-    return np.where(expected > noise, 1.0, 0.0)
+    expected = np.trace(np.linalg.solve(rest_covariance, motion_covariance), axis1=-2, axis2=-1)
+    return np.where(expected > noise_threshold, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -68,34 +68,35 @@ class FreeMotion:
 
     @property
     def begin(self) -> Array:
-        """Before the first sample."""
+        """State before the first sample."""
         return np.full((4, len(self.mechanics.layout.straight)), np.nan)
 
-    def step(self, before: Array, driving: Array, gravity: Array, pull: Array) -> Array:
-        """The motion at a sample, from that at the sample before; `pull` is gravity less the base's acceleration."""
+    def step(self, last_motion: Array, driving: Array, gravity: Array, apparent_gravity: Array) -> Array:
+        """Advances the motion to the next sample; `apparent_gravity` is gravity less the base's acceleration."""
         mechanics = self.mechanics
-        q, rate, drawn, _ = np.moveaxis(before, -2, 0)
-        moved = np.concatenate([q - drawn, rate], axis=-1) @ self._transition.T
-        begins = ~np.isfinite(moved).all(axis=-1, keepdims=True)
-        away, rate = np.split(np.where(begins, 0.0, moved), 2, axis=-1)
-        q = np.where(begins, mechanics.free(driving), drawn + away)
-        at = mechanics.posture(q)
-        drawn, rest = (mechanics.free(driving + mechanics.weight(at, each)) for each in (pull, gravity))
-        return np.stack(np.broadcast_arrays(np.where(begins, rest, q), rate, drawn, rest), axis=-2)
+        q, rate, equilibrium, _ = np.moveaxis(last_motion, -2, 0)
+        distance_and_rate = np.concatenate([q - equilibrium, rate], axis=-1) @ self._transition.T
+        is_first = ~np.isfinite(distance_and_rate).all(axis=-1, keepdims=True)
+        distance, rate = np.split(np.where(is_first, 0.0, distance_and_rate), 2, axis=-1)
+        q = np.where(is_first, mechanics.positions_under(driving), equilibrium + distance)
+        bent = mechanics.bent_finger(q)
+        torques = (driving + mechanics.weight(bent, vector) for vector in (apparent_gravity, gravity))
+        equilibrium, rest = map(mechanics.positions_under, torques)
+        return np.stack(np.broadcast_arrays(np.where(is_first, rest, q), rate, equilibrium, rest), axis=-2)
 
-    def over_time(self, driving: Array, gravity: Array, pull: Array, first: int = 0) -> Array:
-        """The motion at all samples of a recording, (T, ..., 4, D); those before the `first` one leave no trace."""
+    def over_time(self, driving: Array, gravity: Array, apparent_gravity: Array, first: int = 0) -> Array:
+        """Motion at all samples of a recording, (T, ..., 4, D); samples before the `first` leave no trace."""
         motions: list[Array] = []
-        for i, sample in enumerate(zip(driving, gravity, pull, strict=True)):
+        for i, sample in enumerate(zip(driving, gravity, apparent_gravity, strict=True)):
             motions.append(self.step(motions[-1] if i > first else self.begin, *sample))
         return np.array(motions)
 
-    def middles(self, before: Array, X_WB: Array) -> Array:
-        """The middle of the straight finger at a sample and the two before, the newest last, (..., 3, 3) m."""
-        return np.concatenate([before, self._middle(X_WB)[..., None, :]], axis=-2)
+    def middles(self, earlier: Array, X_WB: Array) -> Array:
+        """Middle of the straight finger at a sample and the two before, the newest last, (..., 3, 3) m."""
+        return np.concatenate([earlier, self._middle(X_WB)[..., None, :]], axis=-2)
 
     def middles_over_time(self, X_WB: Array) -> Array:
-        """These at all samples of a recording, (T, ..., 3, 3) m; the first of them leaves no trace."""
+        """Middles at all samples of a recording, (T, ..., 3, 3) m; the first sample leaves no trace."""
         return _recorded_middles(self._middle(X_WB))
 
     def acceleration(self, middles: Array) -> Array:
@@ -107,20 +108,20 @@ class FreeMotion:
         return _middle(pose, self.mechanics.layout.finger.length)
 
     def lag(self, motion: Array) -> Lag:
-        """How far a free finger lags behind."""
+        """Lag of a free finger."""
         q, rate, _, rest = np.moveaxis(motion, -2, 0)
         damping = self.mechanics.layout.finger.relaxation_time * rate
         return Lag(damping, rest - q - damping)
 
     @cached_property
     def _transition(self) -> Array:
-        """Over a period, of distances from rest and rates, (2 D, 2 D)."""
+        """Transition of [q - p, q'] over a period, (2 D, 2 D)."""
         from scipy.linalg import expm
 
-        finger, ways = self.mechanics.layout.finger, self.mechanics.layout.ways
-        pull = np.linalg.solve(finger.mass_matrix(ways), np.diag(self.mechanics.stiffness))
-        nothing, one = np.zeros_like(pull), np.eye(len(pull))
-        flow = np.block([[nothing, one], [-pull, -finger.relaxation_time * pull]])
+        finger, deformations = self.mechanics.layout.finger, self.mechanics.layout.deformations
+        acceleration_gain = np.linalg.solve(finger.mass_matrix(deformations), np.diag(self.mechanics.stiffness))
+        zeros, identity = np.zeros_like(acceleration_gain), np.eye(len(acceleration_gain))
+        flow = np.block([[zeros, identity], [-acceleration_gain, -finger.relaxation_time * acceleration_gain]])
         return np.asarray(expm(self.period * flow))
 
 
@@ -143,25 +144,25 @@ def _middle(X_WB: Array, length: float) -> Array:
 
 def _recorded_middles(middle: Array) -> Array:
     """Middles at every sample of a recording and the two before, (T, ..., 3) -> (T, ..., 3, 3) m."""
-    before = np.concatenate([np.full((3, *middle.shape[1:]), np.nan), middle[1:]])
-    return np.stack([before[:-2], before[1:-1], middle], axis=-2)
+    earlier = np.concatenate([np.full((3, *middle.shape[1:]), np.nan), middle[1:]])
+    return np.stack([earlier[:-2], earlier[1:-1], middle], axis=-2)
 
 
 def _acceleration(middles: Array, period: float) -> Array:
     return np.nan_to_num(np.diff(middles, 2, axis=-2)[..., 0, :] / period**2, posinf=0.0, neginf=0.0)
 
 
-def recorded_lag(function: object, driving: Array, gravity: Array, pull: Array) -> tuple[Lag, ...]:
-    """Lag of the free finger at T samples, as the arguments that an estimator takes of it; none if it takes none.
+def recorded_lag(function: object, driving: Array, gravity: Array, apparent_gravity: Array) -> tuple[Lag, ...]:
+    """Lag of the free finger at T samples, as further arguments of an estimator; none if it takes no lag.
 
     Args:
         function: an estimator.
         driving: torque, (T, D) N m.
         gravity: in B, (T, 3) m/s^2.
-        pull: gravity less the acceleration of the base, likewise.
+        apparent_gravity: gravity less the acceleration of the base, likewise.
     """
     motion = motion_of(function)
-    return () if motion is None else (motion.lag(motion.over_time(driving, gravity, pull)),)
+    return () if motion is None else (motion.lag(motion.over_time(driving, gravity, apparent_gravity)),)
 
 
 def motion_of(function: object) -> FreeMotion | None:

@@ -29,7 +29,7 @@ A finger under 60 kPa and a force of 0.2 N across its tip, whose stiffness is kn
     >>> print(f"{np.degrees(np.sqrt(np.diag(shape.covariance)).max()):.1f} degrees of deviation at most")
     0.2 degrees of deviation at most
 
-Leading axes are free; S values that are read, D joints, way after way (`MeasurementModel.ways`).
+Leading axes are free; S values, D joints, one deformation after the other (`MeasurementModel.deformations`).
 
 Symbols: q joint positions, rad; q_0 those without a load; P their covariance before the sensors are read; u driving
 torque, w torque of the weight, N m; k stiffness, N m/rad; z values that are read, g their model, A its slopes by the
@@ -42,15 +42,15 @@ from functools import cached_property
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import shared
+from soft_gripper.estimators.batches import memoized
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.mechanics import Away, Mechanics
+from soft_gripper.estimators.mechanics import ExtrapolationStd, Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.sensors.measurement import UNKNOWN, LinearReadings, MeasurementModel
 from soft_gripper.sensors.observability import shared_equally, weak_prior
 
-_PASSES = 2
+_ITERATIONS = 2
 
 
 @dataclass(frozen=True)
@@ -62,57 +62,58 @@ class GaussianShape:
     period: float = 0.01  # s, between samples of sensors whose zeros are followed
 
     def __call__(self, readings: Array, driving: Array, gravity: Array, std: Array | None = None) -> ShapeEstimate:
-        """The joint positions and their covariance; see ShapeFunction.
+        """Estimates the joint positions and their covariance; see ShapeFunction.
 
-        `std` is the standard deviation of what is read, (..., 1); None: that of sensors zeroed within a minute.
+        `std` is the standard deviation of the readings, (..., 1); None: that of sensors zeroed within a minute.
         """
-        mechanics, away = self.mechanics, self.away(readings, driving, gravity)
-        read = self.read(readings, std, away)
-        q = self.guess(read, driving, gravity)
-        at = mechanics.posture(q)
-        prior = mechanics.prior(at, q, driving, away)
-        for turn in range(_PASSES):
-            at = mechanics.posture(q) if turn else at
-            free = mechanics.free(driving + mechanics.weight(at, gravity))
-            predicted, A = self.layout.values_at(q)
-            gain, seen = gain_of(A, prior, read.variance)
-            left = read.values - predicted - (A @ (free - q)[..., None])[..., 0]
-            q = free + (gain @ left[..., None])[..., 0]
-        return ShapeEstimate(q, prior - gain @ seen + mechanics.of_scale(q))
+        mechanics, extrapolation = self.mechanics, self.extrapolation(readings, driving, gravity)
+        linear = self.read(readings, std, extrapolation)
+        q = self.guess(linear, driving, gravity)
+        bent = mechanics.bent_finger(q)
+        prior = mechanics.prior(bent, q, driving, extrapolation)
+        for i in range(_ITERATIONS):
+            bent = mechanics.bent_finger(q) if i else bent
+            q_free = mechanics.positions_under(driving + mechanics.weight(bent, gravity))
+            prediction, A = self.layout.values_at(q)
+            gain, cross_covariance = kalman_gain(A, prior, linear.variance)
+            residual = linear.values - prediction - (A @ (q_free - q)[..., None])[..., 0]
+            q = q_free + (gain @ residual[..., None])[..., 0]
+        return ShapeEstimate(q, prior - gain @ cross_covariance + mechanics.scale_covariance(q))
 
-    def guess(self, read: LinearReadings, driving: Array, gravity: Array) -> Array:
+    def guess(self, linear: LinearReadings, driving: Array, gravity: Array) -> Array:
         """Joint positions if readings, prior and weight were those of the straight finger, (..., D)."""
-        weight, gain, A = self._straight
-        free = self.mechanics.free(driving + gravity @ weight)
-        left = np.where(read.variance < UNKNOWN / 2, read.values - free @ A.T, 0.0)
-        return free + left @ gain.T
+        weight, gain, A = self._straight_update
+        q_free = self.mechanics.positions_under(driving + gravity @ weight)
+        residual = np.where(linear.variance < UNKNOWN / 2, linear.values - q_free @ A.T, 0.0)
+        return q_free + residual @ gain.T
 
     @cached_property
-    def _straight(self) -> tuple[Array, Array, Array]:
+    def _straight_update(self) -> tuple[Array, Array, Array]:
         """Torques of unit gravity on the straight finger, (3, D), gain, (D, S), and slopes of the values, (S, D).
 
-        Sections may bend and twist by as much as `weak_prior` says, in addition to what a load does to a straight one.
+        Sections may bend and twist by as much as `weak_prior` says, in addition to the effect of a load.
         """
         mechanics, layout, q = self.mechanics, self.layout, self.layout.straight
-        at, shared = mechanics.posture(q), shared_equally(layout) * weak_prior(layout)
-        prior = mechanics.prior(at, q, np.zeros_like(q)) + shared @ shared.T
+        section_deviations = shared_equally(layout) * weak_prior(layout)
+        bent = mechanics.bent_finger(q)
+        prior = mechanics.prior(bent, q, np.zeros_like(q)) + section_deviations @ section_deviations.T
         (_, A), noise = layout.values_at(q), self.read(layout.read(q)).variance
-        return mechanics.weight(at, np.eye(3)), gain_of(A, prior, noise)[0], A
+        return mechanics.weight(bent, np.eye(3)), kalman_gain(A, prior, noise)[0], A
 
-    def read(self, readings: Array, std: Array | None = None, away: Away | None = None) -> LinearReadings:
-        """The values that are read, 0 where nothing is, and their variances; `std` as of the estimate."""
+    def read(self, readings: Array, std: Array | None = None, errors: ExtrapolationStd | None = None) -> LinearReadings:
+        """Values of readings, 0 where one is missing, and their variances; `std` as for the estimate."""
         noise = self.uncertainty.any_reading() if std is None else std
-        read = self.layout.values(readings, noise).uncertain_by(self.uncertainty.gain)
-        return read if away is None else LinearReadings(read.values, read.variance + away.values**2)
+        linear = self.layout.values(readings, noise).uncertain_by(self.uncertainty.gain)
+        return linear if errors is None else LinearReadings(linear.values, linear.variance + errors.values**2)
 
-    def away(self, readings: Array, driving: Array, gravity: Array) -> Away | None:
-        """See `Mechanics.away`."""
-        return shared(Mechanics.away, self.mechanics, readings, driving, gravity)
+    def extrapolation(self, readings: Array, driving: Array, gravity: Array) -> ExtrapolationStd | None:
+        """See `Mechanics.extrapolation`."""
+        return memoized(Mechanics.extrapolation, self.mechanics, readings, driving, gravity)
 
     @cached_property
     def zeroing(self) -> Zeroing | None:
-        """The filter of the zeros of the sensors; see `Zeroing.of`."""
-        return Zeroing.of(self.mechanics, self.period)
+        """The filter of the zeros of the sensors; see `Zeroing.from_mechanics`."""
+        return Zeroing.from_mechanics(self.mechanics, self.period)
 
     @cached_property
     def mechanics(self) -> Mechanics:
@@ -120,19 +121,19 @@ class GaussianShape:
 
 
 def condition(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
-    """The gain G, (..., D, S), and the posterior covariance, (..., D, D), after measuring  z = A q + noise .
+    """Gain G, (..., D, S), and posterior covariance, (..., D, D), after measuring  z = A q + noise .
 
     Args:
         A: (..., S, D).
         covariance: P, of the joints before, (..., D, D).
         variance: of the noise, (..., S).
     """
-    gain, seen = gain_of(A, covariance, variance)
-    return gain, covariance - gain @ seen
+    gain, cross_covariance = kalman_gain(A, covariance, variance)
+    return gain, covariance - gain @ cross_covariance
 
 
-def gain_of(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
-    """The gain as of `condition`, and A P, (..., S, D)."""
-    seen = A @ covariance
-    read = seen @ np.swapaxes(A, -1, -2) + variance[..., None] * np.eye(A.shape[-2])
-    return np.swapaxes(np.linalg.solve(read, seen), -1, -2), seen
+def kalman_gain(A: Array, covariance: Array, variance: Array) -> tuple[Array, Array]:
+    """Gain G, (..., D, S), and A P, (..., S, D)."""
+    cross_covariance = A @ covariance
+    innovation_covariance = cross_covariance @ np.swapaxes(A, -1, -2) + variance[..., None] * np.eye(A.shape[-2])
+    return np.swapaxes(np.linalg.solve(innovation_covariance, cross_covariance), -1, -2), cross_covariance

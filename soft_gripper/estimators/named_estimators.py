@@ -47,7 +47,7 @@ SHAPE_FUNCTIONS = Registry[Callable[..., ShapeFunction]](
         "recursive": RecursiveShape,
         "constant_curvature": lambda layout, uncertainty, period=0.01: (
             ConstantCurvatureShape(strain_sensors(layout, "estimator constant_curvature"))
-            if layout.ways == ("bending",)
+            if layout.deformations == ("bending",)
             else SpatialCurvatureShape(layout, uncertainty, period)
         ),
     },
@@ -66,9 +66,9 @@ def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str
     Raises:
         InputError: if there is none.
     """
-    own: Any = SHAPE_FUNCTIONS.find(name, field)
+    estimator: Any = SHAPE_FUNCTIONS.find(name, field)
     if name not in SHAPE_FUNCTIONS:
-        return own
+        return estimator
 
     def make(layout: MeasurementModel, gravity: Array, period: float) -> System:
         function = estimator_function(name, layout, uncertainty or Uncertainty(), period)
@@ -94,7 +94,7 @@ def estimator_function(
             expected = f"made a {type(block).__name__}; return a ShapeEstimator, which takes many samples at once"
             raise InputError("estimator", OPTION, name, expected)
         return block.function
-    if layout.ways != ("bending",) and name not in IN_SPACE:
+    if layout.deformations != ("bending",) and name not in IN_SPACE:
         expected = f"knows the bending plane alone: choose {', '.join(IN_SPACE)} for sensors that see a finger in space"
         raise InputError("estimator", "type", name, expected)
     return SHAPE_FUNCTIONS[name](layout, uncertainty, period)

@@ -17,7 +17,7 @@ def pose_entries(X_WB: RigidTransform) -> Array:
     return entries
 
 
-def in_base(X_WB: Array, vector: Array) -> Array:
+def to_base(X_WB: Array, vector: Array) -> Array:
     """A vector of the world in B, (..., 3).
 
     Args:
@@ -29,18 +29,18 @@ def in_base(X_WB: Array, vector: Array) -> Array:
 
 
 def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
-    """Gravity in the bending planes of base poses, z + i x, m/s^2; arguments as of `in_base`."""
-    return as_planar(in_base(X_WB, gravity)[..., ::2])
+    """Gravity in the bending planes of base poses, z + i x, m/s^2; arguments as of `to_base`."""
+    return as_planar(to_base(X_WB, gravity)[..., ::2])
 
 
 def from_base(X_WB: Array, points: Array) -> Array:
-    """Points of B, (..., M, 3) m, in the world; X_WB as for `in_base`."""
+    """Points of B, (..., M, 3) m, in the world; X_WB as for `to_base`."""
     pose = _pose(X_WB)
     return np.asarray(points @ np.swapaxes(pose[..., :3], -1, -2) + pose[..., None, :, 3])
 
 
-def turned_from_base(X_WB: Array, vector: Array) -> Array:
-    """A vector of B in the world, (..., 3); X_WB as for `in_base`."""
+def rotate_from_base(X_WB: Array, vector: Array) -> Array:
+    """A vector of B in the world, (..., 3); X_WB as for `to_base`."""
     return np.asarray((_pose(X_WB)[..., :3] @ vector[..., None])[..., 0])
 
 

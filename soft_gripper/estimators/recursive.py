@@ -9,7 +9,7 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
     a     rate at which every offset drifts, where sensors drift:  b' = a , a' = noise
 
 All but the load are slow: next to constant, the offsets drift at rates that change over hours, and the bend drifts as
-far as the finger may creep in a way that its model does not know (`creep`). Gains and bend walk a little as well, but
+far as the finger may creep beyond its model (`creep`). Gains and bend walk a little as well, but
 become no more uncertain than they are declared to be. They are learnt in free motion alone. Whether the finger is free
 is seen from what the readings differ from those of the free finger, averaged over some samples: as long as it is no
 more than noise and the uncertainty of the slow states explain, the slow states are corrected, and cautiously, for
@@ -32,9 +32,9 @@ from a free one by as much, while it is straight again. It is no load, and count
 alike in all sections, so that in free motion it passes for a bend of the finger: that of a free one, which is where its
 drive takes it, is known to that share at best.
 
-Away from the states of a calibration (`Mechanics.away`) errors of drive and readings last as long as the finger stays
-there. They are never averaged: a free finger may differ from the predicted one by as much, little is learnt of it, and
-shape and contact are as much less certain.
+Away from the states of a calibration (`Mechanics.extrapolation`) errors of drive and readings last as long as the
+finger stays there. They are never averaged: a free finger may differ from the predicted one by as much, little is
+learnt of it, and shape and contact are as much less certain.
 
 V follows the bent chain where it leaves its plane, and as that couples the ways in which its joints yield, readings
 are linearized about the finger under the load that is known; what the load adds to the readings is the difference
@@ -54,7 +54,7 @@ A finger that bends a tenth less than its nominal model while its pressure rises
     >>> print(f"off by {np.degrees(np.abs(shape.q - q).max()):.3f} degrees at most")
     off by 0.004 degrees at most
 
-Leading axes are free; R readings, S values, D joints, way after way, M modes of the load, n states.
+Leading axes are free; R readings, S values, D joints, one deformation after the other, M modes of the load, n states.
 
 Symbols, beside those of `gaussian`: x the state, z its part that is the load, V the torques of a unit of each mode; r
 relative change of the bend; d error of the pressure, Pa, g pressure gain, N m/Pa; c gain errors and b offsets of the
@@ -76,12 +76,12 @@ from numpy.typing import NDArray
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import in_parts, shared
-from soft_gripper.estimators.contact import Explained, SurfaceContact, Unexplained
+from soft_gripper.estimators.batches import map_batches, memoized
+from soft_gripper.estimators.contact import LinearizedResidual, SingleForceFit, SurfaceContact
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.force_posterior import ContactPosterior
-from soft_gripper.estimators.gaussian import gain_of
-from soft_gripper.estimators.mechanics import Away, Mechanics, outer
+from soft_gripper.estimators.gaussian import kalman_gain
+from soft_gripper.estimators.mechanics import ExtrapolationStd, Mechanics, outer
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import MINUTE
@@ -89,22 +89,22 @@ from soft_gripper.sensors.strain_errors import MINUTE
 EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
-_AVERAGE = 0.1  # weight of the newest sample in the average that is compared with the free finger
-# Samples and s, at most, for which an error of a sensor is taken to last when slow states are corrected.
-_CAUTION, _CORRELATED = 30.0, 0.6
+_AVERAGE_WEIGHT = 0.1  # weight of the newest sample in the average that is compared with the free finger
+# Maximum samples and s for which a sensor's error is taken to last when slow states are corrected.
+_MAX_CORRELATED_SAMPLES, _CORRELATION_TIME = 30.0, 0.6
 _SLOW_GAIN, _SLOW_BEND = 1e-3, 1e-3  # 1/sqrt(s), random walks of c and of r
-_STEADY = 3600.0  # s, in which the rate of a drift changes by as much as it is
+_DRIFT_RATE_TIME = 3600.0  # s, in which the rate of a drift changes by as much as it is
 _BLIND_SAMPLES = 5  # samples without a reading of a bend after which a load can no longer be ruled out
-_OUTLIER = 6.0  # standard deviations
+_OUTLIER_STDS = 6.0  # standard deviations, distance of an outlier
 _MISSING_VARIANCE = 1e6  # variance of an omitted reading
-_NO_VARIANCE = 1e-30  # of what is declared exact
-_CHANCE = 1e-3  # that noise exceeds the limit of an innovation
-_REMAINING = 0.3  # of the noise of one sample, in a value's change by the load
-_LEAST_SLOPE = 1e-3  # of the largest slope of the readings by a bend: less is not seen at all
+_MIN_VARIANCE = 1e-30  # variance of a state that is declared exact
+_FALSE_ALARM_RATE = 1e-3  # P(noise exceeds the limit of an innovation)
+_RESIDUAL_NOISE_RATIO = 0.3  # noise in a value's change by the load, over that of one sample
+_MIN_SLOPE_RATIO = 1e-3  # fraction of the largest slope by a bend, below which a bend is not seen at all
 
 
 class Changes(NamedTuple):
-    """How far finger and sensors have moved since the nominal model, or its calibration, and standard deviations."""
+    """Changes of finger and sensors since the nominal model, or its calibration, and their standard deviations."""
 
     bend_change: Array  # (...) share by which the finger bends further under the same pressure: its stiffness is less
     bend_change_std: Array
@@ -116,7 +116,7 @@ class Changes(NamedTuple):
     offset_changes_std: Array
 
 
-class Filter(NamedTuple):
+class FilterState(NamedTuple):
     """State of knowledge after a sample."""
 
     mean: Array  # (..., n)
@@ -124,9 +124,9 @@ class Filter(NamedTuple):
     difference: Array  # (..., R) averaged deviation of the readings from those of the free finger
     loaded: NDArray[np.bool_]  # (...)
     innovation: Array  # (...) squared and normalised, 1 where noise leaves more in 1 of 1000 samples
-    drive: Array  # (..., 2) r and d of this sample
+    drive_errors: Array  # (..., 2) r and d of this sample
     q: Array  # (..., D) rad, and m where joints slide
-    away: Array  # (..., 1 + S) the standard deviations of `Away`; 0 of a finger that is not calibrated
+    extrapolation: Array  # (..., 1 + S) the fields of `ExtrapolationStd`; 0 of a finger that is not calibrated
     stroke: Array  # (..., R) the largest strain so far
 
 
@@ -145,33 +145,33 @@ class RecursiveShape:
     def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Estimates at some of the samples, by increasing indices; all samples are processed."""
         gravity, wanted = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
-        passed = self._passed(0, readings, driving, gravity)
-        known = _together(known for i, known in enumerate(passed) if i in wanted)
-        return self.estimate(known, driving[rows])
+        states = self._filter_samples(0, readings, driving, gravity)
+        chosen = _stack_states(state for i, state in enumerate(states) if i in wanted)
+        return self.estimate(chosen, driving[rows])
 
-    def over_time(self, readings: Array, driving: Array, gravity: Array) -> Filter:
+    def over_time(self, readings: Array, driving: Array, gravity: Array) -> FilterState:
         """State of knowledge after each sample of a recording, (T, ...); the first of them leaves no trace."""
-        return _together(self._passed(1, readings, driving, gravity))
+        return _stack_states(self._filter_samples(1, readings, driving, gravity))
 
-    def _passed(self, kept_from: int, readings: Array, driving: Array, gravity: Array) -> Iterator[Filter]:
-        """State of knowledge after each sample; those before the one `kept_from` leave no trace."""
-        begin = known = self.begin(driving.shape[1:-1])
+    def _filter_samples(self, first: int, readings: Array, driving: Array, gravity: Array) -> Iterator[FilterState]:
+        """The state after each sample; samples before the `first` leave no trace."""
+        initial = state = self.begin(driving.shape[1:-1])
         for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
-            known = self.step(known if i > kept_from else begin, *sample)
-            yield known
+            state = self.step(state if i > first else initial, *sample)
+            yield state
 
-    def begin(self, shape: tuple[int, ...] = ()) -> Filter:
+    def begin(self, shape: tuple[int, ...] = ()) -> FilterState:
         """Initial state of knowledge of a straight finger, with leading axes."""
         states = self._states
-        covariance = np.broadcast_to(np.diag(self._before), (*shape, states, states))
-        nothing = np.zeros((*shape, self.layout.readings))
-        return Filter(
-            *(np.zeros((*shape, states)), covariance, nothing, np.zeros(shape, bool)),
+        covariance = np.broadcast_to(np.diag(self._initial_variances), (*shape, states, states))
+        no_readings = np.zeros((*shape, self.layout.readings))
+        return FilterState(
+            *(np.zeros((*shape, states)), covariance, no_readings, np.zeros(shape, bool)),
             *(np.zeros(shape), np.zeros((*shape, 2)), np.zeros((*shape, len(self.layout.straight)))),
-            *(np.zeros((*shape, 1 + self._values)), nothing),
+            *(np.zeros((*shape, 1 + self._values)), no_readings),
         )
 
-    def step(self, before: Filter, readings: Array, driving: Array, gravity: Array) -> Filter:
+    def step(self, last_state: FilterState, readings: Array, driving: Array, gravity: Array) -> FilterState:
         """State of knowledge after one more sample.
 
         Where driving torque or gravity is not finite, so are the joints, and the readings teach nothing.
@@ -183,120 +183,130 @@ class RecursiveShape:
         if not is_driven.all():
             readings = np.where(is_driven, readings, np.nan)
             driving, gravity = (np.where(is_driven, values, 0.0) for values in (driving, gravity))
-        mean, covariance = self._drifted(before.mean, before.covariance)
-        at = mechanics.posture(np.where(np.isfinite(before.q), before.q, 0.0))
-        weight, modes = mechanics.weight(at, gravity), mechanics.load_modes(at)
-        strain, by_load, by_state = self._expected(mean, driving, weight, modes)
+        mean, covariance = self._predict(last_state.mean, last_state.covariance)
+        bent = mechanics.bent_finger(np.where(np.isfinite(last_state.q), last_state.q, 0.0))
+        weight, modes = mechanics.weight(bent, gravity), mechanics.load_modes(bent)
+        strain, load_change, jacobian = self._predict_readings(mean, driving, weight, modes)
         difference: Array = layout.measured(readings) - (1 + self._gains(mean)) * strain - self._offsets(mean)
-        read = np.isfinite(difference)
-        difference = np.where(read, difference, 0.0)
-        noise, away = np.where(read, self.uncertainty.reading**2, _MISSING_VARIANCE), before.away
+        is_read = np.isfinite(difference)
+        difference = np.where(is_read, difference, 0.0)
+        noise = np.where(is_read, self.uncertainty.reading**2, _MISSING_VARIANCE)
+        extrapolation = last_state.extrapolation
         if layout.calibrated is not None:
-            away = _row(shared(Mechanics.away, mechanics, readings, driving, gravity))
-        bent = np.abs(strain + by_load / (1 + self._gains(mean)))
-        stroke = np.maximum(before.stroke, bent)
-        lasting = self._lasting(away, by_state, stroke**2 - bent**2)
-        innovation = self._innovation(difference - by_load, noise, covariance, by_state, lasting)
-        jumped = innovation > _limits(noise.shape[-1])[0]
-        covariance = covariance + jumped[..., None, None] * np.diag(_LOAD_JUMP**2 * self._before * ~self._is_slow)
-        outlier = self._is_outlier(difference - by_load, noise, covariance, by_state, lasting)
-        noise, difference = np.where(outlier, _MISSING_VARIANCE, noise), np.where(outlier, 0.0, difference)
-        average = before.difference + _AVERAGE * (difference - before.difference) * (noise < _MISSING_VARIANCE)
-        loaded = self._is_loaded(before, average, difference, covariance, by_state, noise, lasting)
-        blind = self._is_blind(noise < _MISSING_VARIANCE)
-        loaded |= blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walks[0])
-        left = difference - by_load * (loaded | blind)[..., None]
-        known = mean, covariance, left, by_state, noise, lasting
-        mean, covariance, drive = self._update(*known, loaded, blind & ~loaded)
-        q = mechanics.free(self.effective_driving(drive, driving) + weight + self._torque(modes, mean))
-        q = np.where(is_driven, q, np.nan)
-        limit = chdtri(np.maximum(read.sum(axis=-1), 1), _CHANCE)
-        return Filter(mean, covariance, average, loaded, innovation / limit, drive, q, away, stroke)
+            extrapolation = _deviation_row(memoized(Mechanics.extrapolation, mechanics, readings, driving, gravity))
+        size = np.abs(strain + load_change / (1 + self._gains(mean)))
+        stroke = np.maximum(last_state.stroke, size)
+        bias_covariance = self._bias_covariance(extrapolation, jacobian, stroke**2 - size**2)
+        residual = difference - load_change
+        innovation = self._innovation(residual, noise, covariance, jacobian, bias_covariance)
+        jump = np.diag(_LOAD_JUMP**2 * self._initial_variances * ~self._is_slow)
+        covariance = covariance + (innovation > _limits(noise.shape[-1])[0])[..., None, None] * jump
+        is_outlier = self._is_outlier(residual, noise, covariance, jacobian, bias_covariance)
+        noise, difference = np.where(is_outlier, _MISSING_VARIANCE, noise), np.where(is_outlier, 0.0, difference)
+        average = last_state.difference
+        average = average + _AVERAGE_WEIGHT * (difference - average) * (noise < _MISSING_VARIANCE)
+        is_loaded = self._is_loaded(last_state, average, difference, covariance, jacobian, noise, bias_covariance)
+        is_blind = self._is_blind(noise < _MISSING_VARIANCE)
+        is_loaded |= is_blind & (covariance[..., 0, 0] > _BLIND_SAMPLES * self._walk_variances[0])
+        residual = difference - load_change * (is_loaded | is_blind)[..., None]
+        inputs = mean, covariance, residual, jacobian, noise, bias_covariance
+        mean, covariance, drive_errors = self._correct(*inputs, is_loaded, is_blind & ~is_loaded)
+        torque = self.effective_driving(drive_errors, driving) + weight + self._torque(modes, mean)
+        q = np.where(is_driven, mechanics.positions_under(torque), np.nan)
+        innovation /= chdtri(np.maximum(is_read.sum(axis=-1), 1), _FALSE_ALARM_RATE)
+        return FilterState(mean, covariance, average, is_loaded, innovation, drive_errors, q, extrapolation, stroke)
 
-    def _lasting(self, away: Array, by_state: Array, straightened: Array) -> Array:
-        """Covariance of the errors of the readings that last, (..., R, R).
+    def _bias_covariance(self, extrapolation: Array, jacobian: Array, straightened: Array) -> Array:
+        """Covariance of lasting errors of the readings, (..., R, R): away from a calibration, and by hysteresis.
 
-        They are those away from a calibration, and what hysteresis leaves of the stroke: `straightened` is the square
-        of the largest strain so far, less that of the strain, which counts as a state, the gain.
+        `straightened` is the square of the largest strain so far less that of the strain, (..., R).
         """
-        of_drive = by_state[..., self._modes + 1] * away[..., :1]
-        of_readings = np.abs(self.layout.sensitivity) * away[..., None, 1:]
-        each = of_readings.reshape(*of_drive.shape) ** 2 + self.uncertainty.gain**2 * straightened
-        return outer(of_drive) + each[..., None] * np.eye(each.shape[-1])
+        drive_errors = jacobian[..., self._modes + 1] * extrapolation[..., :1]
+        reading_errors = np.abs(self.layout.sensitivity) * extrapolation[..., None, 1:]
+        variances = reading_errors.reshape(*drive_errors.shape) ** 2 + self.uncertainty.gain**2 * straightened
+        return outer(drive_errors) + variances[..., None] * np.eye(variances.shape[-1])
 
-    def estimate(self, known: Filter, driving: Array) -> ShapeEstimate:
+    def estimate(self, state: FilterState, driving: Array) -> ShapeEstimate:
         """The shape and the contact after a sample at a driving torque, (..., D)."""
-        found: ShapeEstimate = in_parts(self._estimate, *self._parts(known), known.loaded.astype(float), driving)
-        return found
+        estimate: ShapeEstimate = map_batches(
+            self._estimate, *self._state_arrays(state), state.loaded.astype(float), driving
+        )
+        return estimate
 
-    def posterior(self, known: Filter, driving: Array) -> ContactPosterior:
+    def posterior(self, state: FilterState, driving: Array) -> ContactPosterior:
         """Posterior of one contact after a sample at a driving torque, (..., D)."""
-        found: ContactPosterior = in_parts(self._posterior, *self._parts(known), driving)
-        return found
+        posterior: ContactPosterior = map_batches(self._posterior, *self._state_arrays(state), driving)
+        return posterior
 
     @staticmethod
-    def _parts(known: Filter) -> tuple[Array, ...]:
-        return known.q, known.mean, known.covariance, known.away
+    def _state_arrays(state: FilterState) -> tuple[Array, ...]:
+        return state.q, state.mean, state.covariance, state.extrapolation
 
     def _estimate(
-        self, q: Array, mean: Array, covariance: Array, away: Array, loaded: Array, driving: Array
+        self, q: Array, mean: Array, covariance: Array, extrapolation: Array, is_loaded: Array, driving: Array
     ) -> ShapeEstimate:
-        explained, by_joint = shared(RecursiveShape._explained, self, q, mean, covariance, away, driving)
-        contact, _ = self.contact.stated(explained)
-        of_joints = by_joint @ covariance @ np.swapaxes(by_joint, -1, -2) + self.mechanics.deviations
-        of_joints = of_joints + outer((1 - loaded)[..., None] * self.uncertainty.gain * q)
+        fit, joint_jacobian = memoized(RecursiveShape._explain, self, q, mean, covariance, extrapolation, driving)
+        contact, _ = self.contact.reported_contact(fit)
+        joint_covariance = joint_jacobian @ covariance @ np.swapaxes(joint_jacobian, -1, -2) + self.mechanics.deviations
+        joint_covariance = joint_covariance + outer((1 - is_loaded)[..., None] * self.uncertainty.gain * q)
         if self.layout.calibrated is not None:
-            of_joints = of_joints + self._away_from_states(explained.left, away, loaded) + self.mechanics.of_scale(q)
-        return ShapeEstimate(q, of_joints, contact)
+            joint_covariance += self._extrapolation_covariance(fit.linearized, extrapolation, is_loaded)
+            joint_covariance = joint_covariance + self.mechanics.scale_covariance(q)
+        return ShapeEstimate(q, joint_covariance, contact)
 
-    def _posterior(self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array) -> ContactPosterior:
-        explained, _ = shared(RecursiveShape._explained, self, q, mean, covariance, away, driving)
-        return self.contact.posterior(explained)
+    def _posterior(
+        self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
+    ) -> ContactPosterior:
+        fit, _ = memoized(RecursiveShape._explain, self, q, mean, covariance, extrapolation, driving)
+        return self.contact.posterior(fit)
 
-    def _explained(
-        self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array
-    ) -> tuple[Explained, Array]:
+    def _explain(
+        self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
+    ) -> tuple[SingleForceFit, Array]:
         """The forces in all cells, and the Jacobian of the joints with respect to the states."""
-        left, by_joint = self._unexplained(q, mean, covariance, away, driving)
-        return self.contact.explain(left), by_joint
+        linearized, joint_jacobian = self._linearize(q, mean, covariance, extrapolation, driving)
+        return self.contact.explain(linearized), joint_jacobian
 
-    def _away_from_states(self, left: Unexplained, away: Array, loaded: Array) -> Array:
+    def _extrapolation_covariance(
+        self, linearized: LinearizedResidual, extrapolation: Array, is_loaded: Array
+    ) -> Array:
         """Covariance of the joints, (..., D, D), due to errors away from a calibration.
 
         A free finger is where its drive takes it, and a loaded one where its readings are explained.
         """
-        gain, _ = gain_of(left.slopes, self.mechanics.of_load(left.at, left.q), self._noise)
-        gain, of_drive = gain * loaded[..., None, None], self._moved_by_drive(left.q, away)
-        of_values = gain * away[..., None, 1:]
-        of_drive = of_drive - (gain @ (left.slopes @ of_drive[..., None]))[..., 0]
-        return outer(of_drive) + of_values @ np.swapaxes(of_values, -1, -2)
+        q, A, drive_std = linearized.q, linearized.slopes, self._drive_std(linearized.q, extrapolation)
+        gain, _ = kalman_gain(A, self.mechanics.load_covariance(linearized.bent, q), self._noise)
+        gain = gain * is_loaded[..., None, None]
+        value_changes = gain * extrapolation[..., None, 1:]
+        drive_std = drive_std - (gain @ (A @ drive_std[..., None]))[..., 0]
+        return outer(drive_std) + value_changes @ np.swapaxes(value_changes, -1, -2)
 
-    def _moved_by_drive(self, q: Array, away: Array) -> Array:
+    def _drive_std(self, q: Array, extrapolation: Array) -> Array:
         """Standard deviation of the joints by errors of the drive away from a calibration, common to all, (..., D)."""
-        return np.asarray(self.mechanics.compliance(q) * self.mechanics.pressure_gain * away[..., :1])
+        return np.asarray(self.mechanics.compliance(q) * self.mechanics.pressure_gain * extrapolation[..., :1])
 
-    def _unexplained(
-        self, q: Array, mean: Array, covariance: Array, away: Array, driving: Array
-    ) -> tuple[Unexplained, Array]:
+    def _linearize(
+        self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
+    ) -> tuple[LinearizedResidual, Array]:
         """The change of the values by the load, and the Jacobian of the joints with respect to the states.
 
         The stiffness may be as wrong as the bend per driving torque still is: then a share of all values is.
         """
-        M, at, (values, A) = self._modes, self.mechanics.posture(q), self.layout.values_at(q)
-        by_joint = self._joints_by_state(q, driving, self.mechanics.load_modes(at))
-        by_load = A @ by_joint[..., :M]
-        of_load = by_load @ covariance[..., :M, :M] @ np.swapaxes(by_load, -1, -2)
-        of_load = of_load + A @ self.mechanics.deviations @ np.swapaxes(A, -1, -2)
-        stiffness = np.sqrt(covariance[..., M, M])[..., None] * values
-        spread = of_load + np.diag(_REMAINING**2 * self._noise)
-        explained = np.trace(np.linalg.solve(spread, of_load), axis1=-2, axis2=-1)
-        residual = (by_load @ mean[..., :M, None])[..., 0]
-        read = np.maximum(explained, self.contact.fewest)
-        spread = spread + outer(stiffness)
+        M, bent, (values, A) = self._modes, self.mechanics.bent_finger(q), self.layout.values_at(q)
+        joint_jacobian = self._joint_jacobian(q, driving, self.mechanics.load_modes(bent))
+        load_jacobian = A @ joint_jacobian[..., :M]
+        load_covariance = load_jacobian @ covariance[..., :M, :M] @ np.swapaxes(load_jacobian, -1, -2)
+        load_covariance = load_covariance + A @ self.mechanics.deviations @ np.swapaxes(A, -1, -2)
+        stiffness_changes = np.sqrt(covariance[..., M, M])[..., None] * values
+        total = load_covariance + np.diag(_RESIDUAL_NOISE_RATIO**2 * self._noise)
+        explained_count = np.trace(np.linalg.solve(total, load_covariance), axis1=-2, axis2=-1)
+        residual = (load_jacobian @ mean[..., :M, None])[..., 0]
+        read_count = np.maximum(explained_count, self.contact.min_read_count)
+        total = total + outer(stiffness_changes)
         if self.layout.calibrated is not None:
-            of_drive = (A @ self._moved_by_drive(q, away)[..., None])[..., 0]
-            spread = spread + outer(of_drive) + away[..., None, 1:] ** 2 * np.eye(self._values)
-        return Unexplained(q, at, A, read, residual, spread), by_joint
+            drive_changes = (A @ self._drive_std(q, extrapolation)[..., None])[..., 0]
+            total = total + outer(drive_changes) + extrapolation[..., None, 1:] ** 2 * np.eye(self._values)
+        return LinearizedResidual(q, bent, A, read_count, residual, total), joint_jacobian
 
     @cached_property
     def _noise(self) -> Array:
@@ -308,19 +318,19 @@ class RecursiveShape:
         """S."""
         return self.layout.sensitivity.shape[-1]
 
-    def changes(self, known: Filter) -> Changes:
-        """How far finger and sensors have moved, as learnt in free motion."""
-        readings, std = self.layout.readings, np.sqrt(np.diagonal(known.covariance, axis1=-2, axis2=-1))
+    def changes(self, state: FilterState) -> Changes:
+        """Changes of finger and sensors, as learnt in free motion."""
+        readings, std = self.layout.readings, np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
         M = self._modes
         gains, offsets = (slice(M + 2 + begin, M + 2 + begin + readings) for begin in (0, readings))
         parts = M, M + 1, gains, offsets
-        return Changes(*(values[..., part] for part in parts for values in (known.mean, std)))
+        return Changes(*(values[..., part] for part in parts for values in (state.mean, std)))
 
     def effective_driving(self, drive: Array, driving: Array) -> Array:
         """The driving torque of the nominal finger at the pressure that drives it, (..., D), by r and d, (..., 2)."""
         return driving * (1 + drive[..., :1]) + drive[..., 1:] * self.mechanics.pressure_gain
 
-    def _drive(self, mean: Array) -> Array:
+    def _drive_errors(self, mean: Array) -> Array:
         """r and d, (..., 2)."""
         return mean[..., self._modes : self._modes + 2]
 
@@ -366,26 +376,26 @@ class RecursiveShape:
         """
         start, joints, layout = self.begin(), range(self.layout.finger.segments), self.layout
         block.remember(
-            "known",
-            lambda before, *sample: self.step(_unflat(before, start), *sample),
+            "state",
+            lambda before, *sample: self.step(_unflatten(before, start), *sample),
             *(layout.quantity, driving, "gravity"),
-            begin=_flat(start),
-            keep=_flat,
+            begin=_flatten(start),
+            keep=_flatten,
             over_time=self.over_time,
         )
-        block.derive("q", attrgetter("q"), "known")
-        block.derive("shape", self.estimate, "known", driving)
-        block.derive("posterior", self.posterior, "known", driving)
+        block.derive("q", attrgetter("q"), "state")
+        block.derive("shape", self.estimate, "state", driving)
+        block.derive("posterior", self.posterior, "state", driving)
         block.put_out(
             EFFECTIVE_DRIVING_TORQUE,
-            lambda known, driving: self.effective_driving(known.drive, driving)[..., : len(joints)],
-            *("known", driving),
+            lambda state, driving: self.effective_driving(state.drive_errors, driving)[..., : len(joints)],
+            *("state", driving),
             unit="N m",
             joint=joints,
         )
-        block.put_out("innovation", lambda known: known.innovation, "known")
-        block.put_out("loaded", lambda known: known.loaded.astype(float), "known", meanings=("free", "loaded"))
-        block.derive("changes", self.changes, "known")
+        block.put_out("innovation", lambda state: state.innovation, "state")
+        block.put_out("loaded", lambda state: state.loaded.astype(float), "state", meanings=("free", "loaded"))
+        block.derive("changes", self.changes, "state")
         for name in Changes._fields:
             unit = {"pressure": "Pa", "offset": layout.unit}.get(name.partition("_")[0], "1")
             axes = layout.axes if "changes" in name else {}
@@ -397,175 +407,183 @@ class RecursiveShape:
         return np.arange(self._states) >= self._modes
 
     @cached_property
-    def _before(self) -> Array:
+    def _initial_variances(self) -> Array:
         """Variances of the states before the first sample, (n,)."""
-        assumed, readings = self.uncertainty, self.layout.readings
-        slow = [assumed.bend_per_pressure, assumed.pressure]
-        slow += [assumed.gain] * readings + [assumed.offset] * readings
-        slow += [assumed.drift / math.sqrt(MINUTE)] * self._rates
+        uncertainty, readings = self.uncertainty, self.layout.readings
+        slow = [uncertainty.bend_per_pressure, uncertainty.pressure]
+        slow += [uncertainty.gain] * readings + [uncertainty.offset] * readings
+        slow += [uncertainty.drift / math.sqrt(MINUTE)] * self._rates
         return np.concatenate([self.mechanics.load_variances, np.square(slow)])
 
     @cached_property
-    def _walks(self) -> Array:
+    def _walk_variances(self) -> Array:
         """Variances added per period, (n,)."""
-        assumed, readings = self.uncertainty, self.layout.readings
-        slow = [math.hypot(_SLOW_BEND, assumed.creep), 0.0]
-        slow += [_SLOW_GAIN] * readings + [0.0] * readings + [assumed.drift / math.sqrt(MINUTE * _STEADY)] * self._rates
+        uncertainty, readings = self.uncertainty, self.layout.readings
+        slow = [math.hypot(_SLOW_BEND, uncertainty.creep), 0.0]
+        slow += [_SLOW_GAIN] * readings + [0.0] * readings
+        slow += [uncertainty.drift / math.sqrt(MINUTE * _DRIFT_RATE_TIME)] * self._rates
         variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
         return variances * self.period
 
     @property
-    def _caution(self) -> float:
+    def _noise_factor(self) -> float:
         """Factor on the variance of the noise where slow states are corrected."""
-        return min(_CAUTION, max(_CORRELATED / self.period, 1.0))
+        return min(_MAX_CORRELATED_SAMPLES, max(_CORRELATION_TIME / self.period, 1.0))
 
-    def _drifted(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
+    def _predict(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
         """Mean and covariance of the states a period later."""
-        covariance = covariance + np.diag(self._walks)
+        covariance = covariance + np.diag(self._walk_variances)
         if self._rates:
-            mean, covariance = mean @ self._moved.T, self._moved @ covariance @ self._moved.T
-        excess = np.diagonal(covariance, axis1=-2, axis2=-1) / self._most
+            mean = mean @ self._transition.T
+            covariance = self._transition @ covariance @ self._transition.T
+        excess = np.diagonal(covariance, axis1=-2, axis2=-1) / self._max_variances
         if (excess <= 1).all():
             return mean, covariance
         shrunk = np.sqrt(np.maximum(excess, 1.0))
         return mean, covariance / (shrunk[..., :, None] * shrunk[..., None, :])
 
     @cached_property
-    def _most(self) -> Array:
+    def _max_variances(self) -> Array:
         """Variances above which no state rises, (n,): of gains and bend, those before the first sample."""
-        most = np.full(self._states, np.inf)
-        most[self._bounded] = np.maximum(self._before[self._bounded], _NO_VARIANCE)
-        return most
+        variances = np.full(self._states, np.inf)
+        variances[self._bounded_states] = np.maximum(self._initial_variances[self._bounded_states], _MIN_VARIANCE)
+        return variances
 
     @cached_property
-    def _bounded(self) -> list[int]:
+    def _bounded_states(self) -> list[int]:
         """The states that are never less known than before the first sample: the gains and, without creep, the bend."""
         M, readings = self._modes, self.layout.readings
         return [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
 
     @cached_property
-    def _moved(self) -> Array:
-        """From the states to those a period later, but for their walks, (n, n)."""
-        moved, rates = np.eye(self._states), np.arange(self._states - self._rates, self._states)
-        moved[rates - self._rates, rates] = self.period
-        return moved
+    def _transition(self) -> Array:
+        """State transition over a period, without walks, (n, n)."""
+        transition, rates = np.eye(self._states), np.arange(self._states - self._rates, self._states)
+        transition[rates - self._rates, rates] = self.period
+        return transition
 
-    def _joints_by_state(self, q: Array, driving: Array, modes: Array) -> Array:
+    def _joint_jacobian(self, q: Array, driving: Array, modes: Array) -> Array:
         """Jacobian of the joint positions with respect to the states, (..., D, n)."""
         compliance, M = self.mechanics.compliance(q), self._modes
-        moved = np.zeros((*q.shape, self._states))
-        moved[..., :M] = compliance[..., None] * modes
-        moved[..., M + 1] = compliance * self.mechanics.pressure_gain
-        moved[..., M] = compliance * driving
-        return moved
+        jacobian = np.zeros((*q.shape, self._states))
+        jacobian[..., :M] = compliance[..., None] * modes
+        jacobian[..., M + 1] = compliance * self.mechanics.pressure_gain
+        jacobian[..., M] = compliance * driving
+        return jacobian
 
-    def _by_state(self, q: Array, strain: Array, slopes: Array, mean: Array, driving: Array, modes: Array) -> Array:
+    def _state_jacobian(
+        self, q: Array, strain: Array, slopes: Array, mean: Array, driving: Array, modes: Array
+    ) -> Array:
         """Jacobian of the measured strains with respect to the states, (..., R, n), at q."""
-        readings, after = np.arange(self.layout.readings), self._modes + 2
-        moved = (1 + self._gains(mean))[..., None] * (slopes @ self._joints_by_state(q, driving, modes))
-        moved[..., readings, after + readings] = strain
-        moved[..., readings, after + len(readings) + readings] = 1.0
-        return moved
+        readings, first_gain = np.arange(self.layout.readings), self._modes + 2
+        jacobian = (1 + self._gains(mean))[..., None] * (slopes @ self._joint_jacobian(q, driving, modes))
+        jacobian[..., readings, first_gain + readings] = strain
+        jacobian[..., readings, first_gain + len(readings) + readings] = 1.0
+        return jacobian
 
-    def _expected(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
+    def _predict_readings(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
         """Strains of the free finger, (..., R), what the load adds to the readings, (..., R), and their Jacobian."""
-        known = self.effective_driving(self._drive(mean), driving) + weight
-        strain = self.layout.predict(self.mechanics.free(known))
-        bent = self.mechanics.free(known + self._torque(modes, mean))
-        loaded, H = self.layout.linearized(bent)
-        by_load = (1 + self._gains(mean)) * (loaded - strain)
-        return strain, by_load, self._by_state(bent, loaded, H, mean, driving, modes)
+        torque = self.effective_driving(self._drive_errors(mean), driving) + weight
+        strain = self.layout.predict(self.mechanics.positions_under(torque))
+        bent = self.mechanics.positions_under(torque + self._torque(modes, mean))
+        loaded_strain, H = self.layout.linearized(bent)
+        load_change = (1 + self._gains(mean)) * (loaded_strain - strain)
+        return strain, load_change, self._state_jacobian(bent, loaded_strain, H, mean, driving, modes)
 
-    def _innovation(self, left: Array, noise: Array, covariance: Array, by_state: Array, lasting: Array) -> Array:
+    def _innovation(
+        self, residual: Array, noise: Array, covariance: Array, jacobian: Array, bias_covariance: Array
+    ) -> Array:
         """The squared innovation, normalised by its covariance, (...)."""
-        spread = by_state @ covariance @ np.swapaxes(by_state, -1, -2) + lasting
-        return _size(left, spread + noise[..., None] * np.eye(noise.shape[-1]))
+        innovation_covariance = jacobian @ covariance @ np.swapaxes(jacobian, -1, -2) + bias_covariance
+        return _normalized_square(residual, innovation_covariance + noise[..., None] * np.eye(noise.shape[-1]))
 
     def _is_outlier(
-        self, left: Array, noise: Array, covariance: Array, by_state: Array, lasting: Array
+        self, residual: Array, noise: Array, covariance: Array, jacobian: Array, bias_covariance: Array
     ) -> NDArray[np.bool_]:
         """Readings that no change of the load can explain."""
-        variance = ((by_state @ covariance) * by_state).sum(axis=-1) + noise
-        variance = variance + np.diagonal(lasting, axis1=-2, axis2=-1)
-        outlier: NDArray[np.bool_] = np.abs(left) > _OUTLIER * np.sqrt(variance)
-        return outlier
+        variance = ((jacobian @ covariance) * jacobian).sum(axis=-1) + noise
+        variance = variance + np.diagonal(bias_covariance, axis1=-2, axis2=-1)
+        is_outlier: NDArray[np.bool_] = np.abs(residual) > _OUTLIER_STDS * np.sqrt(variance)
+        return is_outlier
 
     def _is_loaded(
         self,
-        before: Filter,
+        last_state: FilterState,
         average: Array,
         difference: Array,
         covariance: Array,
-        by_state: Array,
+        jacobian: Array,
         noise: Array,
-        lasting: Array,
+        bias_covariance: Array,
     ) -> NDArray[np.bool_]:
-        """Whether noise, slow states and lasting errors cannot explain the readings, recently or suddenly."""
-        slow, identity = by_state * self._is_slow, np.eye(noise.shape[-1])
-        spread = slow @ covariance @ np.swapaxes(slow, -1, -2) + lasting
+        """Whether noise, slow states and biases fail to explain the readings, recently or suddenly."""
+        slow, identity = jacobian * self._is_slow, np.eye(noise.shape[-1])
+        difference_covariance = slow @ covariance @ np.swapaxes(slow, -1, -2) + bias_covariance
         noises = noise[..., None] * identity
-        of_late = _size(average, spread + _AVERAGE / (2 - _AVERAGE) * noises)
-        begin, end, at_once = _limits(noise.shape[-1])
-        loaded = np.where(before.loaded, of_late > end, of_late > begin)
-        return loaded | (_size(difference, spread + noises) > at_once)
+        recent_square = _normalized_square(
+            average, difference_covariance + _AVERAGE_WEIGHT / (2 - _AVERAGE_WEIGHT) * noises
+        )
+        begin_limit, end_limit, sudden_limit = _limits(noise.shape[-1])
+        is_loaded = np.where(last_state.loaded, recent_square > end_limit, recent_square > begin_limit)
+        return is_loaded | (_normalized_square(difference, difference_covariance + noises) > sudden_limit)
 
-    def _is_blind(self, read: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _is_blind(self, is_read: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether the bend of any section is barely measured, in either plane."""
-        information = self._of_bends
-        return np.asarray(np.any(read @ information < 0.5 * information.sum(axis=0), axis=-1))
+        information = self._bend_information
+        return np.asarray(np.any(is_read @ information < 0.5 * information.sum(axis=0), axis=-1))
 
     @cached_property
-    def _of_bends(self) -> Array:
+    def _bend_information(self) -> Array:
         """Information of the readings on the bends of the sections, in both planes as far as they are seen, (R, B)."""
         layout = self.layout
         sections = layout.joint_sections[:, None] == np.arange(layout.sections)
-        bent = [way in ("bending", "sideways") for way in layout.ways]
-        by_bend = layout.jacobian @ np.kron(np.eye(len(bent))[:, bent], sections / layout.joints_per_section)
-        seen = np.abs(by_bend).max(axis=0) > _LEAST_SLOPE * np.abs(by_bend).max()
-        return np.asarray(by_bend[:, seen] ** 2)
+        bends = [deformation in ("bending", "sideways") for deformation in layout.deformations]
+        bend_jacobian = layout.jacobian @ np.kron(np.eye(len(bends))[:, bends], sections / layout.joints_per_section)
+        is_seen = np.abs(bend_jacobian).max(axis=0) > _MIN_SLOPE_RATIO * np.abs(bend_jacobian).max()
+        return np.asarray(bend_jacobian[:, is_seen] ** 2)
 
-    def _update(
+    def _correct(
         self,
         mean: Array,
         covariance: Array,
-        left: Array,
-        by_state: Array,
+        residual: Array,
+        jacobian: Array,
         noise: Array,
-        lasting: Array,
-        loaded: NDArray[np.bool_],
-        blind: NDArray[np.bool_],
+        bias_covariance: Array,
+        is_loaded: NDArray[np.bool_],
+        is_blind: NDArray[np.bool_],
     ) -> tuple[Array, Array, Array]:
         """Mean and covariance for the next sample, and r and d of this one.
 
         Loaded: the load corrected, slow states kept. Free: no load, slow states corrected. Blind: all kept.
         """
-        loads = (loaded | blind)[..., None] | self._is_slow
-        mean = mean * loads
-        covariance = covariance * (loads[..., :, None] & loads[..., None, :])
-        noise = np.where(loaded[..., None], noise, self._caution * noise)
-        noises = noise[..., None] * np.eye(noise.shape[-1]) + lasting * ~loaded[..., None, None]
-        crossed = covariance @ np.swapaxes(by_state, -1, -2)
-        spread = by_state @ crossed + noises
-        gain = np.swapaxes(np.linalg.solve(spread, np.swapaxes(crossed, -1, -2)), -1, -2)
-        gain = gain * ~blind[..., None, None]
-        drive = self._drive(mean + (gain @ left[..., None])[..., 0])
-        gain = gain * (loaded[..., None] != self._is_slow)[..., None]
-        keep = np.eye(self._states) - gain @ by_state
+        is_kept = (is_loaded | is_blind)[..., None] | self._is_slow
+        mean = mean * is_kept
+        covariance = covariance * (is_kept[..., :, None] & is_kept[..., None, :])
+        noise = np.where(is_loaded[..., None], noise, self._noise_factor * noise)
+        noises = noise[..., None] * np.eye(noise.shape[-1]) + bias_covariance * ~is_loaded[..., None, None]
+        cross_covariance = covariance @ np.swapaxes(jacobian, -1, -2)
+        innovation_covariance = jacobian @ cross_covariance + noises
+        gain = np.swapaxes(np.linalg.solve(innovation_covariance, np.swapaxes(cross_covariance, -1, -2)), -1, -2)
+        gain = gain * ~is_blind[..., None, None]
+        drive_errors = self._drive_errors(mean + (gain @ residual[..., None])[..., 0])
+        gain = gain * (is_loaded[..., None] != self._is_slow)[..., None]
+        keep = np.eye(self._states) - gain @ jacobian
         covariance = keep @ covariance @ np.swapaxes(keep, -1, -2)
         covariance = covariance + gain @ noises @ np.swapaxes(gain, -1, -2)
-        return mean + (gain @ left[..., None])[..., 0], covariance, drive
+        return mean + (gain @ residual[..., None])[..., 0], covariance, drive_errors
 
 
-def _size(difference: Array, spread: Array) -> Array:
+def _normalized_square(difference: Array, covariance: Array) -> Array:
     """Normalised squared difference, (...)."""
-    size: Array = (difference * np.linalg.solve(spread, difference[..., None])[..., 0]).sum(axis=-1)
-    return size
+    square: Array = (difference * np.linalg.solve(covariance, difference[..., None])[..., 0]).sum(axis=-1)
+    return square
 
 
-def _row(away: Away | None) -> Array:
+def _deviation_row(extrapolation: ExtrapolationStd | None) -> Array:
     """The standard deviations in a row, (..., 1 + S)."""
-    assert away is not None
-    return np.concatenate([away.pressure[..., None], away.values], axis=-1)
+    assert extrapolation is not None
+    return np.concatenate([extrapolation.pressure[..., None], extrapolation.values], axis=-1)
 
 
 @cache
@@ -577,21 +595,21 @@ def _limits(readings: int) -> Array:
     return limits
 
 
-def _together(passed: Iterable[Filter]) -> Filter:
+def _stack_states(states: Iterable[FilterState]) -> FilterState:
     """States after several samples as one, with a leading axis."""
-    return Filter(*(np.array(part) for part in zip(*passed, strict=True)))
+    return FilterState(*(np.array(part) for part in zip(*states, strict=True)))
 
 
-def _flat(known: Filter) -> Array:
-    """All parts in a row, (..., n)."""
-    leading = known.loaded.shape
-    return np.concatenate([np.reshape(part, (*leading, -1)).astype(float) for part in known], axis=-1)
+def _flatten(state: FilterState) -> Array:
+    """Puts all fields in a row, (..., n)."""
+    leading = state.loaded.shape
+    return np.concatenate([np.reshape(part, (*leading, -1)).astype(float) for part in state], axis=-1)
 
 
-def _unflat(numbers: Array, like: Filter) -> Filter:
+def _unflatten(numbers: Array, like: FilterState) -> FilterState:
     """The inverse of flattening, with the part sizes of another filter state, which has no leading axes."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
     parts = np.split(numbers, ends, axis=-1)
-    shaped = (part.reshape((*numbers.shape[:-1], *np.shape(own))) for part, own in zip(parts, like, strict=True))
-    found = Filter(*shaped)
-    return found._replace(loaded=found.loaded > 0)
+    shapes = ((*numbers.shape[:-1], *np.shape(part)) for part in like)
+    state = FilterState(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
+    return state._replace(loaded=state.loaded > 0)

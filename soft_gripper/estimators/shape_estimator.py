@@ -1,4 +1,4 @@
-"""ShapeEstimator: any ShapeFunction as a block."""
+"""ShapeEstimator: any ShapeFunction as a block; a new field of an estimate needs its unit and axes here."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -15,7 +15,7 @@ from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeF
 from soft_gripper.estimators.finger_shape import TIP, Places, put_out_arcs, put_out_curve, put_out_places
 from soft_gripper.estimators.force_posterior import ANSWERS, INTERVAL
 from soft_gripper.estimators.free_motion import motion_of
-from soft_gripper.estimators.plane import in_base, turned_from_base
+from soft_gripper.estimators.plane import rotate_from_base, to_base
 from soft_gripper.estimators.zeroing import Zeros, zeroing_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -35,15 +35,15 @@ CONTACT: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the field
     "transverse_force": ("N", {}),
     "transverse_force_std": ("N", {}),
 }
-_ENDS, MODES = ("least", "most"), ("first", "second")
+_SET_ENDS, MODES = ("least", "most"), ("first", "second")
 POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fields of ContactPosterior
     "probability": ("1", {}),
     "answer": ("1", {}),
     "force_interval": ("N", {"force": INTERVAL}),
     "transverse_force_interval": ("N", {"force": INTERVAL}),
-    "force_set": ("N", {"end": _ENDS}),
+    "force_set": ("N", {"end": _SET_ENDS}),
     "force_bounds": ("N", {"given": ("one", "one beyond", "several beyond")}),
-    "arc_length_set": ("m", {"end": _ENDS}),
+    "arc_length_set": ("m", {"end": _SET_ENDS}),
     "mode_forces": ("N", {"mode": MODES}),
     "mode_arc_lengths": ("m", {"mode": MODES}),
     "mode_sides": ("rad", {"mode": MODES}),
@@ -53,21 +53,21 @@ POSTERIOR: dict[str, tuple[str, dict[str, Any]]] = {  # unit and axes of the fie
 
 @runtime_checkable
 class Filter(Protocol):
-    """An estimator that remembers: it declares its steps in a block by itself."""
+    """Estimator with state, which declares its steps in a block by itself."""
 
     period: float  # s, between samples
 
     def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
-        """Declares the steps "q", "shape" and "posterior", and further outputs, of a block; returns the shape at first.
+        """Declares the steps "q", "shape" and "posterior", and further outputs, of a block; returns the initial shape.
 
-        "q" are the joint positions, a step of their own because contacts take far longer, and often nobody reads these.
+        "q" are the joint positions, a step of their own because contacts take far longer and are often not read.
         `driving` is the step with the driving torque; the readings are the step of the sensors' quantity, and gravity
         is "gravity".
         """
 
 
 class ShapeEstimator(ArrayBlock):
-    """Estimates the shape of one finger, and whatever else its function estimates.
+    """Estimates the shape of one finger, and all other fields of its function's estimate.
 
     ::
 
@@ -106,9 +106,9 @@ class ShapeEstimator(ArrayBlock):
                                     +----------------+ ---> external_torque             (N) N m
 
     `strain` holds the readings, and is called after what the sensors measure; `X_WB` is the known pose of the finger's
-    base. There is an output for every way in which the finger yields as far as the sensors see,
+    base. There is an output for every deformation that the sensors see,
     `estimated_stretch_lengths` (N) m among them, and an input such as `sideways_driving_torque` (N) N m for every other
-    way in which it is driven. `zeroed_strain` is there with a `free_pressure`, below which sensors are zeroed.
+    deformation that is driven. `zeroed_strain` is there with a `free_pressure`, below which sensors are zeroed.
     Covariance, contact, curve and torque are there if the function gives them, and the contact's posterior if it has a
     method `posterior` of the same inputs. `position_std` is that of the distance from
     the estimated location, in all directions. `transverse_force` is the size of the part of the force at right angles
@@ -136,34 +136,35 @@ class ShapeEstimator(ArrayBlock):
         self._take_driving(layout)
         self.take("X_WB", 12)
 
-        self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
-        found = self._derive_shape(function, layout, gravity)
-        self._put_out_joints(layout, found)
-        if found.curve is None:
-            self._put_out_places(finger, layout.ways, found)
+        self.derive("gravity", lambda X_WB: to_base(X_WB, gravity), "X_WB")
+        estimate = self._derive_shape(function, layout, gravity)
+        self._put_out_joints(layout, estimate)
+        if estimate.curve is None:
+            self._put_out_places(finger, layout.deformations, estimate)
         else:
             self._put_out_curve(range(layout.sections), range(finger.segments))
-        if found.contact is not None:
-            self._put_out_contact(found.contact)
+        if estimate.contact is not None:
+            self._put_out_contact(estimate.contact)
         if "posterior" in self.steps:
             self._put_out_posterior()
-        if found.external_torque is not None:
+        if estimate.external_torque is not None:
             joints = range(finger.segments)
             self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
 
     def _take_driving(self, layout: MeasurementModel) -> None:
-        """Takes the driving torques of the ways in which a finger is driven, and derives that of all joints, (D)."""
-        driven = [way for way in layout.ways if way == "bending" or way in layout.finger.driven_ways]
-        ports = [driving_port(way) for way in driven]
+        """Takes the driving torques of all driven deformations, and derives that of all joints, (D)."""
+        names = {"bending", *layout.finger.driven_deformations}
+        driven_deformations = [name for name in layout.deformations if name in names]
+        ports = [driving_port(deformation) for deformation in driven_deformations]
         for port in ports:
             self.take(port, layout.finger.segments)
 
-        def driving(*found: Array) -> Array:
-            known = dict(zip(driven, found, strict=True))
-            return np.concatenate([known.get(way, np.zeros_like(found[0])) for way in layout.ways], axis=-1)
+        def driving(*torques: Array) -> Array:
+            torque_of, zeros = dict(zip(driven_deformations, torques, strict=True)), np.zeros_like(torques[0])
+            return np.concatenate([torque_of.get(deformation, zeros) for deformation in layout.deformations], axis=-1)
 
         self.driving = ports[0]  # the port or step with it
-        if tuple(layout.ways) != ("bending",):
+        if tuple(layout.deformations) != ("bending",):
             self.driving = "driving"
             self.derive(self.driving, driving, *ports)
 
@@ -172,12 +173,12 @@ class ShapeEstimator(ArrayBlock):
         if isinstance(function, Filter):
             return function.declare(self, self.driving)
         readings, *std = self._derive_zeros(function, layout)
-        known = readings, self.driving, "gravity", *self._derive_lag(function, gravity), *std
-        self.derive("shape", function, *known)
+        inputs = readings, self.driving, "gravity", *self._derive_lag(function, gravity), *std
+        self.derive("shape", function, *inputs)
         self.derive("q", attrgetter("q"), "shape")
         estimate_posterior = getattr(function, "posterior", None)
         if estimate_posterior is not None:
-            self.derive("posterior", estimate_posterior, *known)
+            self.derive("posterior", estimate_posterior, *inputs)
         return straight_shape(function, layout)
 
     def _derive_lag(self, function: ShapeFunction, gravity: Array) -> tuple[str, ...]:
@@ -187,11 +188,15 @@ class ShapeEstimator(ArrayBlock):
             return ()
         places: dict[str, Any] = {"begin": np.full((2, 3), np.nan), "keep": lambda middles: middles[..., 1:, :]}
         self.remember("middles", motion.middles, "X_WB", **places, over_time=motion.middles_over_time)
-        self.derive("pull", lambda X_WB, at: in_base(X_WB, gravity - motion.acceleration(at)), "X_WB", "middles")
+
+        def apparent_gravity(X_WB: Array, middles: Array) -> Array:
+            return to_base(X_WB, gravity - motion.acceleration(middles))
+
+        self.derive("apparent_gravity", apparent_gravity, "X_WB", "middles")
         self.remember(
-            *("motion", motion.step, self.driving, "gravity", "pull"),
+            *("motion", motion.step, self.driving, "gravity", "apparent_gravity"),
             begin=motion.begin,
-            keep=lambda known: known,
+            keep=lambda motion: motion,
             over_time=partial(motion.over_time, first=1),
         )
         self.derive("lag", motion.lag, "motion")
@@ -213,20 +218,20 @@ class ShapeEstimator(ArrayBlock):
             keep=lambda zeros: np.stack(zeros, axis=-2),
             over_time=partial(zeroing.over_time, first=1),
         )
-        self.derive("zeroed", zeroing.corrected, "zeros", layout.quantity)
+        self.derive("zeroed", zeroing.correct, "zeros", layout.quantity)
         if zeroing.mechanics.uncertainty.free_pressure > 0:
             self.put_out(zeroed(layout.quantity), lambda readings: readings, "zeroed", unit=layout.unit, **layout.axes)
         self.derive("std", zeroing.std, "zeros", layout.quantity)
         return "zeroed", "std"
 
-    def _put_out_joints(self, layout: MeasurementModel, found: ShapeEstimate) -> None:
+    def _put_out_joints(self, layout: MeasurementModel, estimate: ShapeEstimate) -> None:
         N, joints = layout.finger.segments, range(layout.finger.segments)
-        for i, way in enumerate(layout.ways):
-            unit = "m" if way in SLIDES else "rad"
+        for i, deformation in enumerate(layout.deformations):
+            unit = "m" if deformation in SLIDES else "rad"
             self.put_out(
-                f"estimated_{joints_port(way)}", _rows(slice(i * N, (i + 1) * N)), "q", unit=unit, joint=joints
+                f"estimated_{joints_port(deformation)}", _rows(slice(i * N, (i + 1) * N)), "q", unit=unit, joint=joints
             )
-        if found.covariance is not None:
+        if estimate.covariance is not None:
             self.put_out(
                 "joint_angle_covariance",
                 lambda shape: shape.covariance[..., :N, :N],
@@ -235,20 +240,20 @@ class ShapeEstimator(ArrayBlock):
                 joint=joints,
                 other_joint=joints,
             )
-        if "twist" in layout.ways:
-            self._put_out_twist(layout.ways.index("twist") * N + np.arange(N), found)
+        if "twist" in layout.deformations:
+            self._put_out_twist(layout.deformations.index("twist") * N + np.arange(N), estimate)
 
-    def _put_out_twist(self, joints: Any, found: ShapeEstimate) -> None:
+    def _put_out_twist(self, joints: Any, estimate: ShapeEstimate) -> None:
         def std(shape: ShapeEstimate) -> Array:
             return np.sqrt(shape.covariance[..., joints[:, None], joints].sum(axis=(-2, -1)))  # type: ignore[index]
 
         self.put_out("estimated_twist", lambda q: q[..., joints].sum(axis=-1), "q", unit="rad")
-        if found.covariance is not None:
+        if estimate.covariance is not None:
             self.put_out("twist_std", std, "shape", unit="rad")
 
-    def _put_out_places(self, finger: Finger, ways: Sequence[str], found: ShapeEstimate) -> None:
-        joints, places = range(finger.segments), Places(finger, ways)
-        put_out_places(self, finger, ways, "q")
+    def _put_out_places(self, finger: Finger, deformations: Sequence[str], estimate: ShapeEstimate) -> None:
+        joints, places = range(finger.segments), Places(finger, deformations)
+        put_out_places(self, finger, deformations, "q")
         self.put_out(
             "estimated_joint_positions",
             lambda places: places[0][..., :-1, :],
@@ -258,7 +263,7 @@ class ShapeEstimator(ArrayBlock):
             xyz=XYZ,
         )
         self.put_out(TIP, lambda places: places[0][..., -1, :], "places", unit="m", xyz=XYZ)
-        if found.covariance is not None:
+        if estimate.covariance is not None:
             point = (*map(str, joints), "tip")
             self.derive("variance", lambda shape: places.variance(shape.q, shape.covariance), "shape")
             self.put_out(
@@ -276,13 +281,13 @@ class ShapeEstimator(ArrayBlock):
         put_out_arcs(self, lambda curve: curve.arcs, "curve", section=sections)
         put_out_curve(self, "curve", joints)
 
-    def _put_out_contact(self, found: ContactForce) -> None:
+    def _put_out_contact(self, contact: ContactForce) -> None:
         self.derive("contact", lambda shape: shape.contact, "shape")
         for field, (unit, axes) in CONTACT.items():
-            if getattr(found, field) is not None:
+            if getattr(contact, field) is not None:
                 self.put_out(contact_port(field), _field(field), "contact", unit=unit, **axes)
-        if found.vector is not None:
-            self.put_out("contact_force_world", _in_world, "contact", "X_WB", unit="N", xyz=XYZ)
+        if contact.vector is not None:
+            self.put_out("contact_force_world", _world_force, "contact", "X_WB", unit="N", xyz=XYZ)
 
     def _put_out_posterior(self) -> None:
         for field, (unit, axes) in POSTERIOR.items():
@@ -305,12 +310,12 @@ def _rows(rows: slice) -> Callable[[Array], Array]:
 
 
 def _field(name: str) -> Callable[[Any], Array]:
-    return lambda found: getattr(found, name)
+    return lambda record: getattr(record, name)
 
 
-def _in_world(contact: ContactForce, X_WB: Array) -> Array:
+def _world_force(contact: ContactForce, X_WB: Array) -> Array:
     assert contact.vector is not None
-    return turned_from_base(X_WB, contact.vector)
+    return rotate_from_base(X_WB, contact.vector)
 
 
 def _period_of(function: object) -> float | None:
@@ -330,17 +335,17 @@ def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEs
         InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.
     """
     readings, driving, twice = layout.read(layout.straight), layout.straight, np.zeros((2, 1))
-    found = function(readings, driving, np.zeros(3))
-    _check_shape(function, found, driving.shape)
+    estimate = function(readings, driving, np.zeros(3))
+    _check_shape(function, estimate, driving.shape)
     _check_shape(function, function(readings + twice, driving + twice, np.zeros((2, 3))), (2, driving.size))
-    return found
+    return estimate
 
 
-def _check_shape(function: ShapeFunction, found: object, shape: tuple[int, ...]) -> None:
+def _check_shape(function: ShapeFunction, estimate: object, shape: tuple[int, ...]) -> None:
     name = getattr(function, "__qualname__", type(function).__name__)
     expected = f"return a ShapeEstimate whose q has the shape {shape}"
-    if not isinstance(found, ShapeEstimate):
-        raise InputError("ShapeEstimator", "function", name, f"returned {type(found).__name__}; {expected}, rad")
-    if np.shape(found.q) != shape:
-        given = f"q has the shape {np.shape(found.q)} where driving has {shape}"
-        raise InputError("ShapeEstimator", "function", name, f"{given}; {expected}, rad")
+    if not isinstance(estimate, ShapeEstimate):
+        raise InputError("ShapeEstimator", "function", name, f"returned {type(estimate).__name__}; {expected}, rad")
+    if np.shape(estimate.q) != shape:
+        mismatch = f"q has the shape {np.shape(estimate.q)} where driving has {shape}"
+        raise InputError("ShapeEstimator", "function", name, f"{mismatch}; {expected}, rad")

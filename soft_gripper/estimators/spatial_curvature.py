@@ -21,7 +21,7 @@ from soft_gripper.estimators.zeroing import Zeroing
 from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
 from soft_gripper.sensors.observability import shared_equally, weak_prior
 
-_PASSES = 3  # of Newton's method
+_ITERATIONS = 3  # of Newton's method
 
 
 @dataclass(frozen=True)
@@ -37,23 +37,23 @@ class SpatialCurvatureShape:
 
         For `std` see GaussianShape.
         """
-        layout, shared = self.layout, self._shared
+        layout, shared_bends = self.layout, self._shared
         measured = layout.measured(readings)
-        read, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared.shape[-1]))
+        is_finite, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared_bends.shape[-1]))
         noise = self.uncertainty.any_reading() if std is None else std
-        variance = np.where(read, noise**2, UNKNOWN)
-        for _ in range(_PASSES):
-            q = sections @ shared.T
-            seen = layout.slopes(q) @ shared
-            gain, covariance = condition(seen, self._prior, variance)
-            left = np.where(read, measured - layout.predict(q), 0.0) + (seen @ sections[..., None])[..., 0]
-            sections = (gain @ left[..., None])[..., 0]
-        return ShapeEstimate(sections @ shared.T, shared @ covariance @ shared.T)
+        variance = np.where(is_finite, noise**2, UNKNOWN)
+        for _ in range(_ITERATIONS):
+            q = sections @ shared_bends.T
+            slopes = layout.slopes(q) @ shared_bends
+            gain, covariance = condition(slopes, self._prior, variance)
+            residual = np.where(is_finite, measured - layout.predict(q), 0.0) + (slopes @ sections[..., None])[..., 0]
+            sections = (gain @ residual[..., None])[..., 0]
+        return ShapeEstimate(sections @ shared_bends.T, shared_bends @ covariance @ shared_bends.T)
 
     @cached_property
     def zeroing(self) -> Zeroing | None:
-        """The block that follows the zeros of the sensors; see `Zeroing.of`."""
-        return Zeroing.of(Mechanics(self.layout, self.uncertainty), self.period)
+        """The block that follows the zeros of the sensors; see `Zeroing.from_mechanics`."""
+        return Zeroing.from_mechanics(Mechanics(self.layout, self.uncertainty), self.period)
 
     @cached_property
     def _shared(self) -> Array:

@@ -13,11 +13,11 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.estimators.gaussian import gain_of
+from soft_gripper.estimators.gaussian import kalman_gain
 from soft_gripper.sensors.measurement import MeasurementModel
 
-_NOISE = 1e-5  # of the quantity, in its unit: so small that what is measured is matched
-_BEGIN, _STEP = 1e3, 1.0  # rad, of the random walk: uninformative start, large changes between joints
+_READING_STD = 1e-5  # of the quantity, in its unit: so small that what is measured is matched
+_START_STD, _STEP_STD = 1e3, 1.0  # rad, of the random walk: uninformative start, large changes between joints
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,11 @@ class SplineShape:
 
     def __call__(self, readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """The joint angles; see ShapeFunction. Driving torque and gravity are ignored."""
-        read = self.layout.linear(readings, _NOISE)
-        gain, _ = gain_of(self.layout.matrix, self._walk, read.variance)
-        return ShapeEstimate((gain @ read.values[..., None])[..., 0])
+        linear = self.layout.linear(readings, _READING_STD)
+        gain, _ = kalman_gain(self.layout.matrix, self._walk_covariance, linear.variance)
+        return ShapeEstimate((gain @ linear.values[..., None])[..., 0])
 
     @cached_property
-    def _walk(self) -> Array:
+    def _walk_covariance(self) -> Array:
         steps = np.arange(self.layout.finger.segments)
-        return _BEGIN**2 + _STEP**2 * np.minimum.outer(steps, steps)
+        return _START_STD**2 + _STEP_STD**2 * np.minimum.outer(steps, steps)

@@ -18,7 +18,10 @@ from soft_gripper.quantity import quantity
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 
-_VARIATION, _QUADRATIC = 0.6, 0.6  # standard deviations of degree 1 over degree 0, and of degree 2 over degree 1
+_VARIATION_RATIO, _QUADRATIC_RATIO = (
+    0.6,
+    0.6,
+)  # standard deviations of degree 1 over degree 0, and of degree 2 over degree 1
 EXACT = 0.005  # bend per pressure, as a share: that of a nominal model which is exact, but for the discretization
 
 
@@ -62,16 +65,16 @@ class Uncertainty:
         """Standard deviations of the bend per pressure by degree of the Legendre polynomial along the finger, (3,)."""
         common, variation = self.bend_per_pressure, self.bend_variation
         if variation is None:
-            variation = _VARIATION * math.sqrt(max(common**2 - EXACT**2, 0.0))
-        return np.array([common, variation, _QUADRATIC * variation])
+            variation = _VARIATION_RATIO * math.sqrt(max(common**2 - EXACT**2, 0.0))
+        return np.array([common, variation, _QUADRATIC_RATIO * variation])
 
     def any_reading(self, age: Array | float = 0.0) -> Array | float:
         """Standard deviation of an extension ratio, (...), for estimators without lasting errors.
 
         `age` is the time since the sensors were zeroed, (...) s; what drifts in a minute counts in any case.
         """
-        at_once, a_minute = math.hypot(self.reading, self.offset), self.drift * math.sqrt(MINUTE)
-        return np.hypot(at_once, a_minute * np.maximum(age / MINUTE, 1.0))
+        initial_std, drift_std = math.hypot(self.reading, self.offset), self.drift * math.sqrt(MINUTE)
+        return np.hypot(initial_std, drift_std * np.maximum(age / MINUTE, 1.0))
 
 
 def uncertainty_of(

@@ -1,4 +1,4 @@
-"""The zeros of sensors that drift, found again while a finger is known to be free, and how well they are still known.
+"""Zeros of drifting sensors, found again while the finger is known to be free, and their uncertainty.
 
 A finger that touches nothing rests where driving torque and weight bend it. While the pressure that drives it is below
 `Uncertainty.free_pressure`, it is known to touch nothing; once it has settled there, what its readings are off, as a
@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.mechanics import Mechanics
 
-_SETTLING = 0.5  # s, after which a finger that became free rests
-_LEAST, _AVERAGED = 0.2, 1.0  # s, over which readings are averaged, at least and at most
-_REPETITIONS, _BALANCED = 30, 1e-7  # turns, at most, and rad, for a finger in balance with its weight
+_SETTLING_TIME = 0.5  # s, until a finger that became free rests
+_MIN_AVERAGING_TIME, _MAX_AVERAGING_TIME = 0.2, 1.0  # s
+_MAX_ITERATIONS, _ANGLE_TOLERANCE = 30, 1e-7  # and rad, for a finger in balance with its weight
 
 
 class Zeros(NamedTuple):
@@ -32,7 +32,7 @@ class Zeros(NamedTuple):
 
     offset: Array  # (..., R) of the quantity that is read
     mean: Array  # (..., R) by which the readings are off, since the finger rests freely
-    free: Array  # (..., R) s, a period for each of the latest samples at which the finger was free
+    free_time: Array  # (..., R) s, a period for each of the latest samples at which the finger was free
     age: Array  # (..., R) s since the zeros were found
 
 
@@ -44,60 +44,63 @@ class Zeroing:
     period: float  # s, between samples
 
     @classmethod
-    def of(cls, mechanics: Mechanics, period: float) -> "Zeroing | None":
+    def from_mechanics(cls, mechanics: Mechanics, period: float) -> "Zeroing | None":
         """The zeros of sensors that drift, or are zeroed while the finger is free; None of others."""
         follows = mechanics.uncertainty.drift > 0 or mechanics.uncertainty.free_pressure > 0
         return cls(mechanics, period) if follows else None
 
     def begin(self, shape: tuple[int, ...] = ()) -> Zeros:
-        """Before the first sample, with leading axes."""
+        """State before the first sample, with leading axes."""
         return Zeros(*np.zeros((4, *shape, self.mechanics.layout.readings)))
 
-    def step(self, before: Zeros, readings: Array, driving: Array, gravity: Array) -> Zeros:
+    def step(self, last_zeros: Zeros, readings: Array, driving: Array, gravity: Array) -> Zeros:
         """The zeros at a sample; see ShapeFunction for the inputs."""
-        free = np.where(self._known_free(driving)[..., None], before.free + self.period, 0.0)
-        age = before.age + self.period
-        if not (self._resting(free) > 0).any():
-            return before._replace(free=free, age=age)
-        offset, mean, found = self._found(before.offset, before.mean, free, (readings, driving, gravity))
-        return Zeros(offset, mean, free, np.where(found, 0.0, age))
+        free_time = np.where(self._is_known_free(driving)[..., None], last_zeros.free_time + self.period, 0.0)
+        age = last_zeros.age + self.period
+        if not (self._resting_time(free_time) > 0).any():
+            return last_zeros._replace(free_time=free_time, age=age)
+        inputs = readings, driving, gravity
+        offset, mean, is_found = self._find_zeros(last_zeros.offset, last_zeros.mean, free_time, inputs)
+        return Zeros(offset, mean, free_time, np.where(is_found, 0.0, age))
 
-    def _found(
-        self, offset: Array, mean: Array, free: Array, given: tuple[Array, Array, Array]
+    def _find_zeros(
+        self, offset: Array, mean: Array, free_time: Array, inputs: tuple[Array, Array, Array]
     ) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Offset and mean at a sample at which a finger rests, and which zeros were found, from those before it."""
-        readings, driving, gravity = given
-        layout, resting = self.mechanics.layout, self._resting(free)
-        off = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
-        read = np.isfinite(off) & (resting > 0)
-        weight = self.period / np.clip(resting, self.period, max(_AVERAGED, self.period))
-        mean = np.where(read, mean + weight * (off - mean), mean)
-        found = read & (resting >= _LEAST)
-        return np.where(found, mean, offset), mean, found
+        """Updates offset and mean at a sample at which a finger rests; also returns a mask of the zeros found."""
+        readings, driving, gravity = inputs
+        layout, resting = self.mechanics.layout, self._resting_time(free_time)
+        differences = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
+        is_read = np.isfinite(differences) & (resting > 0)
+        weight = self.period / np.clip(resting, self.period, max(_MAX_AVERAGING_TIME, self.period))
+        mean = np.where(is_read, mean + weight * (differences - mean), mean)
+        is_found = is_read & (resting >= _MIN_AVERAGING_TIME)
+        return np.where(is_found, mean, offset), mean, is_found
 
     def over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
         """The zeros at all samples of a recording, (T, ...), by `step`; those before the `first` leave no trace."""
         gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
-        parts = [self._over_time(*(each[part] for each in (readings, driving, gravity))) for part in _split(first)]
+        inputs = readings, driving, gravity
+        parts = [self._over_time(*(array[part] for array in inputs)) for part in _split_at(first)]
         return Zeros(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
         if not len(readings):
             return self.begin(readings.shape[:-1])
-        shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._known_free(driving)[..., None]
-        free = self._elapsed(np.broadcast_to(~is_free, shape))
-        rests = np.flatnonzero((self._resting(free) > 0).reshape(len(free), -1).any(axis=1))
+        shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._is_known_free(driving)[..., None]
+        free_time = self._elapsed(np.broadcast_to(~is_free, shape))
+        rests = np.flatnonzero((self._resting_time(free_time) > 0).reshape(len(free_time), -1).any(axis=1))
         offset, mean = np.zeros((2, len(rests) + 1, *shape[1:]))  # before the first sample at which any finger rests
-        found = np.zeros(shape, bool)
-        for number, i in enumerate(rests):
-            given = readings[i], driving[i], gravity[i]
-            offset[number + 1], mean[number + 1], found[i] = self._found(offset[number], mean[number], free[i], given)
-        latest = np.searchsorted(rests, np.arange(len(free)), "right")
-        return Zeros(offset[latest], mean[latest], free, self._elapsed(found))
+        is_found = np.zeros(shape, bool)
+        for k, i in enumerate(rests):
+            inputs = readings[i], driving[i], gravity[i]
+            zeros = self._find_zeros(offset[k], mean[k], free_time[i], inputs)
+            offset[k + 1], mean[k + 1], is_found[i] = zeros
+        latest = np.searchsorted(rests, np.arange(len(free_time)), "right")
+        return Zeros(offset[latest], mean[latest], free_time, self._elapsed(is_found))
 
-    def _resting(self, free: Array) -> Array:
-        """How long a finger has been at rest, s, that has been free since the first of so many samples."""
-        return free - self.period - _SETTLING
+    def _resting_time(self, free_time: Array) -> Array:
+        """Time at rest, s, of a finger that has been free for a time, s, counted from its first free sample."""
+        return free_time - self.period - _SETTLING_TIME
 
     def _elapsed(self, ends: NDArray[np.bool_]) -> Array:
         """The time since the last sample at which something `ends`, (T, ...) s, or since a period before the first."""
@@ -106,8 +109,8 @@ class Zeroing:
         since: Array = np.cumsum(np.append(0.0, np.full(len(ends), self.period)))[number - last]
         return since
 
-    def corrected(self, zeros: Zeros, readings: Array) -> Array:
-        """The readings without what they are off, (..., R)."""
+    def correct(self, zeros: Zeros, readings: Array) -> Array:
+        """Readings without their offsets, (..., R)."""
         layout = self.mechanics.layout
         return layout.response.reading(1 + layout.measured(readings) - zeros.offset)
 
@@ -116,14 +119,14 @@ class Zeroing:
         age = np.where(np.isfinite(readings), zeros.age, 0.0).max(axis=-1, keepdims=True)
         return np.asarray(self.mechanics.uncertainty.any_reading(age))
 
-    def _known_free(self, driving: Array) -> NDArray[np.bool_]:
-        """Whether the pressure of which a driving torque, (..., D), could come is so low that nothing is touched."""
+    def _is_known_free(self, driving: Array) -> NDArray[np.bool_]:
+        """Whether a driving torque, (..., D), means a pressure below `free_pressure`."""
         gain = self.mechanics.pressure_gain
-        found: NDArray[np.bool_] = np.abs(driving @ gain) / (gain @ gain) < self.mechanics.uncertainty.free_pressure
-        return found
+        is_free: NDArray[np.bool_] = np.abs(driving @ gain) / (gain @ gain) < self.mechanics.uncertainty.free_pressure
+        return is_free
 
 
-def _split(first: int) -> tuple[slice, slice]:
+def _split_at(first: int) -> tuple[slice, slice]:
     return slice(first), slice(first, None)
 
 
@@ -135,10 +138,10 @@ def free_readings(mechanics: Mechanics, driving: Array, gravity: Array) -> Array
         driving: torque, (..., D) N m.
         gravity: in B, (..., 3) m/s^2.
     """
-    q = mechanics.free(driving)
-    for _ in range(_REPETITIONS):
-        before, q = q, mechanics.free(driving + mechanics.weight(mechanics.posture(q), gravity))
-        if np.abs(q - before).max(initial=0.0) < _BALANCED:
+    q = mechanics.positions_under(driving)
+    for _ in range(_MAX_ITERATIONS):
+        last, q = q, mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
+        if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return mechanics.layout.read(q)
 
@@ -160,4 +163,4 @@ def recorded_zeros(
     if zeroing is None:
         return readings, ()
     zeros = zeroing.over_time(readings, driving, gravity)
-    return zeroing.corrected(zeros, readings), (zeroing.std(zeros, readings),)
+    return zeroing.correct(zeros, readings), (zeroing.std(zeros, readings),)

@@ -1,4 +1,4 @@
-"""Creep: how the stiffness of a finger fades while it is held bent, as internal angles of Maxwell branches.
+"""Creep: the decay of a bent finger's stiffness, as internal angles of Maxwell branches.
 
 Every joint has an internal angle z for each branch, which follows its angle q:
 
@@ -8,22 +8,22 @@ The spring of branch i is stretched by q - z_i alone, so that the balance of a j
 
     k q + d dq/dt = driving torque + sum of  share_i k z_i ,
 
-the last of which is the memory torque: creep drives the finger on as pressure does. This is a Prony series in the
+the last of which is the memory torque: creep drives the finger as pressure does. This is a Prony series in the
 convention of finite element programs (J. C. Simo, T. J. R. Hughes: *Computational Inelasticity*, 1998, chapter 10), and
 for an angle that is linear between samples, z follows exactly (same, 10.3).
 
-With a pressure law the finger bends s(p) = P(p) / p times as far as with the chamber law alone. It is the chamber that
-widens, which multiplies all that bends the finger, creep included:
+With a pressure law the finger bends s(p) = P(p) / p times as far as with the chamber law alone. The chamber widens,
+which multiplies all bends, those of creep included:
 
     dz_i/dt = (q / s - z_i) / time_i ,    memory torque = s sum of  share_i k z_i .
 
-So an emptied finger remembers as much of its bend as the same stress would have left in a finger without a law.
+So an emptied finger keeps as much of its bend as the same stress would have left in a finger without a law.
 
 Leading axes are free; B branches, N joints.
 
 CreepTorque: the state of the plant -> the memory torque of a finger that creeps, as actuation of its model.
 
-PressureSoftening and Softened scale its input and its output, for a finger with a pressure law.
+PressureSoftening and SoftenedProduct scale its input and its output, for a finger with a pressure law.
 """
 
 from collections.abc import Sequence
@@ -50,10 +50,10 @@ class Recursion(NamedTuple):
 
 
 def recursion(branches: Sequence[CreepBranch], period: float) -> Recursion:
-    """Exact for angles that are linear over the period (s), for which every integral has a closed form."""
+    """Gains of the recursion over a period, s; exact for angles that are linear over it."""
     periods = period / np.array([branch.time for branch in branches])[:, None]
-    kept, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
-    return Recursion(kept, mean - kept, 1 - mean)
+    decay, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
+    return Recursion(decay, mean - decay, 1 - mean)
 
 
 def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Array, period: float) -> Array:
@@ -63,12 +63,12 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
         branches: B of them.
         z: internal angles, (..., B, N) rad.
         before, after: joint angles at the beginning and at the end of the period, (..., N) rad, linear between; give
-            the same twice for angles that are held. Those of a finger with a pressure law divided by its softening.
+            the same twice for constant angles. Those of a finger with a pressure law divided by its softening.
         period: s.
     """
-    kept, before_gain, after_gain = recursion(branches, period)
-    later: Array = kept * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
-    return later
+    decay, before_gain, after_gain = recursion(branches, period)
+    next_z: Array = decay * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
+    return next_z
 
 
 def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Array:
@@ -81,7 +81,7 @@ def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Ar
 
 
 def shares(finger: Finger) -> Array:
-    """Share of every branch, (B,)."""
+    """Fraction of the stiffness of every branch, (B,)."""
     return np.array([branch.share for branch in finger.creep])
 
 
@@ -99,21 +99,21 @@ class CreepTorque(LinearSystem):
 
         w' = kept w + (before + kept after) q ,    z = w + after q .
 
-    All of it is one of Drake's linear systems, which run in C++. It begins with z = 0: straight, or bent just now.
+    It is one of Drake's linear systems, which run in C++. It begins with z = 0: straight, or just bent.
     """
 
     def __init__(self, finger: PlantFinger):
         """The finger is in a finalized plant."""
         branches, time_step = finger.finger.creep, finger.plant.time_step()
         if time_step > 0:
-            decay, before, self._after = recursion(branches, time_step)
-            follow = before + decay * self._after
+            decay, before_gain, self._after = recursion(branches, time_step)
+            follow = before_gain + decay * self._after
         else:
             times = np.array([branch.time for branch in branches])[:, None]
             decay, follow, self._after = -1 / times, 1 / times, 0 * times
         joints, angles = finger.finger.segments, finger.position_selector()
         stiffness = np.diag(finger.finger.stiffness)
-        torques = finger.actuator_selector().T @ np.hstack([share * stiffness for share in shares(finger.finger)])
+        torques = finger.actuator_selector().T @ np.hstack([fraction * stiffness for fraction in shares(finger.finger)])
         super().__init__(
             A=np.diag(np.repeat(decay, joints)),
             B=np.vstack([gain * angles for gain in follow]),
@@ -127,7 +127,7 @@ class CreepTorque(LinearSystem):
 
         Args:
             context: of this system.
-            z: internal angles, (B, N) rad: q for a finger that has been held so for long, 0 for one that was straight.
+            z: internal angles, (B, N) rad: q for a finger that has long been so, 0 for one that was straight.
             q: joint angles in the plant's context, (N,) rad; of a finger with a pressure law both by its softening.
         """
         state = (z - self._after * q).ravel()
@@ -158,23 +158,23 @@ class PressureSoftening(Diagram):
         curve = builder.AddNamedSystem(
             "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
         )
-        both = builder.AddNamedSystem("both", Multiplexer(2))
+        joined = builder.AddNamedSystem("both", Multiplexer(2))
         softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
         builder.ExportInput(curve.get_input_port(), "pressure")
-        builder.ConnectInput("pressure", both.get_input_port(1))
-        builder.Connect(curve.get_output_port(), both.get_input_port(0))
-        builder.Connect(both.get_output_port(), softening.get_input_port())
+        builder.ConnectInput("pressure", joined.get_input_port(1))
+        builder.Connect(curve.get_output_port(), joined.get_input_port(0))
+        builder.Connect(joined.get_output_port(), softening.get_input_port())
         builder.ExportOutput(softening.get_output_port(), "softening")
         builder.BuildInto(self)
 
 
-class Softened(Diagram):
+class SoftenedProduct(Diagram):
     """A vector times a finger's softening, or divided by it, in C++.
 
     ::
 
         softening (1) ---> +----------+
-                           | Softened | ---> product (size)
+                           | SoftenedProduct | ---> product (size)
         factor (size) ---> +----------+
     """
 
@@ -184,10 +184,10 @@ class Softened(Diagram):
         factors = [Variable(f"factor_{i}") for i in range(size)]
         products = [factor / softening if divides else factor * softening for factor in factors]
         builder = DiagramBuilder()
-        both = builder.AddNamedSystem("both", Multiplexer([1, size]))
+        joined = builder.AddNamedSystem("both", Multiplexer([1, size]))
         product = builder.AddNamedSystem("product", SymbolicVectorSystem(input=[softening, *factors], output=products))
-        builder.Connect(both.get_output_port(), product.get_input_port())
-        builder.ExportInput(both.get_input_port(0), "softening")
-        builder.ExportInput(both.get_input_port(1), "factor")
+        builder.Connect(joined.get_output_port(), product.get_input_port())
+        builder.ExportInput(joined.get_input_port(0), "softening")
+        builder.ExportInput(joined.get_input_port(1), "factor")
         builder.ExportOutput(product.get_output_port(), "product")
         builder.BuildInto(self)

@@ -33,8 +33,8 @@ _LENGTH_TOLERANCE = 1e-9  # m
 _MAX_SEGMENTS = 500
 _MAX_THICKNESS = 1000  # lengths of a segment; joints are drawn with as many cylinders
 _CHAMBER_SIZES = ("thickness", "width")  # of a chamber, along x and along y
-_STEP_TOLERANCE = 1e-9  # share of the length, within which a place is at a step, however it is rounded
-_MIN_SECTION_SPACING = 1e-6  # share of the length, the least distance between sections that are not a step
+_STEP_TOLERANCE = 1e-9  # fraction of the length within which a position is at a step
+_MIN_SECTION_SPACING = 1e-6  # fraction of the length, minimum distance of sections that are not a step
 
 
 @dataclass(frozen=True)
@@ -59,16 +59,16 @@ class Finger:
     relaxation_time: float = quantity(0.015, "s", least=0, sizes=SIZES)  # Kelvin-Voigt: damping over stiffness
     contact: ContactMaterial = field(default_factory=ContactMaterial)
     elastic_law: ElasticLaw | None = None  # instead of E I times curvature
-    creep: tuple[CreepBranch, ...] = ()  # decay of the stiffness, whose instantaneous value is given
+    creep: tuple[CreepBranch, ...] = ()  # decay of the instantaneous stiffness
     pressure_law: PressureLaw | None = None  # None: the pressure itself
     # Shear correction factor kappa (Timoshenko); 0: rigid in shear.
     shear_factor: float = quantity(0.0, least=0, sizes=SIZES)
     tip_load: TipLoad | None = None
-    yields: tuple[str, ...] = quantity(("bending",), known=YIELDS)  # the ways in which it is not rigid
+    yields: tuple[str, ...] = quantity(("bending",), known=YIELDS)  # deformations in which it is not rigid
     chambers: tuple[Chamber, ...] = ()  # none: the chamber of its sections, if these have one
     tendons: tuple[Tendon, ...] = ()
     sections: tuple[Station, ...] = ()  # between base and tip, in this order; two at one place are a step
-    pressure_offset: float = quantity(0.0, "Pa")  # of a nominal finger: what its pressure sensor reads too much
+    pressure_offset: float = quantity(0.0, "Pa")  # of a nominal finger: excess of its pressure readings
 
     def __post_init__(self) -> None:
         check_config(f"finger '{self.name}'", self)
@@ -79,7 +79,7 @@ class Finger:
         return tuple(getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "name")
 
     def violations(self) -> Iterator[Violation]:
-        """Rules across the fields: sensor paths within the finger, creep that leaves some stiffness, ways to yield."""
+        """Yields violations of rules across fields: sensor paths, creep that leaves some stiffness, deformations."""
         yield from self._misplaced_sections()
         thickness = max(float(section.thickness) for section in self.cross_sections)
         if thickness * self.segments > _MAX_THICKNESS * self.length:
@@ -87,10 +87,10 @@ class Finger:
             yield "segments", self.segments, expected
         inner, outer = self.sensor_offsets
         for place, section in zip(self.places, self.cross_sections, strict=True):
-            beyond = max(inner - float(section.inner_face), float(section.outer_face) - outer)
-            if beyond > _LENGTH_TOLERANCE:
+            excess = max(inner - float(section.inner_face), float(section.outer_face) - outer)
+            if excess > _LENGTH_TOLERANCE:
                 location = {0.0: "its base", 1.0: "its tip"}.get(place, f"{place:g} of its length")
-                expected = f"a sensor path would lie {1e3 * beyond:.2g} mm outside the finger at {location}; give less"
+                expected = f"a sensor path would lie {1e3 * excess:.2g} mm outside the finger at {location}; give less"
                 yield "sensor_spacing", self.sensor_spacing, expected
         shares = [branch.share for branch in self.creep]
         if sum(shares) >= 1:
@@ -105,26 +105,22 @@ class Finger:
         yield from self._path_violations()
 
     def _misplaced_sections(self) -> Iterator[Violation]:
-        for i, (before, position) in enumerate(pairwise(self.places[:-1])):
-            if position < before or 0 < position - before < _MIN_SECTION_SPACING:
-                apart = f"{_MIN_SECTION_SPACING:g} apart or at one place"
-                expected = f"give sections in order, {apart}; the one before is at {before:g}"
+        for i, (previous, position) in enumerate(pairwise(self.places[:-1])):
+            if position < previous or 0 < position - previous < _MIN_SECTION_SPACING:
+                spacing = f"{_MIN_SECTION_SPACING:g} apart or at one place"
+                expected = f"give sections in order, {spacing}; the one before is at {previous:g}"
                 yield f"sections[{i}].at", position, expected
             if self.places[: i + 2].count(position) > 2:
                 yield f"sections[{i}].at", position, "give one section at a place, or two for a step"
 
     def _rigid_violations(self) -> Iterator[Violation]:
-        """Violations by the ways in which the finger yields, and by the parameters that these need."""
+        """Yields violations by the deformations, and by the parameters that these need."""
         layers = [section for section in self.cross_sections if section.layer_thickness > 0]
-        given, moduli = " ".join(self.yields), [float(layer.layer_shear_modulus) for layer in layers]
+        yields, moduli = " ".join(self.yields), [float(layer.layer_shear_modulus) for layer in layers]
         if "bending" not in self.yields or len(set(self.yields)) < len(self.yields):
-            yield "yields", given, "must name bending, and no way twice"
+            yield "yields", yields, "must name bending, and no way twice"
         if "sideways" in self.yields and "twist" not in self.yields:
-            yield (
-                "yields",
-                given,
-                "add twist, by which a bent finger yields sideways up to twenty times as far",
-            )
+            yield "yields", yields, "add twist, by which a bent finger yields sideways up to twenty times as far"
         if self.shear_factor > 0 and len(self.yields) > 1:
             yield "shear_factor", self.shear_factor, "leave it out: only a finger that yields in bending alone shears"
         if moduli and min(moduli) == 0 < max(moduli):
@@ -132,7 +128,7 @@ class Finger:
             yield "layer_shear_modulus", max(moduli), expected
 
     def _path_violations(self) -> Iterator[Violation]:
-        """Violations by chambers and tendons: names, points off the section, chambers that overlap or lack a mirror."""
+        """Yields violations by chambers and tendons: names, points off the section, overlaps, missing mirrors."""
         names = [path.name for path in (*self.chambers, *self.tendons)]
         for path in (*self.chambers, *self.tendons):
             kind = "chamber" if isinstance(path, Chamber) else "tendon"
@@ -154,7 +150,7 @@ class Finger:
                 yield "chamber.x", [float(hole.x) for hole in holes], f"chambers overlap at {1e3 * s:.3g} mm"
 
     def path_violations(self, path: Path) -> Iterator[Violation]:
-        """The first violation, by field, where a path or the chamber along it leaves the section."""
+        """Yields the first violation, by field, where a path or the chamber along it leaves the section."""
         for s in self._stations(path):
             section, (x, y) = self.section(s), (float(path.value_at(name, s, self.length)) for name in "xy")
             t, w = (
@@ -254,12 +250,12 @@ class Finger:
         middle = -float(self.thinnest.neutral_axis)
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
-    def ways(self, segment: int) -> tuple[str, ...]:
+    def deformations(self, segment: int) -> tuple[str, ...]:
         """Names of the joints in the middle of a segment, from the base to the tip, by the way in which each yields."""
         return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
 
     @property
-    def driven_ways(self) -> tuple[str, ...]:
+    def driven_deformations(self) -> tuple[str, ...]:
         """Ways of yielding that pressures and tendons drive: a chamber of the sections bends and stretches."""
         return self.yields if self.chambers or self.tendons else tuple({"bending", "stretch"} & {*self.yields})
 
@@ -276,11 +272,11 @@ class Finger:
 
     @cached_property
     def stiffnesses(self) -> dict[str, Array]:
-        """Stiffness of every joint in each way that it yields, N m/rad, and N/m where it slides, (N,) each."""
+        """Stiffness of every joint by deformation, N m/rad, and N/m where it slides, (N,) each."""
         stiffnesses = {"bending": self.stiffness, "shear": self.shear_stiffness}
-        for way in set(self.yields) - {"bending"}:
-            stiffnesses[way] = np.asarray(getattr(self._joint_sections, f"{way}_stiffness")) / self.segment_length
-        return {way: stiffnesses[way] for way in self.ways(0)}
+        for name in set(self.yields) - {"bending"}:
+            stiffnesses[name] = np.asarray(getattr(self._joint_sections, f"{name}_stiffness")) / self.segment_length
+        return {name: stiffnesses[name] for name in self.deformations(0)}
 
     def elastic_torque(self, q: Array) -> Array:
         """Elastic restoring torque at joint angles (..., N) rad, N m, (..., N)."""
@@ -299,8 +295,8 @@ class Finger:
         if law is None:
             ends = np.outer(np.ones(self.segments), [-1.0, 1.0])
             return PiecewiseLinear(ends, ends * self.stiffness[:, None])
-        along = (self.joint_arc_lengths / self.length)[:, None]
-        torques = (1 - along) * np.array(law.base_moment) + along * np.array(law.tip_moment)
+        fractions = (self.joint_arc_lengths / self.length)[:, None]
+        torques = (1 - fractions) * np.array(law.base_moment) + fractions * np.array(law.tip_moment)
         angles = np.array(law.curvature) * self.segment_length
         return PiecewiseLinear(np.broadcast_to(angles, torques.shape), torques)
 
@@ -320,8 +316,8 @@ class Finger:
     @cached_property
     def laws(self) -> tuple[PressureLaw | None, ...]:
         """The pressure law of each pressure: that of its chamber, or of the finger; None: neither has one."""
-        own = [chamber.law for chamber in self.chambers] or [None] * self.pressures
-        return tuple(law or self.pressure_law for law in own)
+        chamber_laws = [chamber.law for chamber in self.chambers] or [None] * self.pressures
+        return tuple(law or self.pressure_law for law in chamber_laws)
 
     @property
     def chamber_axis(self) -> dict[str, list[str]]:
@@ -337,40 +333,38 @@ class Finger:
 
     @cached_property
     def pressure_gains(self) -> dict[str, Array]:
-        """Torque of every chamber per pressure at every joint of the straight finger, by the way in which this yields.
+        """Torque of every chamber per pressure at every joint of the straight finger, by deformation.
 
         (C, N) each, N m/Pa, and N/Pa where joints slide: the chamber law p A(s_i) e(s_i), and p A(s_i).
         """
         if len(self.chambers) == self.pressures:
-            return self.chamber_gains({way: np.zeros(self.segments) for way in self.yields})
-        area, lever = (
-            np.asarray(self._joint_sections.chamber_area),
-            np.asarray(self._joint_sections.chamber_eccentricity),
-        )
-        gains = {"bending": area * lever, "stretch": area}
-        return {way: gains.get(way, 0 * area)[None, :] for way in self.yields}
+            return self.chamber_gains({deformation: np.zeros(self.segments) for deformation in self.yields})
+        section = self._joint_sections
+        area = np.asarray(section.chamber_area)
+        gains = {"bending": area * section.chamber_eccentricity, "stretch": area}
+        return {deformation: gains.get(deformation, 0 * area)[None, :] for deformation in self.yields}
 
     def chamber_gains(self, q: Mapping[str, Array]) -> dict[str, Array]:
-        """Gains of the chambers that are listed, where the joints stand at `q`, (..., C, N).
+        """Gains of the listed chambers at joint positions `q`, (..., C, N).
 
-        `q` has the positions of the joints, (..., N) rad, or m, by the way in which they yield.
+        `q` has the positions of the joints, (..., N) rad, or m, by deformation.
         """
-        return {way: self._chamber_areas * slope for way, slope in length_gradients(self.chamber_paths, q).items()}
+        return {name: self._chamber_areas * slope for name, slope in length_gradients(self.chamber_paths, q).items()}
 
     @cached_property
     def _chamber_areas(self) -> Array:
-        """Areas of the chambers that are listed, at every joint, m^2, (C, N)."""
+        """Areas of the listed chambers at every joint, m^2, (C, N)."""
         return np.reshape([hole.area for hole in self._holes(self.joint_arc_lengths)], (-1, self.segments))
 
     @cached_property
     def tension_gains(self) -> dict[str, Array]:
-        """Torque of every tendon per tension at every joint of the straight finger, by way of yielding, (T, N) m."""
-        straight = {way: np.zeros(self.segments) for way in self.yields}
-        return {way: -g for way, g in length_gradients(self.tendon_paths, straight).items()}
+        """Torque of every tendon per tension at every joint of the straight finger, by deformation, (T, N) m."""
+        straight = {deformation: np.zeros(self.segments) for deformation in self.yields}
+        return {deformation: -g for deformation, g in length_gradients(self.tendon_paths, straight).items()}
 
     @cached_property
     def chamber_paths(self) -> PathsOnChain:
-        """Paths of the chambers that are listed."""
+        """Paths of the listed chambers."""
         return self.on_chain(self.chambers)
 
     @cached_property
@@ -382,8 +376,8 @@ class Finger:
     def pressure_gain(self) -> Array:
         """Bending torque per pressure, N m/Pa, (N,); of several chambers the root of the squares.
 
-        Of a finger without a chamber, that of one which fills a quarter of the section, at its outer half. It scales
-        what an estimator assumes.
+        A finger without a chamber has the gain of one in the outer half of the section, a quarter of its area; it
+        scales the assumptions of estimators.
         """
         if self.pressures:
             return np.asarray(np.hypot.reduce(self.pressure_gains["bending"], axis=0))
@@ -394,24 +388,24 @@ class Finger:
         """Torque of the pressure of a single chamber on the joints, (...) Pa -> (..., N) N m, positive closes.
 
         Raises:
-            InputError: if the finger has several chambers, or none but tendons.
+            InputError: if the finger has several chambers, or only tendons.
         """
         if self.pressures != 1:
             expected = "this is for fingers with one chamber"
             raise InputError(f"finger '{self.name}'", "chambers", self.pressures, expected)
         return self.torque_of_drive("bending", np.asarray(pressure)[..., None])
 
-    def torque_of_drive(self, way: str, pressures: Array, tensions: Array | None = None) -> Array:
-        """Torque of all that drives the straight finger, at the joints that yield in one way, (..., N) N m, or N.
+    def torque_of_drive(self, deformation: str, pressures: Array, tensions: Array | None = None) -> Array:
+        """Torque of the drive of the straight finger, at the joints of one deformation, (..., N) N m, or N.
 
         Args:
-            way: one of those of the finger.
+            deformation: one of those of the finger.
             pressures: in the chambers, (..., C) Pa.
             tensions: of the tendons, (..., T) N; None: there are none.
         """
         effective = self.effective_pressure(pressures)
-        torque = effective @ self.pressure_gains[way]
-        return torque if tensions is None else torque + tensions @ self.tension_gains[way]
+        torque = effective @ self.pressure_gains[deformation]
+        return torque if tensions is None else torque + tensions @ self.tension_gains[deformation]
 
     def effective_pressure(self, pressures: Array) -> Array:
         """Pressure that gives the torque by the chamber law, of every chamber, (..., C) Pa -> (..., C) Pa."""
@@ -434,7 +428,7 @@ class Finger:
         return self.pressure_law is not None and bool(self.pressure_law.stiffness_taken)
 
     def share_taken(self, pressure: Array | float) -> Array:
-        """The share of the bending stiffness that pressures (...) Pa take, (...)."""
+        """Fraction of the bending stiffness that pressures (...) Pa take, (...)."""
         if self.pressure_law is None:
             return np.zeros(np.shape(pressure))
         return self.pressure_law.share_taken(np.asarray(pressure) - self.pressure_offset)
@@ -452,7 +446,7 @@ class Finger:
         mass = np.asarray(section.density * section.area * lengths)
         center = np.array([section.mass_center, lengths / 2])
         bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
-        return bare if load is None else bare.loaded(load.mass, np.array([load.x, lengths[-1] + load.z]))
+        return bare if load is None else bare.with_load(load.mass, np.array([load.x, lengths[-1] + load.z]))
 
     @property
     def link_masses(self) -> Array:
@@ -475,10 +469,10 @@ class Finger:
     def mass_moments(self) -> Planar:
         """First moment of mass, kg m, of the direction of link j + 1 about joint i, [j, i], (N, N)."""
         lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
-        beyond = np.cumsum(masses[::-1])[::-1] - masses
-        moments = lengths * beyond + masses * self.link_centers[1:]
-        on_joints: Planar = np.tril(np.outer(moments, np.ones(self.segments)))
-        return on_joints
+        outer_masses = np.cumsum(masses[::-1])[::-1] - masses
+        moments = lengths * outer_masses + masses * self.link_centers[1:]
+        joint_moments: Planar = np.tril(np.outer(moments, np.ones(self.segments)))
+        return joint_moments
 
     def section_ends(self, sections: int) -> NDArray[np.int_]:
         """Segments covered up to the end of each sensor section, shape (sections + 1,), from 0 to N.
@@ -493,60 +487,61 @@ class Finger:
             raise InputError(f"finger '{self.name}'", "sections", sections, expected)
         return np.round(np.arange(sections + 1) * self.segments / sections).astype(int)
 
-    def mass_matrix(self, ways: Sequence[str] = ("bending",)) -> Array:
+    def mass_matrix(self, deformations: Sequence[str] = ("bending",)) -> Array:
         """Joint-space mass matrix of the straight finger, shape (W N, W N).
 
-        It has the joints in one way, and then in the next; kg m^2 where both turn, kg where both slide.
+        Joints of one deformation are followed by those of the next; kg m^2 where both turn, kg where both slide.
         """
         links, joints = self.links, self.joint_arc_lengths
         x, z = links.center
-        moved = (self.link_ends[:-1, None] >= joints)[..., None]
-        away = (self.link_ends[:-1] + z)[:, None] - joints
-        levers = np.stack([x[:, None] + 0 * away, 0 * away, away], axis=-1)  # from each joint to the links' centres
-        turning = [moved * (np.array(AXES[way]) * (way not in SLIDES) + 0 * levers) for way in ways]
+        is_moved = (self.link_ends[:-1, None] >= joints)[..., None]
+        heights = (self.link_ends[:-1] + z)[:, None] - joints
+        # From each joint to the links' centres.
+        levers = np.stack([x[:, None] + 0 * heights, 0 * heights, heights], axis=-1)
+        turning = [is_moved * (np.array(AXES[name]) * (name not in SLIDES) + 0 * levers) for name in deformations]
         moving = [
-            moved * (AXES[way] + 0 * levers) if way in SLIDES else np.cross(turn, levers)
-            for way, turn in zip(ways, turning, strict=True)
+            is_moved * (AXES[name] + 0 * levers) if name in SLIDES else np.cross(rate, levers)
+            for name, rate in zip(deformations, turning, strict=True)
         ]
         v, w = (np.concatenate(rates, axis=1) for rates in (moving, turning))  # (L, W N, 3)
-        of_links: Array = v @ (links.mass[:, None, None] * v.swapaxes(1, 2)) + w @ links.tensors @ w.swapaxes(1, 2)
-        return of_links.sum(axis=0)
+        link_matrices: Array = v @ (links.mass[:, None, None] * v.swapaxes(1, 2)) + w @ links.tensors @ w.swapaxes(1, 2)
+        return link_matrices.sum(axis=0)
 
     def stable_time_step(self, implicit: bool = False) -> float:
         """Largest step, s, at which explicit springs with implicit joint damping stay stable.
 
         Drake's discrete plant takes springs, and elastic laws, explicitly and joint damping implicitly; with `implicit`
-        springs, only the tendons are explicit. A motion that turns round at every step has then just reached the limit:
+        springs, only the tendons are explicit. A motion that reverses at every step is at the limit:
         dt^2 (K_explicit - K_implicit) - 2 dt D - 4 M is singular. Where the damping is beta times the stiffness, a mode
-        of natural frequency w comes there at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
+        of natural frequency w reaches it at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
         """
-        most = 1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken.y)  # by which pressure stiffens it
-        steepest = self.stiffnesses | {"bending": most * self.joint_law.slopes.max(axis=-1)}
+        max_stiffening = 1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken.y)  # by pressure
+        steepest = self.stiffnesses | {"bending": max_stiffening * self.joint_law.slopes.max(axis=-1)}
         joints = np.diag(np.concatenate(list(steepest.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
         stiffness = self._tendon_stiffness(list(steepest)) + (-joints if implicit else joints)
-        one, inverse_mass = np.eye(len(joints)), np.linalg.inv(self.mass_matrix(list(steepest)))
+        identity, inverse_mass = np.eye(len(joints)), np.linalg.inv(self.mass_matrix(list(steepest)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
-        steps = np.block([[0 * one, one], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
+        steps = np.block([[0 * identity, identity], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
         longest = float(np.linalg.eigvals(steps).real.max())
         return 1 / longest if longest > 0 else np.inf
 
-    def _tendon_stiffness(self, ways: Sequence[str]) -> Array:
+    def _tendon_stiffness(self, deformations: Sequence[str]) -> Array:
         """Stiffness that the tendons add at the joints of the straight finger, (W N, W N)."""
         nothing = np.zeros((len(self.tendons), self.segments))
-        levers = np.concatenate([self.tension_gains.get(way, nothing) for way in ways], axis=-1)
+        levers = np.concatenate([self.tension_gains.get(deformation, nothing) for deformation in deformations], axis=-1)
         stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
         return stiffness
 
 
-def _are_mirrored(one: Hole, other: Hole) -> bool:
+def _are_mirrored(first: Hole, second: Hole) -> bool:
     """Whether two holes mirror each other in y."""
-    return bool(np.allclose(np.array(one) - np.array(other) * [1, 1, 1, -1], 0, atol=_LENGTH_TOLERANCE))
+    return bool(np.allclose(np.array(first) - np.array(second) * [1, 1, 1, -1], 0, atol=_LENGTH_TOLERANCE))
 
 
-def _overlap(one: Hole, other: Hole) -> bool:
+def _overlap(first: Hole, second: Hole) -> bool:
     """Whether two holes overlap."""
-    (width, thickness, *_), (wide, thick, *_) = np.array(one, float), np.array(other, float)
-    x, y = (np.array(one, float) - np.array(other, float))[2:]
+    (width, thickness, *_), (wide, thick, *_) = np.array(first, float), np.array(second, float)
+    x, y = (np.array(first, float) - np.array(second, float))[2:]
     room = min((width + wide) / 2 - abs(y), (thickness + thick) / 2 - abs(x))
     return bool(min(width * thickness, wide * thick) > 0 and room > _LENGTH_TOLERANCE)

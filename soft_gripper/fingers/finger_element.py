@@ -66,12 +66,12 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ContactMaterial, CreepBranch, ElasticLaw, PressureLaw, TipLoad
 from soft_gripper.fingers.paths import Chamber, Tendon
 
-_S = TypeVar("_S", bound=CrossSection)
+_Section = TypeVar("_Section", bound=CrossSection)
 _PASCALS_PER_PSI = 6894.757  # Pa
 
 
 class Silicone(NamedTuple):
-    """The properties that a cross-section needs, and where the values come from."""
+    """Properties of a silicone for a cross-section, and their source."""
 
     youngs_modulus: float  # Pa, of small strains
     density: float  # kg/m^3
@@ -141,7 +141,7 @@ _REPEATABLE_TAGS = ("section", *_PATH_CLASSES)
 
 @dataclass(frozen=True)
 class FingerElement:
-    """A finger and where it is mounted: frame B in the frame of the parent link."""
+    """A finger and its mount: the pose of frame B in the frame of the parent link."""
 
     finger: Finger
     parent: str
@@ -193,16 +193,16 @@ class _Reader:
     def record(self, tag: str, cls: type, **values: float) -> Any:
         """A dataclass filled from the attributes of <tag>; those with a default may be left out."""
         child = self.child(tag)
-        given = set() if child is None else set(child.keys())
-        names = [f.name for f in fields(cls) if f.name not in values and (f.name in given or f.default is MISSING)]
+        attributes = set() if child is None else set(child.keys())
+        names = [f.name for f in fields(cls) if f.name not in values and (f.name in attributes or f.default is MISSING)]
         return cls(**values, **{name: self.number(tag, name) for name in names})
 
-    def section(self, tag: str, cls: type[_S]) -> _S:
+    def section(self, tag: str, cls: type[_Section]) -> _Section:
         """A cross-section; the name of a silicone may replace its properties."""
         child = self.child(tag)
         name = None if child is None else child.get("material")
         if child is None or name is None:
-            section: _S = self.record(tag, cls)
+            section: _Section = self.record(tag, cls)
             return section
         if name not in SILICONES:
             raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
@@ -210,7 +210,7 @@ class _Reader:
         silicone_values = {"youngs_modulus": silicone.youngs_modulus, "density": silicone.density}
         for field in silicone_values:
             if child.get(field) is not None:
-                raise InputError(self.where, f"{tag}.{field}", child.get(field), "the material gives it; leave one out")
+                raise InputError(self.where, f"{tag}.{field}", child.get(field), "the material sets it; omit one")
         section = self.record(tag, cls, **silicone_values)
         return section
 
@@ -263,26 +263,26 @@ class _Reader:
         cls = _PATH_CLASSES[tag]
         paths = []
         for child in self.element.findall(tag):
-            given: dict[str, Any] = {"name": child.get("name", "")}
+            values: dict[str, Any] = {"name": child.get("name", "")}
             for part in fields(cls):
                 text, is_number = child.get(part.name), part.type in (float, "float")
-                where = f"{self.where}: {tag} '{given['name']}'"
+                where = f"{self.where}: {tag} '{values['name']}'"
                 if text is None and (part.default is MISSING or part.default == ()):
                     raise InputError(where, part.name, None, "the attribute is missing")
                 if text is not None and part.name != "name":
                     numbers = finite_numbers(where, part.name, text, *([1] if is_number else []))
-                    given[part.name] = numbers[0] if is_number else numbers
-            paths.append(cls(**given))
+                    values[part.name] = numbers[0] if is_number else numbers
+            paths.append(cls(**values))
         return tuple(paths)
 
     def body(self) -> dict[str, Any]:
         body = self.element.find("body")
         assert body is not None
         numbers = [name for name in _CHILD_ATTRIBUTES["body"] if name != "yields"]
-        given = [name for name in numbers if name == "length" or body.get(name) is not None]
-        values = {name: self.number("body", name, int if name == "segments" else float) for name in given}
-        ways = body.get("yields")
-        return values if ways is None else values | {"yields": tuple(ways.split())}
+        names = [name for name in numbers if name == "length" or body.get(name) is not None]
+        values = {name: self.number("body", name, int if name == "segments" else float) for name in names}
+        yields = body.get("yields")
+        return values if yields is None else values | {"yields": tuple(yields.split())}
 
 
 def _check_names(where: str, kind: str, names: list[str], valid_names: list[str]) -> None:
@@ -294,14 +294,14 @@ def _check_names(where: str, kind: str, names: list[str], valid_names: list[str]
 
 
 def read_finger_element(file: str, element: ET.Element, segments: int | None = None) -> FingerElement:
-    """The finger that a <finger> element describes; `segments` replaces the number in the file.
+    """Reads the finger of a <finger> element; `segments` replaces the number in the file.
 
     Raises:
         InputError: naming file, finger, field and value, if anything is missing, misspelt or out of range.
     """
     reader = _Reader(file, element)
     body = reader.body()
-    in_file = body.get("segments", Finger.segments)
+    file_segments = body.get("segments", Finger.segments)
     if segments is not None:
         body["segments"] = segments
     parts = {
@@ -310,7 +310,7 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
         "sections": reader.sections(),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
-        "elastic_law": reader.elastic_law(body["length"] / max(in_file, 1)),
+        "elastic_law": reader.elastic_law(body["length"] / max(file_segments, 1)),
         "creep": reader.creep(),
         "pressure_law": reader.pressure_law(),
         "tip_load": reader.tip_load(),

@@ -1,7 +1,7 @@
 """A finger as plain URDF: links, joints and spring-damper pairs, as XML elements.
 
-Where the chain yields in several ways, a segment has a joint for each, all in one place, and links between them. These
-have a millionth of a finger link's mass, since cenic rejects massless bodies.
+A segment has a joint for each deformation, all in one place, and links between them. These have a millionth of a
+finger link's mass, since cenic rejects massless bodies.
 """
 
 import math
@@ -18,7 +18,7 @@ from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
 
 _SILICONE_COLOR = "0.93 0.55 0.36 1"
-_JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment over that of the link before
+_JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment, over that of the link before
 _KNUCKLE_WIDTH_RATIO = 0.994  # width of a knuckle over that of its link
 _STEEL_DENSITY = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
@@ -29,38 +29,38 @@ def link_name(finger: str, index: int) -> str:
     return f"{finger}_link_{index}"
 
 
-def joint_name(finger: str, index: int, way: str = "bending") -> str:
-    """Name of the joint of a segment, 0 to N - 1 from the base, that yields in one way."""
-    return f"{finger}_{'joint' if way == 'bending' else way}_{index}"
+def joint_name(finger: str, index: int, deformation: str = "bending") -> str:
+    """Name of the joint of a segment, 0 to N - 1 from the base, for one deformation."""
+    return f"{finger}_{'joint' if deformation == 'bending' else deformation}_{index}"
 
 
 def tip_name(finger: str) -> str:
-    """Frame at the tip."""
+    """Name of the frame at the tip."""
     return f"{finger}_tip"
 
 
 class _Joint(NamedTuple):
-    """A joint of a segment, which yields in one way."""
+    """Joint of a segment, for one deformation."""
 
     finger: Finger
     segment: int
-    way: str
+    deformation: str
     parent: str  # links
     child: str
     height: float  # m, along the parent
 
     @property
     def name(self) -> str:
-        return joint_name(self.finger.name, self.segment, self.way)
+        return joint_name(self.finger.name, self.segment, self.deformation)
 
     @property
     def slides(self) -> bool:
-        return self.way in SLIDES
+        return self.deformation in SLIDES
 
     @property
     def stiffness(self) -> float:
         """N m/rad, or N/m where it slides."""
-        return float(self.finger.stiffnesses[self.way][self.segment])
+        return float(self.finger.stiffnesses[self.deformation][self.segment])
 
     @property
     def damping(self) -> float:
@@ -72,11 +72,12 @@ def _joints(finger: Finger) -> list[_Joint]:
     """Joints from the base to the tip."""
     joints: list[_Joint] = []
     for i in range(finger.segments):
-        ways = finger.ways(i)
-        between = [f"{finger.name}_{way}_link_{i}" for way in ways[:-1]]
-        links = [link_name(finger.name, i), *between, link_name(finger.name, i + 1)]
-        heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(between)]
-        joints += [_Joint(finger, i, *joint) for joint in zip(ways, links[:-1], links[1:], heights, strict=True)]
+        deformations = finger.deformations(i)
+        inner_links = [f"{finger.name}_{deformation}_link_{i}" for deformation in deformations[:-1]]
+        links = [link_name(finger.name, i), *inner_links, link_name(finger.name, i + 1)]
+        heights = [finger.segment_length / (1 if i else 2), *[0.0] * len(inner_links)]
+        columns = deformations, links[:-1], links[1:], heights
+        joints += [_Joint(finger, i, *joint) for joint in zip(*columns, strict=True)]
     return joints
 
 
@@ -93,8 +94,8 @@ def finger_to_urdf(
     """The URDF elements of a finger, from base to tip.
 
     The frame of link 0 is frame B; the frame of every other link sits at the joint before it. A frame named
-    `{finger}_tip` marks the end. Without `visuals`, nothing is seen. With `points`, so many spheres on either side of
-    every link touch other bodies, instead of its surface. If it `touches_itself`, so do links more than two apart.
+    `{finger}_tip` marks the end. Without `visuals`, it is invisible. With `points`, that many spheres on either side of
+    every link touch other bodies, instead of its surface. If it `touches_itself`, links more than two apart do.
 
     Springs are "linear" force elements; or actuators that hold every joint where it is straight, which Drake's discrete
     plant solves together with its contacts, "implicit". With "torsion", joints that turn are limp, see
@@ -103,18 +104,18 @@ def finger_to_urdf(
     finger = mounted.finger
     links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
     joints = _joints(finger)
-    between = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
+    joint_links = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
     is_implicit = springs == "implicit"
     sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
     elastic = [spring for joint in sprung for spring in _springs(joint)]
-    driven = [joint for joint in joints if is_implicit or joint.way in finger.driven_ways]
-    actuators = [_actuator(joint, is_implicit) for joint in driven]
-    other = [
+    driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_deformations]
+    actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
+    frames_and_filters = [
         _tip_frame(finger),
         *_collision_filters(finger, _contact_free_links(finger) if touches_itself else finger.segments),
     ]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
-    return [*links, _mount(mounted), *between, *hinges, *elastic, *actuators, *other]
+    return [*links, _mount(mounted), *joint_links, *hinges, *elastic, *actuators, *frames_and_filters]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -138,18 +139,18 @@ def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.E
 
 
 def _visuals(finger: Finger, index: int) -> list[ET.Element]:
-    """The visible shape of a link."""
+    """Visible shape of a link."""
     block = _Block.from_links(finger, index, index)
-    seen = [_element("visual", *block.box(), _material(finger))]
+    elements = [_element("visual", *block.box(), _material(finger))]
     if index:
-        seen += _knuckles(finger, block.width, block.begin)
+        elements += _knuckles(finger, block.width, block.begin)
     if finger.tip_load is not None and index == finger.segments:
-        seen.append(_ball(finger.tip_load, block.length))
-    return seen
+        elements.append(_ball(finger.tip_load, block.length))
+    return elements
 
 
 class _Block(NamedTuple):
-    """The part of a straight finger that some links fill."""
+    """Part of a straight finger that some links fill."""
 
     begin: float  # m, arc lengths of its ends
     end: float
@@ -235,8 +236,8 @@ def _material(finger: Finger) -> ET.Element:
     return _element("material", _element("color", rgba=_SILICONE_COLOR), name=f"{finger.name}_skin")
 
 
-_SKIN_LINKS = 12  # segments of a finger whose skin is as stiff as its modulus says
-_FINEST_SKIN = 24  # segments, of which each has a piece of skin of its own; of more, one in the middle of some
+_SKIN_LINKS = 12  # segments of a finger whose skin has the stiffness of its modulus
+_FINEST_SKIN = 24  # maximum of segments with a piece of skin each; with more, several share a piece
 
 
 def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
@@ -250,9 +251,9 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     if index != (links[len(links) // 2] if links[0] else 0):  # only link 0 may touch what the finger is mounted on
         return []
     block, origin = _Block.from_links(finger, links[0], links[-1]), float(finger.link_ends[index])
-    at_end, usual = pieces[index] in (pieces[0], pieces[-1]), finger.length / _SKIN_LINKS
-    usual = min(block.thickness, block.width, usual / 2 if at_end else usual)
-    modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual
+    is_end, usual_side = pieces[index] in (pieces[0], pieces[-1]), finger.length / _SKIN_LINKS
+    usual_side = min(block.thickness, block.width, usual_side / 2 if is_end else usual_side)
+    modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual_side
     if points is None:
         return [_element("collision", *block.box(origin), _proximity(finger, modulus))]
     return _pads(finger, block, origin, modulus, points)
@@ -282,14 +283,14 @@ def _proximity(finger: Finger, modulus: float) -> ET.Element:
 # The row of points of the last link, and its share of the stiffness. A tip that presses on something leans on its end,
 # over a wedge that covers about half of this link; chosen by the force and the tip of the box grasp (docs/solver.md).
 _TIP_ROW, _TIP_SHARE = 0.6, 0.5
-_PAD_RADIUS = 2e-3  # m at most
+_PAD_RADIUS = 2e-3  # m, maximum
 
 
 def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: int) -> list[ET.Element]:
     """Spheres under the skin on the inner and the outer side of a block, that many on each, in a row across its middle.
 
     Together they are as stiff as the surface: the pressure of a hydroelastic box is the modulus E times the depth over
-    H, half its smallest side, so that all points of a side of area A have the stiffness E A / H.
+    H, half its smallest side, so all points of a side of area A have the stiffness E A / H.
 
     Args:
         finger: the finger.
@@ -299,11 +300,11 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
         points: in a row.
     """
     radius, width = min(_PAD_RADIUS, block.thickness / 5), block.width
-    row, share = (_TIP_ROW, _TIP_SHARE) if block.end == finger.length else (0.5, 1.0)
-    stiffness = share * modulus * width * block.length / (block.thinnest / 2) / points
+    row, stiffness_fraction = (_TIP_ROW, _TIP_SHARE) if block.end == finger.length else (0.5, 1.0)
+    stiffness = stiffness_fraction * modulus * width * block.length / (block.thinnest / 2) / points
     out, height = block.thickness / 2 - radius, block.begin - origin + row * block.length
-    across = ((np.arange(points) + 0.5) / points - 0.5) * width
-    places = [(block.middle + side * out, y, height) for side in (1, -1) for y in across.tolist()]
+    y_positions = ((np.arange(points) + 0.5) / points - 0.5) * width
+    places = [(block.middle + side * out, y, height) for side in (1, -1) for y in y_positions.tolist()]
     sphere = _element("geometry", _element("sphere", radius=_text(radius)))
     return [
         _element("collision", _element("origin", xyz=_text(*place)), sphere, _touch(finger, stiffness))
@@ -339,7 +340,7 @@ def _joint(joint: _Joint, damping: float) -> ET.Element:
         _element("parent", link=joint.parent),
         _element("child", link=joint.child),
         _element("origin", xyz=_text(0, 0, joint.height)),
-        _element("axis", xyz=_text(*AXES[joint.way])),
+        _element("axis", xyz=_text(*AXES[joint.deformation])),
         _element("dynamics", damping=_text(damping)),
         name=joint.name,
         type="prismatic" if joint.slides else "continuous",
@@ -347,7 +348,7 @@ def _joint(joint: _Joint, damping: float) -> ET.Element:
 
 
 def _link_between(joint: _Joint) -> ET.Element:
-    """The nearly massless link beyond a joint."""
+    """Nearly massless link beyond a joint."""
     mass = _JOINT_LINK_MASS_SHARE * float(joint.finger.link_masses[joint.segment])
     return _element("link", _inertial(mass, (0, 0), (mass * joint.finger.segment_length**2,) * 3), name=joint.child)
 
@@ -367,14 +368,14 @@ def _springs(joint: _Joint) -> list[ET.Element]:
     """
     finger, origin, h = joint.finger, np.array([0.0, 0.0, joint.height]), joint.finger.segment_length / 2
     if joint.slides:
-        away = origin - finger.length * np.array(AXES[joint.way])
-        return [_spring(joint, away, np.zeros(3), finger.length, joint.stiffness)]
-    if joint.way == "bending":
-        along, side = np.array([0.0, 0.0, h]), np.array([np.sqrt(3) / 2 * h, 0.0, 0.0])
+        far_end = origin - finger.length * np.array(AXES[joint.deformation])
+        return [_spring(joint, far_end, np.zeros(3), finger.length, joint.stiffness)]
+    if joint.deformation == "bending":
+        offset, side = np.array([0.0, 0.0, h]), np.array([np.sqrt(3) / 2 * h, 0.0, 0.0])
         stiffness = joint.stiffness / (2 * side[0] ** 2)
-        return [_spring(joint, origin - along + d, along + d, 2 * h, stiffness) for d in (side, -side)]
-    along = np.array([0.0, 0.0, h] if joint.way == "sideways" else [h, 0.0, 0.0])
-    return [_spring(joint, origin - along, along, 8 * h, joint.stiffness / (3 * h**2))]
+        return [_spring(joint, origin - offset + d, offset + d, 2 * h, stiffness) for d in (side, -side)]
+    offset = np.array([0.0, 0.0, h] if joint.deformation == "sideways" else [h, 0.0, 0.0])
+    return [_spring(joint, origin - offset, offset, 8 * h, joint.stiffness / (3 * h**2))]
 
 
 def _spring(joint: _Joint, p_AP: Array, p_BQ: Array, free_length: float, stiffness: float) -> ET.Element:
@@ -425,7 +426,7 @@ def _tip_frame(finger: Finger) -> ET.Element:
     )
 
 
-_CONTACT_FREE_PIECES = 2  # pieces of skin that lie no further apart never touch
+_CONTACT_FREE_PIECES = 2  # pieces of skin up to this distance apart never touch
 
 
 def _contact_free_links(finger: Finger) -> int:
@@ -433,10 +434,10 @@ def _contact_free_links(finger: Finger) -> int:
     return _CONTACT_FREE_PIECES * math.ceil(finger.segments / _FINEST_SKIN)
 
 
-def _collision_filters(finger: Finger, apart: int) -> list[ET.Element]:
-    """Links up to so far apart do not touch: neighbours overlap on the inner side of a bend, which is not contact."""
+def _collision_filters(finger: Finger, distance: int) -> list[ET.Element]:
+    """Filters contacts of links up to `distance` apart: neighbours overlap on the inner side of a bend."""
     names = [link_name(finger.name, i) for i in range(finger.segments + 1)]
-    groups = [names[i : i + apart + 1] for i in range(max(len(names) - apart, 1))]
+    groups = [names[i : i + distance + 1] for i in range(max(len(names) - distance, 1))]
     return [_contact_filter_group(f"{finger.name}_links_{i}", group) for i, group in enumerate(groups)]
 
 

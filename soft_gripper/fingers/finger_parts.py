@@ -12,8 +12,8 @@ from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.quantity import Violation, quantity, valid
 
-# Ways in which the chain yields at a joint, and the axis about which it turns there, or along which it slides. Shear
-# has a factor of its own; of the others a finger names those in which it yields.
+# Deformations of the chain at a joint, and the axis about which it turns there, or along which it slides. Shear has a
+# factor of its own; a finger names those of the others that it has.
 AXES = {
     "shear": (1.0, 0.0, 0.0),
     "stretch": (0.0, 0.0, 1.0),
@@ -22,26 +22,26 @@ AXES = {
     "twist": (0.0, 0.0, 1.0),
 }
 SLIDES = ("shear", "stretch")
-YIELDS = tuple(way for way in AXES if way != "shear")
+YIELDS = tuple(deformation for deformation in AXES if deformation != "shear")
 
 
 def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
-    """The joints in the middle of a segment of a chain that yields in some ways, from the base to the tip.
+    """Deformations of the joints in the middle of a segment, from the base to the tip.
 
     Turns about several axes do not commute. Their order is reversed in every other segment: in a fixed order, twist
     would act about the axis of one of the two links alone, and the error would fall with the segment length only, not
     with its square.
     """
-    ways = tuple(way for way in AXES if way in yields)
-    return ways[::-1] if segment % 2 else ways
+    deformations = tuple(deformation for deformation in AXES if deformation in yields)
+    return deformations[::-1] if segment % 2 else deformations
 
 
 _SOFTENING_TOLERANCE = 1e-9
-NO_PRESSURE = 1.0  # Pa, below which the ratio of a pressure law is taken as there
+NO_PRESSURE = 1.0  # Pa, minimum at which the ratio of a pressure law is evaluated
 
 
 def _curve_violations(law: Any, columns: Sequence[str]) -> Iterator[Violation]:
-    """Violations of columns of a law that are not as many increasing numbers as the first."""
+    """Yields columns of a law that are not increasing numbers, as many as in the first."""
     count = len(getattr(law, columns[0]))
     for column in columns:
         values = getattr(law, column)
@@ -87,8 +87,8 @@ class CreepBranch:
 class PressureLaw:
     """Effects of pressure on a finger beyond the chamber law, as points, linear between them and beyond.
 
-    The effective pressure is the one with which the chamber law gives the actual torque: a chamber that widens drives
-    the finger more. And pressure may take a share of the bending stiffness, as an axial force does of a column's
+    With the effective pressure the chamber law gives the actual torque: a chamber that widens drives the finger more.
+    Pressure may also take a fraction of the bending stiffness, as an axial force does of a column's
     (`fingers.taken_stiffness`).
     """
 
@@ -112,7 +112,7 @@ class PressureLaw:
 
     @cached_property
     def taken(self) -> PiecewiseLinear:
-        """Share of the stiffness that pressure takes, against pressure, Pa."""
+        """Fraction of the stiffness that pressure takes, against pressure, Pa."""
         nothing = (0.0,) * len(self.pressure)
         return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or nothing))
 
@@ -128,11 +128,11 @@ class PressureLaw:
         return self.curve(some) / some
 
     def share_taken(self, pressure: Array | float) -> Array:
-        """The share of the bending stiffness that pressures (...) Pa take."""
+        """Fraction of the bending stiffness that pressures (...) Pa take."""
         return self.taken(np.asarray(pressure, dtype=float))
 
     def bend(self, pressure: Array | float) -> Array:
-        """Pressure with which a linear finger of the whole stiffness would bend as far, (...) Pa: P / (1 - share)."""
+        """Pressure that bends a linear finger of the whole stiffness as far, (...) Pa: P / (1 - fraction)."""
         return self.curve(np.asarray(pressure, dtype=float)) / (1 - self.share_taken(pressure))
 
 
@@ -162,13 +162,13 @@ class LinkInertias(NamedTuple):
         tensors: Array = self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
         return tensors
 
-    def loaded(self, mass: float, place: Array) -> "LinkInertias":
-        """Copy with a point mass (kg) fixed to the last link, at `place`, (2,) m along x and z."""
+    def with_load(self, mass: float, position: Array) -> "LinkInertias":
+        """Copy with a point mass (kg) fixed to the last link, at `position`, (2,) m along x and z."""
         is_last = np.arange(len(self.mass)) == len(self.mass) - 1
-        share = is_last * mass / (self.mass + mass)
-        away = place - self.center[:, -1]
-        x, z = away
-        gyration = self.gyration + np.outer([x**2, 0.0, z**2], share)
-        product = self.product + x * z * share
-        center = self.center + np.outer(away, share)
-        return LinkInertias(self.mass + is_last * mass, center, (1 - share) * gyration, (1 - share) * product)
+        fraction = is_last * mass / (self.mass + mass)
+        distance = position - self.center[:, -1]
+        x, z = distance
+        gyration = self.gyration + np.outer([x**2, 0.0, z**2], fraction)
+        product = self.product + x * z * fraction
+        center = self.center + np.outer(distance, fraction)
+        return LinkInertias(self.mass + is_last * mass, center, (1 - fraction) * gyration, (1 - fraction) * product)

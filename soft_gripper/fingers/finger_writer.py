@@ -1,6 +1,6 @@
-"""A mounted finger as the <finger> of a URDF: what `finger_element` reads, written.
+"""Writes a mounted finger as the <finger> of a URDF, which `finger_element` reads.
 
-Numbers are written in full, so that the same finger is read again. What is as by default is left out.
+Numbers are written in full, so that the same finger is read again. Default values are omitted.
 """
 
 import xml.etree.ElementTree as ET
@@ -52,7 +52,7 @@ def _body(finger: Finger) -> dict[str, str]:
 
 
 def _attributes(part: Any) -> dict[str, str]:
-    """The fields of a dataclass that are not as by default."""
+    """Fields of a dataclass with other than default values, as text."""
     values = ((parameter, getattr(part, parameter.name)) for parameter in fields(part))
     return {
         parameter.name: _text(value)

@@ -2,8 +2,8 @@
 
 A vector of the bending plane is the complex number z + i x, m. A link of heading h (from z toward x) then
 points along exp(i h), and the inner side lies to the side of i: turning is multiplying. One number a vector keeps the
-last axis for places along the finger, and a sample cheap; what the directions of links are, and how forces act on
-them, is written here alone. `as_points` gives the (x, z) pairs that ports and tables hold. All functions are pure;
+last axis for places along the finger, and a sample cheap; only this file knows the directions of links and how forces
+act on them. `as_points` gives the (x, z) pairs that ports and tables hold. All functions are pure;
 joint angles q have shape (..., N), rad, and the leading axes are free: one sample, a batch, or a whole recording.
 """
 
@@ -65,8 +65,8 @@ class Chain(NamedTuple):
         """The links on which arc lengths (...) m from the base lie, 0 at the base; at a joint the one before it."""
         return np.searchsorted(self._joint_arc_lengths, s)
 
-    def at(self, s: Array, offset: Array | float = 0.0) -> Sites:
-        """The points at arc lengths (..., M) m of a chain with equal segments.
+    def sites(self, s: Array, offset: Array | float = 0.0) -> Sites:
+        """Points at arc lengths (..., M) m of a chain with equal segments.
 
         `offset` (..., M) m is their distance from the axis, positive on the inner side.
         """
@@ -114,15 +114,15 @@ def in_plane(x: Array | float, z: Array | float) -> Planar:
 
 
 def rotated(vectors: Planar, angle: Array | float) -> Planar:
-    """Planar vectors turned by angles, rad, from z toward x, (...)."""
-    turned: Planar = vectors * np.exp(1j * angle)
-    return turned
+    """Rotates planar vectors by angles, rad, from z toward x, (...)."""
+    rotated_vectors: Planar = vectors * np.exp(1j * angle)
+    return rotated_vectors
 
 
 def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | None = None) -> Chain:
     """Points of the chain, whose joints are in the middles of its segments, of one length or of (..., N) m.
 
-    `shear` (..., N) m is how far the chain slides before every joint, along x of the link before it; None: nowhere.
+    `shear` (..., N) m is the sliding distance before every joint along x of the link before it; None: 0.
     """
     headings: Array = _sums_from_zero(q)
     directions, half = np.exp(1j * headings), np.asarray(segment_length) / 2
@@ -134,8 +134,8 @@ def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | N
 def link_directions(q: Array) -> Planar:
     """Unit vectors along the links beyond the joints, (..., N) -> (..., N).
 
-    What is fixed to links moves as  p = p_0 + directions @ levers , with levers (N, M) that say how far the direction
-    of each link carries each point; an imaginary part carries it along the link's normal.
+    Points of links move as  p = p_0 + directions @ levers , with levers (N, M) of every point along the direction of a
+    link; an imaginary part is along the link's normal.
     """
     directions: Planar = np.exp(1j * q.cumsum(axis=-1))
     return directions
@@ -144,7 +144,7 @@ def link_directions(q: Array) -> Planar:
 def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
     """Torque of the finger's own weight at every joint, N m, (..., N).
 
-    What hangs beyond a joint pulls at it with the moments of the links' directions, which are all that bends.
+    The links beyond a joint act on it with the moments of their directions.
     `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
     """
     directions = np.exp(1j * q.cumsum(axis=-1))  # as `link_directions`, without a call: this runs at every sample
@@ -180,6 +180,6 @@ def segment_path_lengths(q: Array, segment_length: float, offset: Array | float)
     alike, so a segment's length depends on its own joint alone.
     """
     half_angle = q / 2
-    along = segment_length / 2 - offset * np.sin(half_angle)
-    across = offset * (1 - np.cos(half_angle))
-    return 2 * np.hypot(along, across)
+    axial = segment_length / 2 - offset * np.sin(half_angle)
+    crosswise = offset * (1 - np.cos(half_angle))
+    return 2 * np.hypot(axial, crosswise)

@@ -2,7 +2,7 @@
 
 Their torque depends on the shape, so it is computed at every step of the plant, from the gradients of the lengths of
 the paths (`paths`); the chamber law of the straight finger is one matrix, see `pressure_drive`. Drake's own tendon
-constraint has fixed limits and constant gradients, so that no run could pull it, nor a twist slant it.
+constraint has fixed limits and constant gradients, so a run could not pull it, nor a twist slant it.
 
 A tendon that is commanded in length is a spring between its winch and its end, slack where it would have to push,
 
@@ -30,7 +30,7 @@ _FRICTION_PERIOD = 5e-3  # s, between changes of friction in a plant without ste
 
 
 class Tendons:
-    """The tendons of a finger, T of them. Joint positions q are (..., N) rad, or m, by the way in which they yield."""
+    """The T tendons of a finger. Joint positions q are (..., N) rad, or m, by deformation."""
 
     def __init__(self, finger: Finger):
         tendons = finger.tendons
@@ -51,17 +51,17 @@ class Tendons:
         return np.asarray(pulled - self._slack - self._straight + path_lengths(self.paths, q))
 
     def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
-        """Torques at the joints, (..., N) N m, and N where they slide, by the way in which these yield.
+        """Torques at the joints, (..., N) N m, and N where they slide, by deformation.
 
         Args:
             q: joint positions.
             tensions: at the pulled ends, (..., T) N.
             sliding: z of the friction, (..., T), from -1 to 1; None: no friction.
         """
-        along = -tensions[..., None]
+        axial_forces = -tensions[..., None]
         if sliding is not None:
-            along = along * self._capstan(q, sliding)
-        return {way: (along * slope).sum(axis=-2) for way, slope in length_gradients(self.paths, q).items()}
+            axial_forces = axial_forces * self._capstan(q, sliding)
+        return {name: (axial_forces * slope).sum(axis=-2) for name, slope in length_gradients(self.paths, q).items()}
 
     def _capstan(self, q: Joints, sliding: Array) -> Array:
         """Tension in the middle of every segment over that at the pulled end, (..., T, N)."""
@@ -72,9 +72,9 @@ class Tendons:
 
     def next_sliding(self, sliding: Array, travel: Array) -> Array:
         """z of the friction after tendons travelled by (..., T) m toward their pulled ends, (..., T)."""
-        toward = np.sign(travel)
-        kept = np.exp(-np.abs(travel) / self._reversal)
-        return np.asarray(toward + (sliding - toward) * kept)
+        direction = np.sign(travel)
+        decay = np.exp(-np.abs(travel) / self._reversal)
+        return np.asarray(direction + (sliding - direction) * decay)
 
 
 class _PathDriveBlock(ArrayBlock):
@@ -82,21 +82,21 @@ class _PathDriveBlock(ArrayBlock):
 
     def __init__(self, finger: PlantFinger, period: float | None = None):
         super().__init__(period)
-        ways = finger.finger.yields
-        self._ways = {way: np.argmax(finger.position_selector(way), axis=-1) for way in ways}
-        self._actuators = {way: np.argmax(finger.actuator_selector(way), axis=-1) for way in ways}
+        deformations = finger.finger.yields
+        self._deformations = {name: np.argmax(finger.position_selector(name), axis=-1) for name in deformations}
+        self._actuators = {name: np.argmax(finger.actuator_selector(name), axis=-1) for name in deformations}
         self._finger, self._size = finger.finger, len(finger.actuator_names)
         self.take("state", finger.plant.num_multibody_states())
 
     def _joints(self, state: Array) -> dict[str, Array]:
-        """Joint positions in a state of the plant, (..., nq + nv), by the way in which they yield."""
-        return {way: state[..., places] for way, places in self._ways.items()}
+        """Joint positions in a state of the plant, (..., nq + nv), by deformation."""
+        return {deformation: state[..., places] for deformation, places in self._deformations.items()}
 
     def _actuation(self, torques: Mapping[str, Array]) -> Array:
         """Torques of joints, (..., N) each, as actuation, (..., nu)."""
         actuation = np.zeros((*next(iter(torques.values())).shape[:-1], self._size))
-        for way, torque in torques.items():
-            actuation[..., self._actuators[way]] = torque
+        for deformation, torque in torques.items():
+            actuation[..., self._actuators[deformation]] = torque
         return actuation
 
 
@@ -110,7 +110,7 @@ class TendonDrive(_PathDriveBlock):
         as commanded                           +-------------+ ---> actuation  (nu) N m, of the model's joints
 
     With friction its state is z and the lengths of the tendons, which are updated with every step of the plant, and
-    every 5 ms if it has none. What a state of the plant that is not finite would make of them is not stored.
+    every 5 ms if it has none. Non-finite states of the plant leave it unchanged.
     """
 
     def __init__(self, finger: PlantFinger, command: str):

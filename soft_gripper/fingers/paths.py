@@ -39,12 +39,12 @@ class Path:
     name: str = field(metadata=valid(is_name=True))
     x: Stations = field(metadata=valid("m", sizes=SIZES))  # from the middle of the outer section, toward the inner side
     y: Stations = field(metadata=valid("m", sizes=SIZES))  # across the finger
-    at: Stations = quantity((0.0, 1.0), least=0, most=1)  # the stations, as shares of the length; increasing
+    at: Stations = quantity((0.0, 1.0), least=0, most=1)  # the stations, as fractions of the length; increasing
 
     def violations(self) -> Iterator[Violation]:
-        """Stations out of order, and lists of another length."""
+        """Yields stations out of order, and lists of another length."""
         if len(self.at) < 2 or not np.all(np.diff(self.at) > 0):
-            yield "at", self.at, "must be two increasing shares of the length or more, such as 0 0.5"
+            yield "at", self.at, "must be two increasing fractions of the length or more, such as 0 0.5"
         for column in self._columns():
             if len(getattr(self, column)) not in (1, len(self.at)):
                 expected = f"give one number, or one for each of the {len(self.at)} stations"
@@ -54,7 +54,7 @@ class Path:
         return [part.name for part in fields(self) if part.name in ("x", "y", "width", "thickness")]
 
     def value_at(self, column: str, s: Array | float, length: float) -> Array:
-        """A number of the path at arc lengths `s`, m, of a finger of `length`; held beyond its ends."""
+        """A number of the path at arc lengths `s`, m, of a finger of `length`; constant beyond its ends."""
         values = getattr(self, column)
         stations = np.array(self.at) * length
         column_values: Array = np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
@@ -72,7 +72,7 @@ class Chamber(Path):
     law_effective: Stations | None = quantity(None, "Pa")
 
     def violations(self) -> Iterator[Violation]:
-        """Violations by the path, and by the pressure law."""
+        """Yields violations by the path, and by the pressure law."""
         yield from super().violations()
         if self.law is not None:
             yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.violations())
@@ -91,9 +91,9 @@ class Tendon(Path):
 
     stiffness: float = quantity(0.0, "N/m", least=0, sizes=SIZES)  # if commanded in length; of the whole tendon
     friction: float = quantity(0.0, least=0, most=10)  # Coulomb, against its sheath (capstan)
-    # m of travel by which friction reverses: what a tendon moves before it slides (Dahl)
+    # Travel over which friction reverses, before the tendon slides (Dahl)
     reversal: float = quantity(2e-4, "m", above=0, sizes=SIZES)
-    # If commanded in length: what is pulled in before it tightens; negative: pretension
+    # If commanded in length: length pulled in before it tightens; negative: pretension
     slack: float = quantity(0.0, "m", sizes=SIZES)
 
 
@@ -115,21 +115,21 @@ class PathsOnChain:
 
     @cached_property
     def share(self) -> Array:
-        """Share of every segment along which a path runs, (P, N)."""
+        """Fraction of every segment along which a path runs, (P, N)."""
         return self.covered / self.segment_length
 
     @cached_property
     def rest_changes(self) -> Array:
-        """Change of a place per length, along x, y and z of the section, where nothing is bent, (3, P, N)."""
+        """Derivatives of the straight paths by length, along x, y and z of the section, (3, P, N)."""
         return np.stack([self.x_slope, self.y_slope, np.ones_like(self.x)])
 
     @cached_property
     def levers(self) -> dict[str, Array]:
-        """Levers by the strain of a segment, 1/m, (3, P, N) m, by the way in which it yields."""
-        zero, one = np.zeros_like(self.x), np.ones_like(self.x)
-        along = {"bending": -self.x, "sideways": self.y, "stretch": one}
-        return {way: np.stack([zero, zero, c]) for way, c in along.items()} | {
-            "twist": np.stack([-self.y, self.x, zero])
+        """Levers by the strain of a segment, 1/m, (3, P, N) m, by deformation."""
+        zeros, ones = np.zeros_like(self.x), np.ones_like(self.x)
+        axial_levers = {"bending": -self.x, "sideways": self.y, "stretch": ones}
+        return {deformation: np.stack([zeros, zeros, c]) for deformation, c in axial_levers.items()} | {
+            "twist": np.stack([-self.y, self.x, zeros])
         }
 
 
@@ -163,7 +163,7 @@ def _zero_rounding(slope: Array) -> Array:
     return np.where(np.abs(slope) < 1e-12, 0.0, slope)
 
 
-Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by the way in which they yield
+Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by deformation
 
 
 def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple[Array, Array]:
@@ -171,13 +171,13 @@ def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple
 
     Args:
         paths: at the segments of a chain.
-        levers: those of `paths.levers` for W ways, (3, P, W, N).
+        levers: those of `paths.levers` for W deformations, (3, P, W, N).
         q: joint positions, (..., W, N).
     """
     changes = paths.rest_changes + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)
     stretched = _norm(changes)
-    along = changes * (paths.share / stretched)[..., None, :, :]
-    return paths.covered * stretched, np.einsum("apwn,...apn->...pwn", levers, along)
+    axial_changes = changes * (paths.share / stretched)[..., None, :, :]
+    return paths.covered * stretched, np.einsum("apwn,...apn->...pwn", levers, axial_changes)
 
 
 def _norm(changes: Array) -> Array:
@@ -185,25 +185,25 @@ def _norm(changes: Array) -> Array:
 
 
 def _changes(paths: PathsOnChain, q: Joints) -> Array:
-    """Change of the places of paths per length, along x, y and z of the section, (..., 3, P, N)."""
-    bend_changes = (angle[..., None, None, :] * paths.levers[way] for way, angle in q.items() if way in paths.levers)
+    """Derivatives of paths by length, along x, y and z of the section, (..., 3, P, N)."""
+    bend_changes = (angle[..., None, None, :] * paths.levers[name] for name, angle in q.items() if name in paths.levers)
     return paths.rest_changes + sum(bend_changes, np.zeros(1)) / paths.segment_length
 
 
 def lengths_on_segments(paths: PathsOnChain, q: Joints) -> Array:
-    """Lengths of paths on every segment, (..., P, N) m, where joints stand at `q`."""
+    """Lengths of paths on every segment, (..., P, N) m, at joint positions `q`."""
     return np.asarray(paths.covered * _norm(_changes(paths, q)))
 
 
 def path_lengths(paths: PathsOnChain, q: Joints) -> Array:
-    """Lengths of paths, (..., P) m, where joints stand at `q`."""
+    """Lengths of paths, (..., P) m, at joint positions `q`."""
     return np.asarray(lengths_on_segments(paths, q).sum(axis=-1))
 
 
 def length_gradients(paths: PathsOnChain, q: Joints) -> dict[str, Array]:
-    """dl/dq, m/rad, or 1 where joints slide, by the ways in `q`: (..., P, N), or (P, N) where it does not change."""
+    """Derivatives dl/dq, m/rad, or 1 where joints slide, by deformation: (..., P, N), or (P, N) if constant."""
     if paths.are_parallel and "twist" not in q:
-        return {way: paths.share * paths.levers[way][2] for way in q}
+        return {deformation: paths.share * paths.levers[deformation][2] for deformation in q}
     changes = _changes(paths, q)
-    along = changes * (paths.share / _norm(changes))[..., None, :, :]
-    return {way: np.asarray((along * paths.levers[way]).sum(axis=-3)) for way in q}
+    axial_changes = changes * (paths.share / _norm(changes))[..., None, :, :]
+    return {deformation: np.asarray((axial_changes * paths.levers[deformation]).sum(axis=-3)) for deformation in q}

@@ -1,4 +1,4 @@
-"""A finger in a MultibodyPlant: which of its links, joints and actuators are the finger's."""
+"""A finger in a MultibodyPlant: its links, joints, frames and actuators."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,15 +25,15 @@ class PlantFinger:
     finger: Finger
     plant: MultibodyPlant
     model: ModelInstanceIndex
-    # Of the bending joints, and then of those that turn otherwise, if they are not pairs of linear springs.
+    # Springs of the bending joints, then of the other turning joints, if they are not pairs of linear springs.
     torsion_springs: tuple[RevoluteSpring, ...] = ()
 
     @property
     def name(self) -> str:
-        """Name in blocks and signals: the finger's own; "{model}.{finger}" if another model has a finger so named."""
-        own = self.finger.name
-        alone = self.plant.NumBodiesWithName(link_name(own, 0)) == 1
-        return own if alone else f"{self.model_name}.{own}"
+        """Name in blocks and signals: the finger's name; "{model}.{finger}" if another model has one of that name."""
+        finger_name = self.finger.name
+        is_unique = self.plant.NumBodiesWithName(link_name(finger_name, 0)) == 1
+        return finger_name if is_unique else f"{self.model_name}.{finger_name}"
 
     @property
     def model_name(self) -> str:
@@ -50,9 +50,9 @@ class PlantFinger:
         """Joints that bend the finger in its plane, from the base to the tip, N."""
         return self.joints_of("bending")
 
-    def joints_of(self, way: str) -> list[Joint]:
-        """Joints at which it yields in one way, see `finger_parts.AXES`, from the base to the tip, N."""
-        return _find_joints(self.plant, self.model, self.finger, way)
+    def joints_of(self, deformation: str) -> list[Joint]:
+        """Joints of one deformation, see `finger_parts.AXES`, from the base to the tip, N."""
+        return _find_joints(self.plant, self.model, self.finger, deformation)
 
     @cached_property
     def frames(self) -> list[Frame]:
@@ -91,40 +91,40 @@ class PlantFinger:
         indices = self.plant.GetJointActuatorIndices(self.model)
         return [self.plant.get_joint_actuator(index).joint().name() for index in indices]
 
-    def position_selector(self, way: str = "bending") -> Array:
+    def position_selector(self, deformation: str = "bending") -> Array:
         """Matrix that selects the joint angles, or m where joints slide, from the plant's state, (N, nq + nv)."""
-        starts = [joint.position_start() for joint in self.joints_of(way)]
+        starts = [joint.position_start() for joint in self.joints_of(deformation)]
         return np.eye(self.plant.num_multibody_states())[starts]
 
-    def torque_selector(self, way: str = "bending") -> Array:
+    def torque_selector(self, deformation: str = "bending") -> Array:
         """Matrix that selects joints from the generalized forces of their model, (N, model's nv)."""
         plant_selector = np.zeros((len(self.joints), self.plant.num_velocities()))
-        starts = [joint.velocity_start() for joint in self.joints_of(way)]
+        starts = [joint.velocity_start() for joint in self.joints_of(deformation)]
         plant_selector[np.arange(len(starts)), starts] = 1.0
         return np.array([self.plant.GetVelocitiesFromArray(self.model, row) for row in plant_selector])
 
-    def actuator_selector(self, way: str = "bending") -> Array:
+    def actuator_selector(self, deformation: str = "bending") -> Array:
         """Matrix that assigns joint torques, or forces, to the actuators of their model, (N, nu)."""
         names = self.actuator_names
-        return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints_of(way)]]
+        return np.eye(len(names))[[names.index(joint.name()) for joint in self.joints_of(deformation)]]
 
 
-def _find_joints(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger, way: str) -> list[Joint]:
-    names = (joint_name(finger.name, i, way) for i in range(finger.segments))
+def _find_joints(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger, deformation: str) -> list[Joint]:
+    names = (joint_name(finger.name, i, deformation) for i in range(finger.segments))
     return [plant.GetJointByName(name, model) for name in names]
 
 
 def add_torsion_springs(plant: MultibodyPlant, model: ModelInstanceIndex, finger: Finger) -> PlantFinger:
-    """Adds a torsion spring at every joint that turns of a finger that was expanded without springs.
+    """Adds a torsion spring at every turning joint of a finger expanded without springs.
 
     They are Drake's force element, whose torque is the stiffness times the angle at any angle; the pair of linear
     springs of the expanded URDF approximates that, see `finger_links`. Their stiffness is a parameter of the plant's
     context (`RevoluteSpring.SetStiffness`), that of linear springs is not. The plant is not yet finalized.
     """
-    turning = {way: stiffness for way, stiffness in finger.stiffnesses.items() if way not in SLIDES}
+    turning = {name: stiffness for name, stiffness in finger.stiffnesses.items() if name not in SLIDES}
     springs = [
         RevoluteSpring(joint, 0.0, stiffness)
-        for way in sorted(turning)  # bending first
-        for joint, stiffness in zip(_find_joints(plant, model, finger, way), turning[way], strict=True)
+        for name in sorted(turning)  # bending first
+        for joint, stiffness in zip(_find_joints(plant, model, finger, name), turning[name], strict=True)
     ]
     return PlantFinger(finger, plant, model, tuple(plant.AddForceElement(spring) for spring in springs))

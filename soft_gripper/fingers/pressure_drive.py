@@ -28,7 +28,7 @@ from soft_gripper.steps import TIME
 
 
 class Leak(ArrayBlock):
-    """Pressure that is left behind a leak.
+    """Pressure behind a leak.
 
     ::
 
@@ -40,7 +40,7 @@ class Leak(ArrayBlock):
     """
 
     def __init__(self, shares: Array, time: float):
-        """Leaks away the `shares`, (C), of the pressure from `time` s after the beginning of a run on."""
+        """Fractions `shares`, (C), of the pressure leak from `time` s after the beginning of a run."""
         super().__init__()
         self._remaining_fractions, self._time = 1 - shares, time
         self.take("pressure", len(shares))
@@ -58,7 +58,7 @@ class PressureDrive(Diagram):
 
     ::
 
-                                       +---------------+ ---> {finger}.pressure  (C) Pa, what is in the chambers
+                                       +---------------+ ---> {finger}.pressure  (C) Pa, in the chambers
         {finger}.pressure_command ---> | PressureDrive |
                                        +---------------+ ---> actuation          (nu) N m, of the model's joints
 
@@ -86,7 +86,7 @@ class PressureDrive(Diagram):
             time_constant: of the first-order lag between command and chamber, s; 0 for none.
             time_step: of a discrete plant, s; the lag then uses the same steps. 0 for a continuous one.
             laws: pressure laws of the chambers of each finger; None: the effective pressure is that in the chamber.
-            leaks: shares of the pressure that fingers lose behind the sensor, from `leak_time` s on; None: none leaks.
+            leaks: fractions of pressure that fingers lose behind the sensor, from `leak_time` s on; None: no leaks.
         """
         super().__init__()
         builder = DiagramBuilder()
@@ -124,12 +124,12 @@ def lag(time_constant: float, time_step: float, count: int) -> System:
     """First-order lag of `count` commands; in discrete steps it is exact for commands that jump between them."""
     if time_step == 0:
         return FirstOrderLowPassFilter(time_constant, count)
-    kept, one = np.exp(-time_step / time_constant), np.eye(count)
-    return LinearSystem(A=kept * one, B=(1 - kept) * one, C=one, D=0 * one, time_period=time_step)
+    decay, identity = np.exp(-time_step / time_constant), np.eye(count)
+    return LinearSystem(A=decay * identity, B=(1 - decay) * identity, C=identity, D=0 * identity, time_period=time_step)
 
 
 def _law_block(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
-    """The laws of several pressures side by side; each is straight between the points of all."""
+    """Laws of several pressures as one block; each is linear between the points of all."""
     points = np.unique(np.concatenate([law.pressure for law in laws if law is not None]))
     effective = np.array([points if law is None else law.curve(points) for law in laws])
     return PiecewiseLinearBlock(PiecewiseLinear(np.broadcast_to(points, effective.shape), effective))
@@ -138,7 +138,7 @@ def _law_block(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
 def pressure_torque_map(finger: PlantFinger) -> Array:
     """Actuation of the finger's model by one effective pascal in each chamber, (nu, C) N m/Pa; N/Pa where it stretches.
 
-    Of the straight finger; what changes as the finger twists is not in it.
+    It is that of the straight finger; changes by twist are not in it.
     """
-    gains = finger.finger.pressure_gains
-    return np.asarray(sum(finger.actuator_selector(way).T @ gains[way].T for way in finger.finger.driven_ways))
+    gains, names = finger.finger.pressure_gains, finger.finger.driven_deformations
+    return np.asarray(sum(finger.actuator_selector(name).T @ gains[name].T for name in names))

@@ -1,7 +1,7 @@
-"""A finger in its plant as screws: where its links are in its base, at many states at once.
+"""A finger in its plant as screws: poses of its links in its base, at many states at once.
 
-The plant itself is asked once, for the screw axis of every joint on the way from a finger's base to its tip, and
-these may turn or slide. All samples are then computed at once, by the product of exponentials (Lynch and Park,
+The plant gives the screw axis of every joint from a finger's base to its tip once; joints may turn or slide. All
+samples are then computed at once, by the product of exponentials (Lynch and Park,
 Modern Robotics, section 4.1).
 """
 
@@ -20,10 +20,10 @@ from soft_gripper.arrays import Array
 class ScrewChain(NamedTuple):
     """J joints that lead to the tip of a finger, and P frames beyond them, where all these joints are at zero."""
 
-    positions: NDArray[np.intp]  # (J) places of the joints' positions in the plant's, from base to tip
-    moves: Array  # (J, 3, 9) what sine, 1 - cosine and position of a joint add to rotation and place, see `poses`
+    positions: NDArray[np.intp]  # (J) indices of the joints' positions in the plant's, from base to tip
+    moves: Array  # (J, 3, 9) terms of sine, 1 - cosine and position of a joint in rotation and shift, see `poses`
     homes: Array  # (P, 3, 4) [R | p] in B
-    joints_before: list[int]  # (P) how many of the joints move each frame
+    joints_before: list[int]  # (P) number of joints that move each frame
 
     def poses(self, state: Array) -> Array:
         """Poses of the frames in B, [R | p], (..., nq + nv) -> (..., P, 3, 4) m.
@@ -38,9 +38,9 @@ class ScrewChain(NamedTuple):
         shift, poses = 0.0, []
         for home, begin, end in zip(self.homes, [0, *self.joints_before], self.joints_before, strict=False):
             for joint in range(begin, end):  # one at a time stays in the processor's cache
-                moved = self.moves[joint].T @ rotation
-                shift = shift + (moved[:, 6:] * shifts[joint]).sum(axis=1)
-                rotation = rotation + (moved[:, :3] * sines[joint] + moved[:, 3:6] * versines[joint])
+                terms = self.moves[joint].T @ rotation
+                shift = shift + (terms[:, 6:] * shifts[joint]).sum(axis=1)
+                rotation = rotation + (terms[:, :3] * sines[joint] + terms[:, 3:6] * versines[joint])
             pose = home.T @ rotation
             pose[:, 3] += shift
             poses.append(pose)
@@ -59,9 +59,9 @@ def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
     rates = _velocity_jacobian(plant, context, frames[-1], base)[:, moving[-1]].T
     axes = rates[:, :3]
     velocities = (rates[:, 3:] - np.cross(axes, homes[-1, :, 3]))[..., None]
-    across = np.cross(axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
-    twice = across @ across
-    moves = np.concatenate([across, twice, velocities, across @ velocities, twice @ velocities], axis=-1)
+    cross = np.cross(axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
+    cross_squared = cross @ cross
+    moves = np.concatenate([cross, cross_squared, velocities, cross @ velocities, cross_squared @ velocities], axis=-1)
     return ScrewChain(moving[-1], moves, homes, list(map(len, moving)))
 
 

@@ -1,4 +1,4 @@
-"""The chain in space: where its links are, the torques of loads at its joints, and its shape in balance with them.
+"""The chain in space: poses of its links, torques of loads at its joints, and its shape in balance with them.
 
 Every joint is a screw in frame B: the axis about which it turns, zero if it slides, and the velocity of the point at
 B's origin per rate of the joint (Lynch and Park, *Modern Robotics*, section 5.1). A load's torque at a joint is the
@@ -28,24 +28,24 @@ _POSITION_TOLERANCE = 1e-11  # rad, and m: the last change of a shape in balance
 class SpatialChain:
     """N equal segments with joints in their middles, J in all; a finger, or any rod."""
 
-    ways: tuple[str, ...]  # (J) in which the joints yield, see `finger_parts.AXES`, from the base to the tip
-    segments: NDArray[np.int_]  # (J) to which they belong
+    deformations: tuple[str, ...]  # (J) deformation of each joint, see `finger_parts.AXES`, from the base to the tip
+    segments: NDArray[np.int_]  # (J) segment of each joint
     segment_length: float  # m
 
     @classmethod
-    def of(cls, segments: int, segment_length: float, yields: Sequence[str]) -> "SpatialChain":
-        """A chain that yields in these ways at every joint."""
+    def from_yields(cls, segments: int, segment_length: float, yields: Sequence[str]) -> "SpatialChain":
+        """Makes a chain with these deformations in every segment."""
         orders = [joint_order(yields, i) for i in range(segments)]
         return cls(
-            tuple(way for order in orders for way in order),
+            tuple(deformation for order in orders for deformation in order),
             np.repeat(np.arange(segments), len(yields)),
             segment_length,
         )
 
     @cached_property
     def axes(self) -> Array:
-        """(J, 3), each in the frame of the link before."""
-        return np.array([AXES[way] for way in self.ways])
+        """Axes of the joints, (J, 3), in the frame of the link before."""
+        return np.array([AXES[deformation] for deformation in self.deformations])
 
     @cached_property
     def joint_transforms(self) -> tuple[Array, Array]:
@@ -54,23 +54,23 @@ class SpatialChain:
         A joint lies `heights` along the link before it; there the frame turns, or slides along the axis.
         """
         axes, turning = self.axes[..., None], self.turns[:, None, None]
-        across = cross_matrices(self.axes)
-        rest = np.zeros((len(self.ways), 4, 4)) + np.eye(4)
+        cross = cross_matrices(self.axes)
+        rest = np.zeros((len(self.deformations), 4, 4)) + np.eye(4)
         rest[:, 2, 3] = self.heights
-        changes = np.zeros((len(self.ways), 3, 4, 4))
-        changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -across @ across * turning, across * turning
+        changes = np.zeros((len(self.deformations), 3, 4, 4))
+        changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -cross @ cross * turning, cross * turning
         changes[:, 2, :3, 3:] = axes * ~turning
         return rest.reshape(-1, 16), changes.reshape(-1, 3, 16)
 
     @cached_property
     def is_planar(self) -> bool:
         """Whether the chain only bends, so that all axes are y of B."""
-        return set(self.ways) == {"bending"}
+        return set(self.deformations) == {"bending"}
 
     @cached_property
     def turns(self) -> NDArray[np.bool_]:
         """Mask of the joints that turn, (J,); the others slide."""
-        return np.array([way not in SLIDES for way in self.ways])
+        return np.array([deformation not in SLIDES for deformation in self.deformations])
 
     @cached_property
     def heights(self) -> Array:
@@ -79,22 +79,23 @@ class SpatialChain:
         return is_first * np.where(self.segments == 0, 0.5, 1.0) * self.segment_length
 
     def interleaved(self, values: dict[str, Array]) -> Array:
-        """Values of joints by the way in which they yield, (..., N) each; 0 for ways that are missing, (..., J)."""
+        """Interleaves values of joints by deformation, (..., N) each, to (..., J); missing deformations have 0."""
         shape = np.broadcast_shapes(*(np.shape(value)[:-1] for value in values.values()))
         columns = [
-            values[way][..., i] if way in values else 0.0 for way, i in zip(self.ways, self.segments, strict=True)
+            values[name][..., i] if name in values else 0.0
+            for name, i in zip(self.deformations, self.segments, strict=True)
         ]
         return np.stack([np.broadcast_to(value, shape) for value in columns], axis=-1)
 
     def separated(self, q: Array) -> dict[str, Array]:
-        """Joint positions (..., J) by the way in which the joints yield, (..., N) each."""
-        ways = np.array(self.ways)
-        return {way: q[..., ways == way] for way in dict.fromkeys(self.ways)}
+        """Separates joint positions, (..., J), by deformation, (..., N) each."""
+        deformations = np.array(self.deformations)
+        return {deformation: q[..., deformations == deformation] for deformation in dict.fromkeys(self.deformations)}
 
-    def position_indices(self, ways: Sequence[str]) -> NDArray[np.int_]:
-        """Indices of its joints among those that are counted way after way, (J,)."""
-        way_indices = np.array([ways.index(way) for way in self.ways])
-        return way_indices * (len(self.ways) // len(ways)) + self.segments
+    def position_indices(self, deformations: Sequence[str]) -> NDArray[np.int_]:
+        """Indices of its joints among those counted deformation after deformation, (J,)."""
+        way_indices = np.array([deformations.index(deformation) for deformation in self.deformations])
+        return way_indices * (len(self.deformations) // len(deformations)) + self.segments
 
     def link_frames(self, link: NDArray[np.int_]) -> NDArray[np.int_]:
         """Frame of each link, (...); links count from 0 at the base to N."""
@@ -103,7 +104,7 @@ class SpatialChain:
 
 def spatial_chain(finger: Finger) -> SpatialChain:
     """The chain of a finger that does not shear."""
-    return SpatialChain.of(finger.segments, finger.segment_length, finger.yields)
+    return SpatialChain.from_yields(finger.segments, finger.segment_length, finger.yields)
 
 
 class Posture(NamedTuple):
@@ -114,12 +115,12 @@ class Posture(NamedTuple):
 
     @property
     def rotations(self) -> Array:
-        """(..., J + 1, 3, 3)."""
+        """Rotations of the frames, (..., J + 1, 3, 3)."""
         return self.frames[..., :3, :3]
 
     @property
     def origins(self) -> Array:
-        """(..., J + 1, 3) m."""
+        """Origins of the frames, (..., J + 1, 3) m."""
         return self.frames[..., :3, 3]
 
     @property
@@ -133,15 +134,15 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture at joint positions, (..., J) rad, and m where joints slide."""
     if chain.is_planar:
         return _planar_posture(chain, q)
-    joints, (rest, changes) = len(chain.ways), chain.joint_transforms
-    by_joint = np.empty((*q.shape, 1, 3))
-    by_joint[..., 0, 0], by_joint[..., 0, 1], by_joint[..., 0, 2] = np.cos(q) - 1, np.sin(q), q
-    steps = ((by_joint @ changes)[..., 0, :] + rest).reshape(*q.shape, 4, 4)
+    joints, (rest, changes) = len(chain.deformations), chain.joint_transforms
+    joint_terms = np.empty((*q.shape, 1, 3))
+    joint_terms[..., 0, 0], joint_terms[..., 0, 1], joint_terms[..., 0, 2] = np.cos(q) - 1, np.sin(q), q
+    steps = ((joint_terms @ changes)[..., 0, :] + rest).reshape(*q.shape, 4, 4)
     frames = _products(steps, joints // (chain.segments[-1] + 1))
-    beyond = frames[..., 1:, :, :]
-    axes = (beyond[..., :3, :3] @ chain.axes[:, :, None])[..., 0]
+    outer_frames = frames[..., 1:, :, :]
+    axes = (outer_frames[..., :3, :3] @ chain.axes[:, :, None])[..., 0]
     from_origin = np.empty((*q.shape, 3, 4))
-    from_origin[..., :3], from_origin[..., 3] = np.eye(3), -beyond[..., :3, 3]
+    from_origin[..., :3], from_origin[..., 3] = np.eye(3), -outer_frames[..., :3, 3]
     motions = cross_matrices(axes) @ from_origin
     if not chain.turns.all():
         motions[..., :3] *= chain.turns[:, None, None]
@@ -151,19 +152,19 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
 
 def _planar_posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture of a chain that only bends: angles about one axis add up, which is much quicker than products."""
-    headings, between = q.cumsum(axis=-1), chain.heights[1:]
-    turned = np.empty((*q.shape, 5))
-    cos, sin = turned[..., 0], turned[..., 1]
+    headings, lengths = q.cumsum(axis=-1), chain.heights[1:]
+    terms = np.empty((*q.shape, 5))
+    cos, sin = terms[..., 0], terms[..., 1]
     np.cos(headings, out=cos)
     np.sin(headings, out=sin)
-    turned[..., 0, 2:], turned[..., 4] = (0.0, 0.0, 1.0), 1.0
-    np.cumsum(between * sin[..., :-1], axis=-1, out=turned[..., 1:, 2])
-    np.cumsum(between * cos[..., :-1], axis=-1, out=turned[..., 1:, 3])
-    turned[..., 3] += chain.heights[0]
+    terms[..., 0, 2:], terms[..., 4] = (0.0, 0.0, 1.0), 1.0
+    np.cumsum(lengths * sin[..., :-1], axis=-1, out=terms[..., 1:, 2])
+    np.cumsum(lengths * cos[..., :-1], axis=-1, out=terms[..., 1:, 3])
+    terms[..., 3] += chain.heights[0]
     frames = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
-    frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (turned @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
-    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = turned[..., 2], turned[..., 3]  # known if the angle beyond is NaN
-    return Posture(frames, (turned @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
+    frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (terms @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
+    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = terms[..., 2], terms[..., 3]  # finite if the angle beyond is NaN
+    return Posture(frames, (terms @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
 
 
 def _entries(size: int, **places: tuple[int, ...]) -> Array:
@@ -180,22 +181,22 @@ _PLANAR_MOTION = _entries(12, one=(2, -8), z=(-3,), x=(11,))
 
 
 def _products(steps: Array, joints_per_segment: int) -> Array:
-    """Products of J matrices up to each of them, the identity first, (..., J + 1, 4, 4); a segment has `each` of them.
+    """Products of J matrices up to each of them, the identity first, (..., J + 1, 4, 4).
 
-    Those of a segment are multiplied first, then those of all segments: of 2, of 4 and so on up to each of them.
+    Products within segments come first, then those over segments: over 2, over 4 and so on.
     """
-    within = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
+    in_segment = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
     for j in range(1, joints_per_segment):
-        within[..., j, :, :] = within[..., j - 1, :, :] @ within[..., j, :, :]
+        in_segment[..., j, :, :] = in_segment[..., j - 1, :, :] @ in_segment[..., j, :, :]
     products = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
     products[..., 0, :, :] = np.eye(4)
-    before = products[..., :-1:joints_per_segment, :, :]  # of all segments before
-    before[..., 1:, :, :] = within[..., :-1, -1, :, :]
-    step, segments = 1, before.shape[-3]
+    segment_products = products[..., :-1:joints_per_segment, :, :]  # of all segments before
+    segment_products[..., 1:, :, :] = in_segment[..., :-1, -1, :, :]
+    step, segments = 1, segment_products.shape[-3]
     while step < segments:
-        before[..., step:, :, :] = before[..., :-step, :, :] @ before[..., step:, :, :]
+        segment_products[..., step:, :, :] = segment_products[..., :-step, :, :] @ segment_products[..., step:, :, :]
         step *= 2
-    products[..., 1:, :, :] = (before[..., None, :, :] @ within).reshape(steps.shape)
+    products[..., 1:, :, :] = (segment_products[..., None, :, :] @ in_segment).reshape(steps.shape)
     return products
 
 
@@ -209,8 +210,8 @@ def cross_matrices(a: Array) -> Array:
 
 def vector_product(a: Array, b: Array) -> Array:
     """a x b, (..., 3); a few times as fast as numpy's."""
-    after, before = [1, 2, 0], [2, 0, 1]
-    return np.asarray(a[..., after] * b[..., before] - a[..., before] * b[..., after])
+    next_axis, previous_axis = [1, 2, 0], [2, 0, 1]
+    return np.asarray(a[..., next_axis] * b[..., previous_axis] - a[..., previous_axis] * b[..., next_axis])
 
 
 class Loads(NamedTuple):
@@ -223,13 +224,13 @@ class Loads(NamedTuple):
 
     def positions(self, bent: Posture) -> Array:
         """Positions of the points, (..., M, 3) m in B."""
-        turned = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
-        positions: Array = bent.origins[..., self.frames, :] + turned[..., 0]
+        rotated = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
+        positions: Array = bent.origins[..., self.frames, :] + rotated[..., 0]
         return positions
 
-    def times(self, share: float) -> "Loads":
-        """A share of the loads."""
-        return self._replace(forces=share * self.forces, moments=share * self.moments)
+    def times(self, fraction: float) -> "Loads":
+        """A fraction of the loads."""
+        return self._replace(forces=fraction * self.forces, moments=fraction * self.moments)
 
 
 def torques(bent: Posture, loads: Loads) -> Array:
@@ -239,12 +240,12 @@ def torques(bent: Posture, loads: Loads) -> Array:
 
 def _outboard_sums(bent: Posture, loads: Loads, values: Array) -> Array:
     """Sums over the points that each joint moves, (..., M, K) -> (..., J, K)."""
-    moved = loads.frames > np.arange(bent.screws.shape[-2])[:, None]
-    return np.asarray(moved.astype(float) @ values)
+    is_moved = loads.frames > np.arange(bent.screws.shape[-2])[:, None]
+    return np.asarray(is_moved.astype(float) @ values)
 
 
 def _wrenches(bent: Posture, loads: Loads) -> Array:
-    """Wrenches of all that each joint carries, about B's origin: moment and force, (..., J, 6)."""
+    """Wrenches of all loads beyond each joint, about B's origin: moment and force, (..., J, 6)."""
     moments = np.cross(loads.positions(bent), loads.forces) + loads.moments
     return _outboard_sums(bent, loads, np.concatenate(np.broadcast_arrays(moments, loads.forces), axis=-1))
 
@@ -252,7 +253,7 @@ def _wrenches(bent: Posture, loads: Loads) -> Array:
 def torque_slopes(bent: Posture, loads: Loads) -> Array:
     """Derivatives of `torques` by the joint positions, (..., J, J): of the torque at j by the position of i.
 
-    A joint i carries along all that lies beyond it: points, and for i < j the screw of joint j. So with the wrench
+    A joint i moves all beyond it: points, and for i < j the screw of joint j. So with the wrench
     (m, f) and the sums  A = sum (p f' - p . f)  of what the outer of the two joints carries, and screws (w, v),
 
         i < j:  w_i . (A_j' w_j + w_j x m_j + v_j x f_j)
@@ -279,16 +280,16 @@ def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loa
         chain: of J joints.
         stiffness: of the joints, (J,) N m/rad, and N/m where they slide.
         driving: torques of a pressure, (..., J) N m, and N.
-        loads: all of the chain, its weight among them.
+        loads: of the chain, its weight among them.
 
     Raises:
         SimulationDivergedError: if no balance is found.
     """
-    q = driving / stiffness + np.zeros((*loads.forces.shape[:-2], len(chain.ways)))
-    for share in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
+    q = driving / stiffness + np.zeros((*loads.forces.shape[:-2], len(chain.deformations)))
+    for fraction in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
         for _ in range(_MAX_ITERATIONS):
             bent = posture(chain, q)
-            part = loads.times(share)
+            part = loads.times(fraction)
             missing = driving + torques(bent, part) - stiffness * q
             step = np.linalg.solve(np.diag(stiffness) - torque_slopes(bent, part), missing[..., None])[..., 0]
             q = q + step

@@ -15,9 +15,9 @@ from soft_gripper.fingers.finger_parts import PressureLaw
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
-_REPETITIONS, _ROUNDING = 30, 1e-12  # at most; rad
-_USUAL = 1e5  # Pa, of the point through which a straight pressure law runs
-_MODULI = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
+_MAX_ITERATIONS, _ANGLE_TOLERANCE = 30, 1e-12  # and rad
+_LAW_PRESSURE = 1e5  # Pa, a point of a straight pressure law
+_MODULUS_FIELDS = ("youngs_modulus", "layer_modulus", "layer_shear_modulus")
 
 
 def free_bending_angles(finger: Finger, pressure: Array) -> Array:
@@ -32,7 +32,7 @@ def relaxed_law(finger: Finger) -> PiecewiseLinear:
 
 
 class FacePress(NamedTuple):
-    """A force that an instrument measures on a face of a finger, at `place`, along `axis`, with friction on the face.
+    """A force on a face of a finger, measured by an instrument at `place` along `axis`, with friction on the face.
 
     A positive force presses on the inner face.
     """
@@ -43,16 +43,16 @@ class FacePress(NamedTuple):
     friction: float = 0.0  # force along the face, toward the tip, over the force across it
 
     def face(self, finger: Finger) -> Array:
-        """Distance of the face that is pressed from the axis, (...) m, positive on the inner side."""
+        """Distance of the pressed face from the axis, (...) m, positive on the inner side."""
         section = finger.section(self.place)
         return np.where(self.force < 0, section.outer_face, section.inner_face)
 
     def torque(self, finger: Finger, q: Array) -> Array:
         """Torque at the joints in a posture, (..., N) N m."""
-        site = forward_kinematics(q, finger.segment_length).at(self.place[..., None], self.face(finger)[..., None])
+        site = forward_kinematics(q, finger.segment_length).sites(self.place[..., None], self.face(finger)[..., None])
         pushing = -site.normals + self.friction * site.directions
-        along = 1.0 if self.axis is None else (pushing * np.conj(self.axis)).real
-        return site.torques(self.force[..., None] * pushing / along)[..., 0, :]
+        axis_component = 1.0 if self.axis is None else (pushing * np.conj(self.axis)).real
+        return site.torques(self.force[..., None] * pushing / axis_component)[..., 0, :]
 
 
 def resting_angles(
@@ -63,14 +63,14 @@ def resting_angles(
     `gravity` is as for `gravity_torque`, a number or (...) m/s^2, and `press` a force in addition. Found by fixed-point
     iteration, which converges unless the finger buckles under its weight.
     """
-    driven, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
-    bends, remains = relaxed_law(finger).inverse(), 1 - shares(finger).sum()
-    yields_more = (remains / (remains - finger.share_taken(pressure)))[..., None]  # of a linear finger: a factor
-    q = yields_more * bends(driven)
-    for _ in range(_REPETITIONS):
+    driving, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
+    bends, relaxed = relaxed_law(finger).inverse(), 1 - shares(finger).sum()  # fraction of the stiffness
+    bend_factor = (relaxed / (relaxed - finger.share_taken(pressure)))[..., None]  # of a linear finger
+    q = bend_factor * bends(driving)
+    for _ in range(_MAX_ITERATIONS):
         pressed = 0.0 if press is None else press.torque(finger, q)
-        before, q = q, yields_more * bends(driven + gravity_torque(finger, q, gravity) + pressed)
-        if np.abs(q - before).max(initial=0.0) < _ROUNDING:
+        last, q = q, bend_factor * bends(driving + gravity_torque(finger, q, gravity) + pressed)
+        if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return q
 
@@ -78,26 +78,26 @@ def resting_angles(
 def softened(finger: Finger, ratio: float, variation: float = 0.0) -> Finger:
     """The finger with all that is elastic in it divided by `ratio`; its neutral axis, creep and pressure gain stay.
 
-    The ratio changes linearly along the finger by the share `variation` from its middle to its tip, and by as much to
-    its base.
+    The ratio changes linearly along the finger by the fraction `variation` from its middle to its tip, and by as much
+    to its base.
     """
     law, ratios = finger.elastic_law, ratio * (1 + variation * (2 * np.array(finger.places) - 1))
     if law is not None:
         ends = {"base_moment": ratios[0], "tip_moment": ratios[-1]}
         law = replace(law, **{name: tuple(m / end for m in getattr(law, name)) for name, end in ends.items()})
     cross_sections: list[Any] = [*finger.cross_sections]
-    base, *between, tip = (
-        replace(section, **{name: getattr(section, name) / of for name in _MODULI})
-        for section, of in zip(cross_sections, ratios.tolist(), strict=True)
+    base, *inner_sections, tip = (
+        replace(section, **{name: getattr(section, name) / divisor for name in _MODULUS_FIELDS})
+        for section, divisor in zip(cross_sections, ratios.tolist(), strict=True)
     )
-    return replace(finger, base=base, sections=tuple(between), tip=tip, elastic_law=law)
+    return replace(finger, base=base, sections=tuple(inner_sections), tip=tip, elastic_law=law)
 
 
 def strengthened(finger: Finger, factor: float) -> Finger:
-    """The finger with stiffness and torque of its one pressure times a factor: under pressure alone it bends alike."""
+    """The finger with stiffness and torque of its one pressure times a factor: its free bending is unchanged."""
     if factor == 1:
         return finger
-    law = finger.laws[0] or PressureLaw((0.0, _USUAL), (0.0, _USUAL))
+    law = finger.laws[0] or PressureLaw((0.0, _LAW_PRESSURE), (0.0, _LAW_PRESSURE))
     law = replace(law, effective=tuple(factor * effective for effective in law.effective))
     chambers = tuple(replace(chamber, law_pressure=None, law_effective=None) for chamber in finger.chambers)
     return replace(softened(finger, 1 / factor), pressure_law=law, chambers=chambers)

@@ -17,7 +17,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
-from soft_gripper.fingers.creep import Softened
+from soft_gripper.fingers.creep import SoftenedProduct
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
@@ -48,14 +48,14 @@ class TakenStiffness(Diagram):
         assert law is not None
         builder = DiagramBuilder()
         curve = PiecewiseLinear(law.taken.x[None], law.taken.y[None])
-        share = builder.AddNamedSystem("share", PiecewiseLinearBlock(curve))
+        fraction = builder.AddNamedSystem("share", PiecewiseLinearBlock(curve))
         stiffness = finger.finger.stiffness[:, None] * finger.position_selector()
         whole = np.ascontiguousarray(finger.actuator_selector().T @ stiffness)
         elastic = builder.AddNamedSystem("elastic", MatrixGain(whole))
-        taken = builder.AddNamedSystem("taken", Softened(len(whole), divides=False))
-        builder.Connect(share.get_output_port(), taken.GetInputPort("softening"))
-        builder.Connect(elastic.get_output_port(), taken.GetInputPort("factor"))
+        lost_torque = builder.AddNamedSystem("taken", SoftenedProduct(len(whole), divides=False))
+        builder.Connect(fraction.get_output_port(), lost_torque.GetInputPort("softening"))
+        builder.Connect(elastic.get_output_port(), lost_torque.GetInputPort("factor"))
         builder.ExportInput(elastic.get_input_port(), "state")
-        builder.ExportInput(share.get_input_port(), "pressure")
-        builder.ExportOutput(taken.get_output_port(), "actuation")
+        builder.ExportInput(fraction.get_input_port(), "pressure")
+        builder.ExportOutput(lost_torque.get_output_port(), "actuation")
         builder.BuildInto(self)

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 
-_SECTION_ELEMENTS = 48  # across the section, about
+_SECTION_ELEMENTS = 48  # about, across the section
 _MIN_ELEMENTS_PER_GAP = 4  # between two edges
-_EDGE_DIGITS = 9  # of the size of the section, up to which edges differ
+_EDGE_DIGITS = 9  # decimals of the section's size, by which edges are told apart
 _SLOPE_PRODUCTS = np.array(
     [[1.0, -1.0], [-1.0, 1.0]]
 )  # integrals of products of slopes of two hat functions, on a unit length
@@ -66,8 +66,8 @@ def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
 def _grid_lines(edges: Sequence[float], size: float) -> Array:
     """Lines of the grid: all edges and, between each two, places that crowd toward them."""
     grid_edges = size * np.unique(np.round(np.array(edges) / size, _EDGE_DIGITS))
-    between = [low + (high - low) * _crowded_fractions((high - low) / size) for low, high in pairwise(grid_edges)]
-    return np.concatenate([grid_edges[:1], *between])
+    inner_lines = [low + (high - low) * _crowded_fractions((high - low) / size) for low, high in pairwise(grid_edges)]
+    return np.concatenate([grid_edges[:1], *inner_lines])
 
 
 def _crowded_fractions(length: float) -> Array:
@@ -79,14 +79,15 @@ def _grid_moduli(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
     """Shear modulus at places, (X, Y) Pa."""
     modulus = np.zeros((len(x), len(y)))
     for part in parts:
-        (low, high), (right, left) = part.edges, part.sides
-        modulus[np.ix_((x > low) & (x < high), (y > right) & (y < left))] = part.modulus
+        (low, high), (bottom, top) = part.edges, part.sides
+        modulus[np.ix_((x > low) & (x < high), (y > bottom) & (y < top))] = part.modulus
     return modulus
 
 
 def _element_terms(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
-    """Rectangles from x[:, 0] to x[:, 1] and y[:, 0] to y[:, 1]: the energy without warping, N m^2, and the matrix
-    and the load of the warping at their corners, (E, 4, 4) and (E, 4).
+    """Energy without warping, N m^2, of rectangles from x[:, 0] to x[:, 1] and y[:, 0] to y[:, 1].
+
+    Also returns matrix and load of the warping at their corners, (E, 4, 4) and (E, 4).
     """
     a, b = np.diff(x)[:, 0], np.diff(y)[:, 0]
     squares = sum((side**2).sum(axis=1) + side.prod(axis=1) for side in (x, y)) / 3
@@ -98,7 +99,7 @@ def _element_terms(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Ar
 
 
 def _warping_energy(corners: NDArray[np.int_], stiffness: Array, load: Array, rows: int) -> float:
-    """The energy that warping saves, N m^2; `corners` number the grid points, with `rows` of them along y."""
+    """Energy that warping saves, N m^2; `corners` number the grid points, with `rows` of them along y."""
     from scipy.sparse import coo_array
     from scipy.sparse.linalg import spsolve
 
@@ -108,5 +109,5 @@ def _warping_energy(corners: NDArray[np.int_], stiffness: Array, load: Array, ro
     indices = [np.broadcast_to(part, stiffness.shape) for part in (nodes[:, :, None], nodes[:, None, :])]
     used = (indices[0] >= 0) & (indices[1] >= 0)
     matrix = coo_array((stiffness[used], (indices[0][used], indices[1][used])), shape=(free, free)).tocsc()
-    pull = np.bincount(nodes[nodes >= 0], load[nodes >= 0], free)
-    return float(pull @ spsolve(matrix, pull))
+    load_sums = np.bincount(nodes[nodes >= 0], load[nodes >= 0], free)
+    return float(load_sums @ spsolve(matrix, load_sums))

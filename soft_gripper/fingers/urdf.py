@@ -1,7 +1,7 @@
 """URDF files with <finger> components, expanded to plain URDF that any Drake loads.
 
-Drake silently skips elements that it does not know, and so it would skip the fingers of a file that is not expanded.
-Therefore a file with <finger>s also has an element that makes Drake refuse it, with a message that says what to do:
+Drake silently skips unknown elements, and so the fingers of a file that is not expanded. Therefore a file with
+<finger>s also has an element that makes Drake refuse it, with a message on what to do:
 
     <frame name="fingers: load with soft_gripper.add_fingers, or soft-gripper expand"/>
 
@@ -32,7 +32,7 @@ GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
 
 @dataclass(frozen=True)
 class ExpandedUrdf:
-    """A plain URDF, which is kept and must not be changed, and the fingers that it came from, in the file's order."""
+    """A plain URDF, cached and not to be changed, and its fingers in the file's order."""
 
     robot: ET.Element
     fingers: tuple[Finger, ...]
@@ -61,11 +61,11 @@ def expand_urdf(
         file: relative mesh names in it become absolute, so that the result can be stored elsewhere.
         segments: replaces every finger's own number of segments.
         only_name: name of the finger if the file holds just one, so that a file can be loaded twice.
-        without: links that are left out, see `remove_links`.
+        without: removed links, see `remove_links`.
         model_name: name of the robot in the result; None: as in the file.
-        change: returns what replaces each finger of the file.
+        change: returns the replacement of each finger of the file.
         springs: "linear", "torsion" or "implicit", see `finger_to_urdf`.
-        visuals: False leaves out what is seen of the fingers.
+        visuals: False omits the fingers' visual geometry.
         points: spheres on either side of a link, which touch other bodies instead of its surface; None: the surface.
         touches_itself: whether links of a finger that are more than two apart touch each other.
 
@@ -74,8 +74,8 @@ def expand_urdf(
     """
     path = Path(file)
     source = _Source(path, read_text(path), segments, only_name, tuple(without), model_name)
-    robot, read = _parse_fingers(source)
-    elements = tuple(map(change, read))
+    robot, parsed = _parse_fingers(source)
+    elements = tuple(map(change, parsed))
     meshes = _meshes(path, robot)  # links may have changed
     options = _ExpansionOptions(springs, visuals, points, touches_itself)
     return ExpandedUrdf(_expand(source, elements, meshes, options), tuple(element.finger for element in elements))
@@ -84,7 +84,7 @@ def expand_urdf(
 def read_fingers(
     file: Path | str, segments: int | None = None, only_name: str | None = None, without: Sequence[str] = ()
 ) -> tuple[FingerElement, ...]:
-    """The fingers of a URDF, and where they are mounted; args and raises as `expand_urdf`."""
+    """Reads the fingers of a URDF and their mounts; args and raises as `expand_urdf`."""
     path = Path(file)
     return _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None)).elements
 
@@ -96,13 +96,13 @@ def changed_urdf(
     without: Sequence[str] = (),
     change: Callable[[FingerElement], FingerElement] = lambda mounted: mounted,
 ) -> str:
-    """The text of a URDF with other <finger>s; they are not expanded.
+    """Replaces the <finger>s of a URDF and returns its text; they are not expanded.
 
     Args and raises as `expand_urdf`.
     """
     path = Path(file)
-    read, elements = _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None))
-    robot = deepcopy(read)
+    parsed, elements = _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None))
+    robot = deepcopy(parsed)
     for mesh, filename in zip(robot.iter("mesh"), _meshes(path, robot), strict=True):
         mesh.set("filename", filename)
     written, guard = map(finger_element, map(change, elements)), [ET.Element("frame", name=GUARD)] if elements else []

@@ -33,15 +33,15 @@ class CurvatureSensors(SpatialSensors):
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
         sections = {"section": range(self.sections)}
-        turning = [way for way in self.ways if way not in SLIDES]
+        turning = [way for way in self.deformations if way not in SLIDES]
         return sections if len(turning) == 1 else {"way": turning, **sections}
 
     @cached_property
     def matrix(self) -> Array:
         middles = (self.section_ends[:-1] + self.section_ends[1:]) // 2
         at_middles = np.eye(self.finger.segments)[middles] / self.finger.segment_length
-        turning = [way not in SLIDES for way in self.ways]
-        return np.kron(np.eye(len(self.ways))[turning], at_middles)
+        turning = [way not in SLIDES for way in self.deformations]
+        return np.kron(np.eye(len(self.deformations))[turning], at_middles)
 
 
 class OrientationSensors(SpatialSensors):
@@ -52,7 +52,7 @@ class OrientationSensors(SpatialSensors):
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
         sections = {"section": range(self.sections)}
-        return sections if len(self.ways) == 1 else {**sections, "xyz": XYZ}
+        return sections if len(self.deformations) == 1 else {**sections, "xyz": XYZ}
 
     @cached_property
     def matrix(self) -> Array:
@@ -61,7 +61,7 @@ class OrientationSensors(SpatialSensors):
     def predict(self, q: Array) -> Array:
         """Rotation vectors of the ends of the sections, (..., D) -> (..., R) rad."""
         vectors = self._vectors(posture(self._chain, q[..., self._position_indices]))
-        return vectors[..., 1] if len(self.ways) == 1 else vectors.reshape(*q.shape[:-1], -1)
+        return vectors[..., 1] if len(self.deformations) == 1 else vectors.reshape(*q.shape[:-1], -1)
 
     def slopes(self, q: Array) -> Array:
         bent = posture(self._chain, q[..., self._position_indices])
@@ -69,7 +69,7 @@ class OrientationSensors(SpatialSensors):
         axes = np.where(self._turns[..., None], bent.screws[..., None, :, :3], 0.0)
         by_axis = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
         moved = by_axis[..., np.argsort(self._position_indices), :]
-        if len(self.ways) == 1:
+        if len(self.deformations) == 1:
             return np.asarray(moved[..., 1])
         return np.asarray(np.swapaxes(moved, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
 
@@ -85,7 +85,7 @@ class OrientationSensors(SpatialSensors):
 
     @cached_property
     def _position_indices(self) -> Any:
-        return self._chain.position_indices(self.ways)
+        return self._chain.position_indices(self.deformations)
 
     @cached_property
     def _turns(self) -> Any:

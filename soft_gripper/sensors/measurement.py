@@ -81,7 +81,7 @@ class MeasurementModel(ABC):
             )
             raise InputError("sensor", "borders", self.borders, expected)
         shape = np.shape(self.matrix)
-        columns = segments * len(self.ways)
+        columns = segments * len(self.deformations)
         if len(shape) != 2 or shape[0] < 1 or shape[1] != columns or not np.isfinite(self.matrix).all():
             expected = f"give finite numbers, a row for each value and {columns} columns"
             raise InputError("sensor", f"matrix of {type(self).__name__}", shape, expected)
@@ -101,7 +101,7 @@ class MeasurementModel(ABC):
         """A, from joint angles to the measured values, (S, D)."""
 
     @property
-    def ways(self) -> tuple[str, ...]:
+    def deformations(self) -> tuple[str, ...]:
         """Ways of yielding that change the readings, see `finger_parts.AXES`; bending comes first."""
         return ("bending",)
 
@@ -113,7 +113,7 @@ class MeasurementModel(ABC):
     @cached_property
     def straight(self) -> Array:
         """Joint positions of the straight finger, (D,)."""
-        return np.zeros(len(self.ways) * self.finger.segments)
+        return np.zeros(len(self.deformations) * self.finger.segments)
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
@@ -235,7 +235,7 @@ class SpatialSensors(MeasurementModel):
         return self.linearized(q)
 
     @cached_property
-    def ways(self) -> tuple[str, ...]:
+    def deformations(self) -> tuple[str, ...]:
         return ways_in_space(self.finger)
 
 

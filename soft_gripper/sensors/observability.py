@@ -50,21 +50,22 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
     seen = layout.slopes(layout.straight) @ shared_equally(layout)
     std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
     std_by_way = dict(
-        zip(layout.ways, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True)
+        zip(layout.deformations, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True)
     )
-    ways = [way for way in _PRIOR_STD if way in layout.finger.yields]
-    return [Observed(way, std_by_way.get(way, np.full(S, np.inf))) for way in ways]
+    deformations = [way for way in _PRIOR_STD if way in layout.finger.yields]
+    return [Observed(way, std_by_way.get(way, np.full(S, np.inf))) for way in deformations]
 
 
 def shared_equally(layout: MeasurementModel) -> Array:
     """Matrix from deformations of whole sections, way after way, to equal parts at their joints, (D, W S)."""
     of_section = layout.joint_sections[:, None] == np.arange(layout.sections)
-    return np.kron(np.eye(len(layout.ways)), of_section / layout.joints_per_section)
+    return np.kron(np.eye(len(layout.deformations)), of_section / layout.joints_per_section)
 
 
 def weak_prior(layout: MeasurementModel) -> Array:
     """Prior standard deviations of deformations of whole sections, way after way, (W S,)."""
     stds = [
-        _PRIOR_STD[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections)) for way in layout.ways
+        _PRIOR_STD[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections))
+        for way in layout.deformations
     ]
     return np.concatenate(stds)

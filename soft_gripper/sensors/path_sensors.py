@@ -128,7 +128,7 @@ class PathSensors(SpatialSensors):
         return self.linearized(q)[1]
 
     def linearized(self, q: Array) -> tuple[Array, Array]:
-        by_way = q.reshape(*q.shape[:-1], len(self.ways), self.finger.segments)
+        by_way = q.reshape(*q.shape[:-1], len(self.deformations), self.finger.segments)
         lengths, gradients = lengths_and_gradients(self._chain_paths, self._levers, by_way)
         slopes = (gradients[..., None, :, :] * self._shares).reshape(*q.shape[:-1], self.readings, q.shape[-1])
         return self._ratios(lengths) - 1, slopes
@@ -146,7 +146,7 @@ class PathSensors(SpatialSensors):
     def split_by_way(self, q: Array) -> dict[str, Array]:
         """Joint positions, (..., D), by the way in which they yield, (..., N) each."""
         N = self.finger.segments
-        return {way: q[..., i * N : (i + 1) * N] for i, way in enumerate(self.ways)}
+        return {way: q[..., i * N : (i + 1) * N] for i, way in enumerate(self.deformations)}
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
@@ -189,4 +189,4 @@ class PathSensors(SpatialSensors):
 
     @cached_property
     def _levers(self) -> Array:
-        return np.stack([self._chain_paths.levers[way] for way in self.ways], axis=-2)
+        return np.stack([self._chain_paths.levers[way] for way in self.deformations], axis=-2)

@@ -30,13 +30,13 @@ class SensorBlock(ArrayBlock):
     def __init__(self, layout: MeasurementModel, period: float):
         """Samples the sensors every `period` s, beginning at initialization."""
         super().__init__(period)
-        ports = [joints_port(way) for way in layout.ways]
+        ports = [joints_port(way) for way in layout.deformations]
         for port in ports:
             self.take(port, layout.finger.segments)
             self.sample(f"sampled_{port}", port)
         sampled = [f"sampled_{port}" for port in ports]
         planar = len(sampled) == 1
-        signals = layout.signals if planar else lambda *ways: layout.signals(np.concatenate(ways, axis=-1))
+        signals = layout.signals if planar else lambda *angles: layout.signals(np.concatenate(angles, axis=-1))
         self.derive("signals", signals, *sampled)
         for name in layout.signals(layout.straight):
             self.put_out(name, _entry(name), "signals", unit=layout.unit, **layout.axes)

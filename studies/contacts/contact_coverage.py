@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import STYLE, save_figure
 from studies.contacts.situations import (
@@ -92,7 +92,7 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Any:
     }
     row = dict(zip(KEYS, key_of(situation, case), strict=True)) | {
         "contacts": str(len(force)),
-        "detected_percent": _percent(stated.probability > DETECTED),
+        "detected_percent": _percent(stated.probability > DETECTION_PROBABILITY),
         "withheld_percent": _percent(~np.isfinite(stated.interval[:, 0])),
         "unbounded_percent": _percent(~bounded[:, 0]),
         "unbounded_beyond_percent": _percent(~bounded[far, 1]),
@@ -110,7 +110,7 @@ def coverage_row(situation: str, case: Case, stated: Stated) -> Any:
             part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
             row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in statistics(part).items()}
     row["degrees_median"] = f"{_average(np.median, stated.degrees[np.isfinite(stated.degrees)]):.2g}"
-    detected = (stated.probability > DETECTED) & np.isfinite(stated.interval[:, 0])
+    detected = (stated.probability > DETECTION_PROBABILITY) & np.isfinite(stated.interval[:, 0])
     for band, interval, true_force in zip(
         _BANDS, (stated.interval, stated.transverse_interval), (stated.force, stated.transverse), strict=True
     ):
@@ -135,7 +135,7 @@ def interval_score(interval: Array, true: Array) -> Array:
 def rms_z(stated: Stated) -> float:
     """Error of the transverse force over its standard deviation, root mean square of the detected contacts."""
     z = (stated.estimated_transverse - stated.transverse) / stated.transverse_std
-    z = z[(stated.probability > DETECTED) & np.isfinite(z)]
+    z = z[(stated.probability > DETECTION_PROBABILITY) & np.isfinite(z)]
     return float(np.sqrt((z**2).mean())) if len(z) else np.nan
 
 

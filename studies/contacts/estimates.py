@@ -177,7 +177,9 @@ def estimate_contacts(
     gravity = np.broadcast_to(np.asarray(scale.gravity)[..., None] * contacts.gravity, (*shape, 3))
     assumed = Uncertainty(reading=condition.reading, bend_per_pressure=EXACT)
     function = estimator_function(estimator, nominal, assumed)
-    contact = function(readings.pressed, driving_torque(nominal.finger, nominal.ways, pressure), gravity).contact
-    found = FoundContact.of(contact, contacts, nominal.ways != ("bending",))
+    contact = function(
+        readings.pressed, driving_torque(nominal.finger, nominal.deformations, pressure), gravity
+    ).contact
+    found = FoundContact.of(contact, contacts, nominal.deformations != ("bending",))
     scaled = {name: scale.force * getattr(found, name) for name in ("force", "force_std", "transverse_force")}
     return replace(found, **scaled)

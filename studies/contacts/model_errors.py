@@ -12,7 +12,7 @@ from typing import Annotated
 
 import numpy as np
 
-from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.files.row_table import print_rows
 from studies.contacts.contact_coverage import encloses, rms_z
 from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
@@ -51,7 +51,7 @@ def model_error_rows(difference: str, case: Case, number: int, seed: int) -> lis
         (stated.places, stated.place),
     )
     covered = [holds[known] for holds, known in (encloses(*pair) for pair in pairs)]
-    masks = *covered, stated.probability > DETECTED, free.probability > DETECTED
+    masks = *covered, stated.probability > DETECTION_PROBABILITY, free.probability > DETECTION_PROBABILITY
     interval, transverse, place, detected, touched = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
     of_case = difference, case.sections, case.sensors, len(stated.force)
     return [ModelErrorRow(*of_case, interval, transverse, rms_z(stated), place, detected, touched, seed)]

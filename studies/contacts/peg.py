@@ -154,7 +154,7 @@ def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> 
     link = int(chain.link_at(np.array(s)))
     section = finger.section((finger.link_ends[link] + finger.link_ends[link + 1]) / 2)
     face = section.inner_face if side == "inner" else section.outer_face
-    return complex(chain.at(np.array([s]), float(face) + SIDES[side] * radius).points[0])
+    return complex(chain.sites(np.array([s]), float(face) + SIDES[side] * radius).points[0])
 
 
 RADIUS = (3, 12)  # mm, rounded, so that a bench serves many contacts

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.batches import Later
+from soft_gripper.estimators.batches import LazyArray
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
@@ -210,11 +210,11 @@ def _stated_of(
     """Estimates of contacts whose readings and pressures, `measured` over the true ones, are known."""
     layout = sensor_layout(condition.nominal_finger(seen), config)
     estimator = ContactShape(layout, assumed)
-    given = readings, driving_torque(layout.finger, layout.ways, measured * contacts.pressure), contacts.gravity
+    given = readings, driving_torque(layout.finger, layout.deformations, measured * contacts.pressure), contacts.gravity
     contact = estimator(*given).contact
     assert contact is not None
     transverse = contacts.transverse_force, contact.transverse_force, contact.transverse_force_std
-    found = FoundContact.of(contact, contacts, layout.ways != ("bending",))
+    found = FoundContact.of(contact, contacts, layout.deformations != ("bending",))
     return _stated(
         contacts.normal_force,
         contacts.arc_length,
@@ -323,7 +323,7 @@ def _recorded(recording: Recording, finger: str, rows: NDArray[np.int_]) -> Stat
         "transverse": "transverse_force_interval",
     }
     fields: dict[str, Any] = {field: of(f"contact_{field}") for field in ContactPosterior._fields if field not in later}
-    fields |= {field: Later(partial(of, name)) for field, name in later.items()}
+    fields |= {field: LazyArray(partial(of, name)) for field, name in later.items()}
     known = ContactPosterior(**fields)
     force = np.abs(of("true_contact_force"))
     found = of("contact_force"), of("contact_arc_length"), known, np.full(len(force), np.nan)

@@ -70,7 +70,7 @@ def in_balance(
         contact = Loads(weight.frames, np.zeros((finger.segments + 1, 3)), force, moment)
         return torques(at, weight), torques(at, contact), force.sum(axis=-2)
 
-    bending = np.array(chain.ways) == "bending"
+    bending = np.array(chain.deformations) == "bending"
 
     def deflection(torque: Array) -> Array:
         q: Array = torque / stiffness

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.scenario.scenario_file import changed_scenario
 from studies.contacts.contacts import G, read_finger
 
@@ -46,7 +46,7 @@ def grasps_of(recording: Recording) -> Grasps:
     def of(name: str) -> Array:
         return recording.samples(f"{FINGER}.{name}")[:: round(PERIOD / _SIMULATED)]
 
-    gravity = in_base(of("X_WB"), np.array([0.0, 0.0, -G]))
+    gravity = to_base(of("X_WB"), np.array([0.0, 0.0, -G]))
     force = np.abs(of("true_contact_force")).reshape(-1)
     return Grasps(of("sampled_joint_angles"), of("sampled_pressure").reshape(-1), gravity, force)
 

@@ -171,7 +171,7 @@ class FingerAtRest:
     def points(self, s: Array) -> Array:
         """The true points of the finger at arc lengths (M) m from the base, (K, M, 3) m in B."""
         q = self.recording.samples(f"{self.finger.name}.sampled_joint_angles")[self.samples]
-        return in_space(forward_kinematics(q, self.simulated.segment_length).at(s).points)
+        return in_space(forward_kinematics(q, self.simulated.segment_length).sites(s).points)
 
 
 def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:

@@ -90,7 +90,9 @@ def covered(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> NDArray[n
         return np.zeros(0, dtype=bool)
     normals = in_space(forward_kinematics(estimate.q, nominal.segment_length).normals)
     across = (normals * (truth - in_space(estimate.points(nominal)))).sum(axis=-1)
-    moves = (Places(nominal, BENDS).moves(estimate.q) * normals[..., None, :, :]).sum(axis=-1)  # (..., D, N + 1)
+    moves = (Places(nominal, BENDS).place_jacobian(estimate.q) * normals[..., None, :, :]).sum(
+        axis=-1
+    )  # (..., D, N + 1)
     variance = ((estimate.covariance @ moves) * moves).sum(axis=-2)
     within: NDArray[np.bool_] = (np.abs(across) <= BAND * np.sqrt(np.maximum(variance, 0)))[..., 1:]
     return within

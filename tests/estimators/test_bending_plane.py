@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.estimators.plane import from_base, in_base, planar_gravity, pose_entries, turned_from_base
+from soft_gripper.estimators.plane import from_base, planar_gravity, pose_entries, rotate_from_base, to_base
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -1.1, 2.0), [0.1, -0.2, 0.3])
 POSES = [X_WB, RigidTransform(), X_WB @ X_WB]
@@ -12,11 +12,11 @@ ENTRIES = np.array([pose_entries(pose) for pose in POSES])
 
 def test_a_vector_of_the_world_in_many_bases_and_back(bent):
     vectors = bent(3, 3)
-    local = in_base(ENTRIES, vectors)
+    local = to_base(ENTRIES, vectors)
     np.testing.assert_allclose(
         local, [pose.rotation().inverse() @ v for pose, v in zip(POSES, vectors, strict=True)], atol=1e-15
     )
-    np.testing.assert_allclose(turned_from_base(ENTRIES, local), vectors, atol=1e-15)
+    np.testing.assert_allclose(rotate_from_base(ENTRIES, local), vectors, atol=1e-15)
 
 
 def test_gravity_in_the_bending_plane_leaves_out_what_is_across_it():

@@ -28,7 +28,7 @@ def cells_of(layout, q):
         load = Loads(frame, point[None], (at.rotations[frame[0]] @ force)[None], np.zeros((1, 3)))
         return A @ (mechanics.compliance(q) * by_way(finger, torques(at, load)))
 
-    return contact.surface, contact.cells(q, mechanics.posture(q), A), changed
+    return contact.surface, contact.cells(q, mechanics.bent_finger(q), A), changed
 
 
 def pressed(finger, s, normal):
@@ -51,15 +51,15 @@ def test_a_cell_changes_the_readings_as_its_force_does(shipped_finger, bent, sid
     point, half = pressed(layout.finger, surface.arc_length[number], normal)
     expected = changed(point, -normal)
     np.testing.assert_allclose(cells.response[number], expected, rtol=1e-9, atol=1e-15)
-    np.testing.assert_allclose(cells.spreads[number, 0], 0.01 * changed(point, Z), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(cells.deviations[number, 0], 0.01 * changed(point, Z), rtol=1e-9, atol=1e-15)
     step = layout.finger.length / (surface.place.max() + 1) / np.sqrt(12)
     width = 2 * np.abs(across) @ half / np.sqrt(12) * (side % 2)
-    for moved, spread in ((step * Z, cells.spreads[number, 2]), (width * across, cells.spreads[number, 3])):
+    for moved, spread in ((step * Z, cells.deviations[number, 2]), (width * across, cells.deviations[number, 3])):
         np.testing.assert_allclose(spread, changed(point + moved, -normal) - expected, rtol=1e-9, atol=1e-15)
 
 
 def test_the_tip_may_be_pressed_on_the_rim_of_every_face_and_beside_it(shipped_finger):
-    surface = SurfaceCells.of(yielding(shipped_finger), yielding(shipped_finger).yields, FRICTION)
+    surface = SurfaceCells.from_finger(yielding(shipped_finger), yielding(shipped_finger).yields, FRICTION)
     angles = surface.angle[surface.arc_length == shipped_finger.length]
     np.testing.assert_allclose(np.sort(angles % (2 * np.pi)), np.repeat(np.arange(4), 2) * np.pi / 2, atol=1e-12)
 
@@ -76,7 +76,7 @@ def test_in_the_plane_cells_have_friction_of_any_size_along_the_finger(shipped_f
         expected = changed(point, rub * Z - normal)
         np.testing.assert_allclose(cells.response[number], expected, atol=1e-12)
         moved = changed(point + step * Z, -normal) - changed(point, -normal)
-        np.testing.assert_allclose(cells.spreads[number, 1], moved, atol=1e-12)
+        np.testing.assert_allclose(cells.deviations[number, 1], moved, atol=1e-12)
     np.testing.assert_allclose(cells.prior[numbers] / cells.prior[numbers].sum(), [0.3, *0.7 * SHARES], rtol=1e-12)
 
 
@@ -85,7 +85,7 @@ SHARES = np.array([0.25, 0.5 / 3, 0.5 / 3, 0.5 / 3, 0.25])
 
 def test_prior_and_places_of_the_cells(shipped_finger):
     for finger, sides in ((shipped_finger, [-1, 1]), (yielding(shipped_finger), list(range(1, 9)))):
-        surface = SurfaceCells.of(finger, finger.yields, 0.9)
+        surface = SurfaceCells.from_finger(finger, finger.yields, 0.9)
         assert surface.prior.sum() == pytest.approx(1)
         assert (np.diff(surface.side) >= 0).all()
         assert sorted(set(surface.side)) == sides
@@ -106,7 +106,7 @@ def test_a_contact_as_long_as_a_link_lies_on_two(shipped_finger):
         torque = np.mean([torque_of(shipped_finger, q, Push(s, 1.0)) for s in spread], axis=0)
         more = torque - torque_of(shipped_finger, q, Push(middle, 1.0))
         chosen = np.flatnonzero((surface.place == int(middle / shipped_finger.length * 48)) & (surface.side == 1))
-        levers, expected = cells.spreads[chosen, -1], layout.sums(more / shipped_finger.stiffness)
+        levers, expected = cells.deviations[chosen, -1], layout.sums(more / shipped_finger.stiffness)
         assert np.abs(levers[0]).max() == 0  # of a contact on one link
         for lever in levers[1:]:
             np.testing.assert_allclose(np.abs(lever), np.abs(expected), rtol=0.5, atol=1e-9)
@@ -123,4 +123,4 @@ def test_a_finger_in_space_is_pressed_on_its_inner_and_outer_face_as_one_that_on
         chosen = (plane.side == side) & ~plane.rough & (plane.arc_length < shipped_finger.length)
         other = (space.side == same) & ~space.rough & (space.arc_length < shipped_finger.length)
         np.testing.assert_allclose(others.response[other], cells.response[chosen], rtol=1e-9, atol=1e-15)
-        np.testing.assert_allclose(others.spreads[other, 2], cells.spreads[chosen, 1], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(others.deviations[other, 2], cells.deviations[chosen, 1], rtol=1e-9, atol=1e-15)

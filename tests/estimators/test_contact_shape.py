@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance, torque_of, vector
 
-from soft_gripper.estimators.contact import ContactShape, SurfaceContact, Unexplained, _forces, _within
+from soft_gripper.estimators.contact import (
+    ContactShape,
+    LinearizedResidual,
+    SurfaceContact,
+    _deviation_posterior,
+    _force_vectors,
+)
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
@@ -244,8 +250,8 @@ def test_noise_hides_no_force_on_the_edge_of_the_tip(shipped_finger, along, fric
     given = read, shipped_finger.pressure_torque(np.full(200, 40e3)), vector(9.81)
     contact = shape(*given).contact
     assert np.mean(np.abs(contact.force - 1) < 2 * contact.force_std) > 0.88
-    explained, _ = shape._explained(shape._gaussian(*given).q, *given)
-    (on_edge,) = np.nonzero(shape.contact.surface.arc_length[explained.posterior.best] == tip)
+    explained, _ = shape._explain(shape._gaussian(*given).q, *given)
+    (on_edge,) = np.nonzero(shape.contact.surface.arc_length[explained.posterior.best_cell] == tip)
     assert len(on_edge) > 100
     np.testing.assert_array_equal(contact.arc_length[on_edge], tip)
 
@@ -263,9 +269,9 @@ def test_a_contact_on_two_links_turns_the_joint_between_them(shipped_finger, sha
         np.tile(layout.sums(torque * compliance), (3, 1)),
         np.tile((2e-4) ** 2 * np.eye(4), (3, 1, 1)),
     )
-    left = Unexplained(q, mechanics.posture(q), layout.matrix, np.full(3, 4.0), residual, covariance)
+    left = LinearizedResidual(q, mechanics.bent_finger(q), layout.matrix, np.full(3, 4.0), residual, covariance)
     contact = SurfaceContact(mechanics)
-    found = contact.best(contact.explain(left))[1]
+    found = contact.best_contact(contact.explain(left))[1]
     np.testing.assert_allclose(found - torque, 0, atol=0.2e-3)
 
 
@@ -277,8 +283,8 @@ def test_deviations_of_a_force_are_those_of_its_size_and_friction_together():
     joint = np.linalg.inv(np.stack([c, s]) @ np.stack([c, s]).T + np.diag([0.0, force**-2]))
     covariance = np.eye(3) + force**2 * np.outer(s, s)
     std = (c @ np.linalg.solve(covariance, c)) ** -0.5
-    z, of_z, turn = _within(r, np.array([force]), c[None], s[None, None])
-    rows = _forces(directions[None], np.array([force]), np.array([std]), z, of_z, turn)[0]
+    z, of_z, turn = _deviation_posterior(r, np.array([force]), c[None], s[None, None])
+    rows = _force_vectors(directions[None], np.array([force]), np.array([std]), z, of_z, turn)[0]
     size, share = rows[0] @ np.linalg.pinv(directions)
     assert size == pytest.approx(force)
     assert share == pytest.approx(force * float(z[0, 0]))

@@ -8,21 +8,21 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.special import chdtri, ndtr
 
-from soft_gripper.estimators.batches import Later
+from soft_gripper.estimators.batches import LazyArray
 from soft_gripper.estimators.contact import ContactShape, SurfaceContact
 from soft_gripper.estimators.force_posterior import (
     HERE,
     NOTHING,
     SOMEWHERE,
     Cells,
-    Forces,
+    ForcePrior,
+    _extend_piece,
     _interval,
-    _joined,
     _normal_integral,
-    believed,
+    cell_posterior,
     contact_posterior,
-    fitted,
-    whitened,
+    fit_cells,
+    whiten,
 )
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.shape_estimator import POSTERIOR
@@ -30,7 +30,7 @@ from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 LENGTH, LARGEST, NEAREST = 0.12, 10.0, 0.036  # m, N, m
-POSSIBLE = Forces(2.0, LARGEST)
+POSSIBLE = ForcePrior(2.0, LARGEST)
 COVARIANCE = np.array([[4.0, 1.0], [1.0, 2.0]]) * 1e-6  # rad^2
 FORCES = np.geomspace(LARGEST / 1000, LARGEST, 40_001)
 
@@ -46,23 +46,23 @@ def few_cells(count=12, width=0.0):
 
 def posterior(r, covariance, read, cells, forces=POSSIBLE):
     """The posterior of one force on a finger at rest."""
-    found = fitted(*whitened(r, covariance, cells), forces.largest)
-    in_cells = believed(found, read, forces)
+    found = fit_cells(*whiten(r, covariance, cells), forces.max_force)
+    in_cells = cell_posterior(found, read, forces)
     return contact_posterior(
-        found, in_cells, Later(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()), found.cells
+        found, in_cells, LazyArray(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()), found.cells
     )
 
 
 def cells_of(layout, q):
     """Those of a finger that is bent by joint angles, with friction up to 0.45."""
     mechanics = Mechanics(layout, Uncertainty(friction=0.45))
-    return SurfaceContact(mechanics).cells(q, mechanics.posture(q), layout.matrix)
+    return SurfaceContact(mechanics).cells(q, mechanics.bent_finger(q), layout.matrix)
 
 
 def dense(r, cells):
     """Chi-squared, (C, K), and likelihood relative to that of nothing, by full matrices for every cell and force."""
     precision, chi_squared, likelihood = np.linalg.inv(COVARIANCE), [], []
-    for c, spreads in zip(cells.response, cells.spreads, strict=True):
+    for c, spreads in zip(cells.response, cells.deviations, strict=True):
         best = np.clip(c @ precision @ r / (c @ precision @ c), 0, LARGEST)
         R = COVARIANCE + best**2 * spreads.T @ spreads
         left = r - FORCES[:, None] * c
@@ -83,9 +83,9 @@ def test_the_posterior_is_the_dense_sum(r, width):
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
     chi_squared, likelihood = dense(np.array(r), cells)
     assert found.misfit < 1
-    prior = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)  # of forces that are equally spaced in their logarithm
+    prior = np.exp(-((FORCES / POSSIBLE.usual_force) ** 2) / 2)  # of forces that are equally spaced in their logarithm
     by_force = cells.prior @ likelihood * prior
-    of_cells = believed(fitted(*whitened(np.array(r), COVARIANCE, cells), LARGEST), np.array(2), POSSIBLE)
+    of_cells = cell_posterior(fit_cells(*whiten(np.array(r), COVARIANCE, cells), LARGEST), np.array(2), POSSIBLE)
     assert of_cells.weight @ of_cells.mean == pytest.approx(by_force @ FORCES / by_force.sum(), rel=0.02, abs=0.07)
     upto = by_force.cumsum() / by_force.sum()
     lows = np.linspace(0, 0.05, 501)
@@ -129,7 +129,7 @@ def test_what_is_drawn_from_the_prior_lies_in_its_intervals():
     """Errors as believed, half of the samples without contact: coverage, and as many contacts as is believed."""
     rng, cells, count = np.random.default_rng(2), few_cells(), 2000
     cell = rng.choice(len(cells.prior), count, p=cells.prior)
-    share = np.exp(-((FORCES / POSSIBLE.usual) ** 2) / 2)
+    share = np.exp(-((FORCES / POSSIBLE.usual_force) ** 2) / 2)
     force = rng.choice(FORCES, count, p=share / share.sum()) * (rng.uniform(size=count) < 0.5)
     r = force[:, None] * cells.response[cell] + rng.multivariate_normal(np.zeros(2), COVARIANCE, count)
     found = posterior(r, COVARIANCE, np.full(count, 2), cells)
@@ -202,13 +202,13 @@ def test_two_contacts_that_no_single_force_explains_show_in_the_misfit(shipped_f
 @pytest.mark.parametrize("r", [(0.03, 0.004), (0.01, 0.002), (0.02, 0.001)])
 def test_the_bound_of_several_forces_is_that_of_the_dual_problem(r):
     """Every y with  c^T y >= 1  for all responses c bounds the sum by  r^T y + |y|  times what may be left of r."""
-    cells, whitening = few_cells(), np.linalg.inv(np.linalg.cholesky(COVARIANCE))
-    columns = whitening @ cells.response[(cells.side == 1) & ((cells.place + 1) / 12 * LENGTH > NEAREST)].T
+    cells, W = few_cells(), np.linalg.inv(np.linalg.cholesky(COVARIANCE))
+    columns = W @ cells.response[(cells.side == 1) & ((cells.place + 1) / 12 * LENGTH > NEAREST)].T
     around = np.linspace(0, 2 * np.pi, 400_001)
     directions = np.stack([np.cos(around), np.sin(around)], axis=-1)
     least = (directions @ columns).min(axis=-1)
-    left = np.sqrt(nnls(columns, whitening @ r)[1] ** 2 + 2.71)
-    bounds = (directions @ whitening @ r + left)[least > 0] / least[least > 0]
+    left = np.sqrt(nnls(columns, W @ r)[1] ** 2 + 2.71)
+    bounds = (directions @ W @ r + left)[least > 0] / least[least > 0]
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
     expected = max(bounds.min(), found.force_bounds[1])  # which allows more where one force alone leaves more
     assert found.force_bounds[2] == pytest.approx(expected, rel=1e-4)
@@ -218,7 +218,7 @@ def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shi
     """The sum of forces that least squares draw to a large sum, with the weight that leaves as much as is allowed."""
     rng, layout, std = np.random.default_rng(1), SensorLayout(shipped_finger, 4), 1e-3
     cells = cells_of(layout, np.zeros(12))
-    cells = cells._replace(spreads=0 * cells.spreads)
+    cells = cells._replace(deviations=0 * cells.deviations)
     columns = cells.response[(cells.side == 1) & (cells.place >= 14)].T / std
 
     def drawn(r, log_weight):
@@ -233,7 +233,7 @@ def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shi
         r = columns @ forces + rng.standard_normal(4)
         level = nnls(columns, r)[1] ** 2 + 2.71
         weight = brentq(lambda log, r=r, level=level: drawn(r, log)[1] - level, -6, 6, xtol=1e-13)
-        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, Forces(2.0, 100.0))
+        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, ForcePrior(2.0, 100.0))
         assert found.force_bounds[2] == pytest.approx(drawn(r, weight)[0], rel=1e-8)
 
 
@@ -275,12 +275,12 @@ def test_creep_that_is_not_modelled_is_a_misfit_and_rarely_a_contact(shipped_fin
 def test_what_no_forces_explain_widens_the_bound_of_several_as_larger_variances_do():
     """The variances are scaled until noise alone leaves as much in 1 of 1000 samples (Birge)."""
     cells, r = few_cells(), np.array([0.01, -0.02])  # neither side bends the sections in opposite ways
-    whitening = np.linalg.inv(np.linalg.cholesky(COVARIANCE))
-    left = min(nnls(whitening @ cells.response[cells.side == side].T, whitening @ r)[1] ** 2 for side in (-1, 1))
+    W = np.linalg.inv(np.linalg.cholesky(COVARIANCE))
+    left = min(nnls(W @ cells.response[cells.side == side].T, W @ r)[1] ** 2 for side in (-1, 1))
     scale = left / chdtri(1, 1e-3)
     assert scale > 2
     bounds = [
-        posterior(r, covariance, np.array(2), cells, Forces(2.0, 1000.0)).force_bounds[2]
+        posterior(r, covariance, np.array(2), cells, ForcePrior(2.0, 1000.0)).force_bounds[2]
         for covariance in (COVARIANCE, scale * COVARIANCE)
     ]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-6)
@@ -301,24 +301,24 @@ def test_a_piece_of_the_likelihood_set_is_a_connected_component(around):
         begin = np.zeros_like(likely)
         begin[tuple(rng.choice(np.argwhere(likely)))] = True
         expected = likely & (component == component[begin])
-        np.testing.assert_array_equal(_joined(begin, likely, around), expected)
+        np.testing.assert_array_equal(_extend_piece(begin, likely, around), expected)
 
 
 @pytest.mark.parametrize("sections", [2, 4])
 def test_friction_at_the_cone_bounds_what_any_friction_does(shipped_finger, sections):
     """The bound of several forces with the most friction alone is that of forces in all cells."""
-    layout, possible, rng = SensorLayout(shipped_finger, sections), Forces(2.0, 100.0), np.random.default_rng(3)
+    layout, possible, rng = SensorLayout(shipped_finger, sections), ForcePrior(2.0, 100.0), np.random.default_rng(3)
     q = in_balance(shipped_finger, 60e3, 9.81, [Push(0.08, 0.5)])
     contact = SurfaceContact(Mechanics(layout, Uncertainty(friction=0.45)))
-    cells = contact.cells(q, contact.mechanics.posture(q), layout.matrix / 1e-3)
+    cells = contact.cells(q, contact.mechanics.bent_finger(q), layout.matrix / 1e-3)
     r = cells.response[[100, 420]].sum(axis=0) + rng.standard_normal((4, sections))
-    found = fitted(r, cells, possible.largest)
-    in_cells, read = believed(found, np.full(4, sections), possible), np.full(4, sections)
+    found = fit_cells(r, cells, possible.max_force)
+    in_cells, read = cell_posterior(found, np.full(4, sections), possible), np.full(4, sections)
     bounds = [
         contact_posterior(
-            found, in_cells, Later(lambda: in_cells), read, LENGTH, possible, NEAREST, np.zeros(4), several
+            found, in_cells, LazyArray(lambda: in_cells), read, LENGTH, possible, NEAREST, np.zeros(4), several
         ).force_bounds
-        for several in (cells, contact._outermost(cells))
+        for several in (cells, contact._cone_cells(cells))
     ]
-    assert len(contact._outermost(cells).place) < len(cells.place) / 2
+    assert len(contact._cone_cells(cells).place) < len(cells.place) / 2
     np.testing.assert_allclose(bounds[1], bounds[0], rtol=1e-6)

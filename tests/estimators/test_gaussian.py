@@ -27,8 +27,8 @@ from loaded_fingers import in_balance
 from scipy.stats import chi2
 
 from soft_gripper.estimators.finger_shape import Places
-from soft_gripper.estimators.gaussian import GaussianShape, condition, gain_of
-from soft_gripper.estimators.mechanics import TIP_SHARE
+from soft_gripper.estimators.gaussian import GaussianShape, condition, kalman_gain
+from soft_gripper.estimators.mechanics import TIP_FRACTION
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.spatial_chain import Loads
@@ -86,7 +86,7 @@ def least_squares(layout, read, pressure, gravity, assumed):
     """In information form, linearized as often, and from the same first guess, by differences of the values."""
     finger, shape = layout.finger, GaussianShape(layout, assumed)
     driving, D = driven(finger, pressure), layout.straight.size
-    compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in layout.ways])
+    compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in layout.deformations])
     values, variance = layout.values(read, assumed.reading)
     within_a_minute = assumed.reading**2 + assumed.offset**2 + 60 * assumed.drift**2
     variance = variance * within_a_minute / assumed.reading**2 + (assumed.gain * values) ** 2
@@ -117,7 +117,7 @@ def check(layout, read, assumed):
 
 @pytest.mark.parametrize("assumed", DOUBTS.values(), ids=DOUBTS)
 def test_it_is_what_least_squares_find(any_layout, bent, assumed):
-    check(any_layout, any_layout.read(bent(any_layout.straight.size) / 4 / len(any_layout.ways)), assumed)
+    check(any_layout, any_layout.read(bent(any_layout.straight.size) / 4 / len(any_layout.deformations)), assumed)
 
 
 @pytest.mark.parametrize("name", ["four", "four_faces_and_diagonal"])
@@ -125,7 +125,7 @@ def test_it_is_what_least_squares_find(any_layout, bent, assumed):
 def test_it_is_what_least_squares_find_of_what_is_read(shipped_finger, bent, name, lost):
     """Of four sections in the plane, one path of a section, a whole one, two."""
     layout = SensorLayout(shipped_finger, 4) if name == "four" else sensors(yielding(shipped_finger), name)
-    read = layout.read(bent(layout.straight.size) / 4 / len(layout.ways))
+    read = layout.read(bent(layout.straight.size) / 4 / len(layout.deformations))
     read[lost] = np.nan
     check(layout, read, Uncertainty())
 
@@ -134,7 +134,7 @@ def test_it_is_what_least_squares_find_of_what_is_read(shipped_finger, bent, nam
 @pytest.mark.parametrize("pressure", [-40e3, 150e3])
 def test_free_bending_is_exact_however_gravity_pulls(any_layout, pressure, gravity):
     """But for readings of joints that do not bend alike, of which the sections have the mean; nearly, in space."""
-    q, atol = pushed(any_layout.finger, pressure, gravity=gravity), 2e-6 if len(any_layout.ways) == 1 else 3e-4
+    q, atol = pushed(any_layout.finger, pressure, gravity=gravity), 2e-6 if len(any_layout.deformations) == 1 else 3e-4
     np.testing.assert_allclose(estimated(any_layout, any_layout.read(q), pressure, gravity).q, q, rtol=0, atol=atol)
 
 
@@ -186,7 +186,7 @@ def test_where_nothing_is_read_the_finger_bends_freely_with_the_uncertainty_of_b
     free = free_bending_angles(layout.finger, np.array(30e3))
     np.testing.assert_allclose(found.q, free, rtol=0, atol=1e-6)
     mechanics = GaussianShape(layout).mechanics
-    before = mechanics.prior(mechanics.posture(free), free, layout.finger.pressure_torque(30e3))
+    before = mechanics.prior(mechanics.bent_finger(free), free, layout.finger.pressure_torque(30e3))
     np.testing.assert_allclose(found.covariance, before, rtol=0, atol=1e-5 * before.max())
 
 
@@ -202,7 +202,7 @@ def test_free_bending_under_an_elastic_law_is_exact(shipped_finger, pressure):
 
 def test_where_a_law_is_softer_the_load_is_less_certain(shipped_finger):
     layout = SensorLayout(replace(shipped_finger, elastic_law=SOFTENING), 2)
-    mechanics, straight = GaussianShape(layout).mechanics, GaussianShape(layout).mechanics.posture(np.zeros(12))
+    mechanics, straight = GaussianShape(layout).mechanics, GaussianShape(layout).mechanics.bent_finger(np.zeros(12))
     little, much = (mechanics.prior(straight, np.full(12, angle), np.zeros(12)) for angle in (0.01, 0.2))
     ratio = np.sqrt(np.diagonal(much) / np.diagonal(little))
     stiffness = layout.finger.joint_law.slopes
@@ -241,7 +241,7 @@ def test_bands_cover_what_they_promise_where_errors_are_as_assumed(spatial):
     assumed = Uncertainty(reading=1e-3, bend_per_pressure=0.02, load_pressure=load_pressure, angle=1e-6)
     force = load_pressure * spatial.pressure_gain.max() / spatial.length
     drive = 1 + bend_stds(assumed) * rng.standard_normal((draws, 3)) @ polynomials(spatial)
-    true = pushed(spatial, pressure, force * np.sqrt(TIP_SHARE) * rng.standard_normal((draws, 3)), drive=drive)
+    true = pushed(spatial, pressure, force * np.sqrt(TIP_FRACTION) * rng.standard_normal((draws, 3)), drive=drive)
     readings = layout.read(true) + assumed.reading * rng.standard_normal((draws, layout.readings))
     found = GaussianShape(layout, assumed)(readings, driven(spatial, np.full(draws, pressure)), DOWN)
     places = Places(spatial, WAYS)
@@ -271,9 +271,9 @@ def test_the_first_guess_is_near_enough_for_the_prior_to_be_linearized_there(spa
     found, (measured, variance) = estimator(readings, driving, DOWN).q, estimator.read(readings)
     q = found
     for _ in range(8):
-        at, (predicted, H) = mechanics.posture(q), layout.linearized(q)
-        free = mechanics.free(driving + mechanics.weight(at, DOWN))
-        gain, _ = gain_of(H, mechanics.prior(at, q, driving), variance)
+        at, (predicted, H) = mechanics.bent_finger(q), layout.linearized(q)
+        free = mechanics.positions_under(driving + mechanics.weight(at, DOWN))
+        gain, _ = kalman_gain(H, mechanics.prior(at, q, driving), variance)
         q = free + gain @ (measured - predicted - H @ (free - q))
     tip, twist = errors(spatial, found, q)
     assert tip < 0.5

@@ -37,7 +37,7 @@ def test_variances_along_the_axes_are_those_of_fingers_drawn_in_space(shipped_fi
 def test_places_move_as_joints_do(shipped_finger, bent):
     places, q, step = Places(yielding(shipped_finger), WAYS), 0.1 * bent(36), 1e-6
     differences = [(places(q + dq)[0] - places(q - dq)[0]) / (2 * step) for dq in step * np.eye(36)]
-    np.testing.assert_allclose(places.moves(q), differences, atol=1e-9)
+    np.testing.assert_allclose(places.place_jacobian(q), differences, atol=1e-9)
 
 
 def test_only_what_lies_before_a_point_moves_it(shipped_finger):

@@ -110,13 +110,13 @@ def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger
     layout, rng = SensorLayout(shipped_finger, 2), np.random.default_rng(2)
     shape = RecursiveShape(layout, uncertainty_of(SENSORS, SUPPLY, SOFTER), PERIOD)
     mechanics, driving = shape.mechanics, shipped_finger.pressure_torque(80e3)
-    modes = mechanics.load_modes(mechanics.posture(layout.straight))
+    modes = mechanics.load_modes(mechanics.bent_finger(layout.straight))
     weight, loads = 1e-3 * np.ones(12), shape._modes
     sizes = np.concatenate([[0.05, 2e3], np.full(layout.readings, 0.02), np.full(layout.readings, 5e-3)])
     mean = np.append(np.zeros(loads), sizes * rng.standard_normal(len(sizes)))
 
     def expected(mean):
-        strain, by_load, by_state = shape._expected(mean, driving, weight, modes)
+        strain, by_load, by_state = shape._predict_readings(mean, driving, weight, modes)
         return (1 + shape._gains(mean)) * strain + shape._offsets(mean) + by_load, by_state
 
     readings, by_state = expected(mean)

@@ -11,7 +11,7 @@ from loaded_fingers import Push, in_balance, vector
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.finger_shape import position_std
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.recursive import Filter, RecursiveShape
+from soft_gripper.estimators.recursive import FilterState, RecursiveShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
@@ -89,7 +89,7 @@ def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
     shape = RecursiveShape(assumed, UNCERTAIN)
     known = last_known(shape, read(layout, free), free.driving)
     at = layout.finger.pressure_torque(100e3)
-    np.testing.assert_allclose(shape.effective_driving(known.drive, at), ratio * at, rtol=0.015)
+    np.testing.assert_allclose(shape.effective_driving(known.drive_errors, at), ratio * at, rtol=0.015)
     assert not known.loaded
 
 
@@ -220,7 +220,7 @@ def before(learner: Learner) -> Array:
     return np.concatenate([loads * (1 + PERIOD * 0.15**2), np.square(slow) + PERIOD * np.square(walks)])
 
 
-def stepped(learner: Learner, wrong: Array, known: Filter | None = None) -> Filter:
+def stepped(learner: Learner, wrong: Array, known: FilterState | None = None) -> FilterState:
     """After a sample whose readings are off by so much, (..., R)."""
     read = learner.shape.layout.response.reading(1 + learner.expected + wrong)
     known = learner.shape.begin(wrong.shape[:-1]) if known is None else known

@@ -8,7 +8,7 @@ from fingers_in_space import sensors, yielding
 from loaded_fingers import Push, torque_of
 from scipy.optimize import nnls
 
-from soft_gripper.estimators.contact import SurfaceContact, Unexplained
+from soft_gripper.estimators.contact import LinearizedResidual, SurfaceContact
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -45,9 +45,9 @@ def found(layout, q, s, forces, side=1, friction=0.45, std=0.01, noise=0.0):
     residual = np.atleast_2d(changed(*map(Push, s, forces)) + std * noise)
     each = np.tile(q, (len(residual), 1))
     read, covariance = np.full(len(residual), float(len(A))), np.tile(std**2 * np.eye(len(A)), (len(residual), 1, 1))
-    left = Unexplained(each, mechanics.posture(each), layout.values_at(each)[1], read, residual, covariance)
-    explained, number = contact.explain(left), side if mechanics.only_bends or side > 0 else 5
-    fits = [contact._several(k, number, explained) for k in range(len(residual))]
+    left = LinearizedResidual(each, mechanics.bent_finger(each), layout.values_at(each)[1], read, residual, covariance)
+    explained, number = contact.explain(left), side if mechanics.is_planar or side > 0 else 5
+    fits = [contact._fit_several_forces(k, number, explained) for k in range(len(residual))]
     fields = {name: np.squeeze([fit.fields[name] for fit in fits]) for name in fits[0].fields}
     torque = np.array([fit.torque for fit in fits])
     remaining = residual - torque * mechanics.compliance(q) @ A.T

@@ -13,7 +13,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.estimators.finger_shape import Places, position_std
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
-from soft_gripper.estimators.plane import in_base, pose_entries
+from soft_gripper.estimators.plane import pose_entries, to_base
 from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator, contact_port
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.sensor_block import SensorBlock
@@ -21,7 +21,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 GRAVITY, PRESSURE = np.array([0.5, -1.0, -9.0]), 80e3  # m/s^2, Pa
 X_WB = RigidTransform(RollPitchYaw(2.0, 0.3, -0.4), [0.1, 0.2, 0.3])
-IN_BASE = in_base(pose_entries(X_WB), GRAVITY)
+IN_BASE = to_base(pose_entries(X_WB), GRAVITY)
 PORTS = {"arcs": 1, "spline": 1, "gaussian": 4, "contact": 23}  # how many of these
 
 

@@ -68,9 +68,9 @@ def test_bends_that_readings_hardly_see_do_not_make_a_filter_blind(spatial):
     """Strands a micrometre off the plane see bending; that they do not see sideways bending tells nothing of faults."""
     paths = tuple(SensorPath(name, (x,), (1e-6,)) for name, x in (("outer", -8.5e-3), ("inner", 8e-3)))
     shape = RecursiveShape(PathSensors(spatial, 2, paths=paths), UNCERTAIN)
-    assert shape._of_bends.shape == (4, 2)
+    assert shape._bend_information.shape == (4, 2)
     assert not shape._is_blind(np.ones(4, dtype=bool))
-    assert shape._is_blind(shape._of_bends[:, 1] < 1e-12)
+    assert shape._is_blind(shape._bend_information[:, 1] < 1e-12)
 
 
 def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
@@ -83,20 +83,20 @@ def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
         known = shape.step(known, layout.read(true), driving, GRAVITY)
     assert known.loaded
     found = shape.step(known, layout.read(true), driving, GRAVITY)
-    at = mechanics.posture(known.q)
+    at = mechanics.bent_finger(known.q)
     weight, modes = mechanics.weight(at, GRAVITY), mechanics.load_modes(at)
 
     def readings(state):
         z, (share, pressure), gains, offsets = np.split(state[:32], [10, 12, 12 + R])
         torque = driving * (1 + share) + pressure * mechanics.pressure_gain + weight + modes @ z
-        return (1 + gains) * layout.predict(mechanics.free(torque)) + offsets
+        return (1 + gains) * layout.predict(mechanics.positions_under(torque)) + offsets
 
     steps = np.concatenate([np.full(10, 1e-5), [1e-4, 1.0], np.full(3 * R, 1e-4)])
     later = np.eye(42)
     later[22:32, 32:] = shape.period * np.eye(R)  # offsets drift at their rates
     mean = later @ known.mean
     H = np.array([(readings(mean + step) - readings(mean - step)) for step in np.diag(steps)]).T / (2 * steps)
-    before = later @ (known.covariance + np.diag(shape._walks)) @ later.T
+    before = later @ (known.covariance + np.diag(shape._walk_variances)) @ later.T
     spread = H @ before @ H.T + NOISE**2 * np.eye(R)
     left = layout.measured(layout.read(true)) - readings(mean)
     assert left @ np.linalg.solve(spread, left) < 1, "no jump"
@@ -116,7 +116,7 @@ def pushed(finger, pressures, forces):
     own_forces = np.broadcast_to(own.forces, (*forces.shape[:-1], *own.forces.shape))
     all_forces = np.concatenate([own_forces, forces[..., None, :]], axis=-2)
     points = np.concatenate([own.points, [[0, 0, finger.segment_length / 2]]])
-    loads = Loads(np.append(own.frames, len(chain.ways)), points, all_forces, np.zeros_like(all_forces))
+    loads = Loads(np.append(own.frames, len(chain.deformations)), points, all_forces, np.zeros_like(all_forces))
     driving = chain.interleaved({"bending": finger.pressure_torque(np.asarray(pressures))})
     q = resting_positions(chain, chain.interleaved(finger.stiffnesses), driving, loads)
     return q[..., np.argsort(chain.position_indices(WAYS))]

@@ -9,7 +9,7 @@ from loaded_fingers import vector
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.estimators.zeroing import recorded_zeros
@@ -150,7 +150,7 @@ def test_a_scenario_zeroes_its_sensors(layout):
     def of(name):
         return np.asarray(recording[f"left_finger.{name}"])[1:]
 
-    gravity = in_base(of("X_WB"), np.array([0.0, 0.0, -9.81]))
+    gravity = to_base(of("X_WB"), np.array([0.0, 0.0, -9.81]))
     driving, readings = of("driving_torque"), of("strain").reshape(len(gravity), -1)
     function = GaussianShape(layout, replace(uncertainty_of(StrainErrors(drift=0.5)), free_pressure=2e3), 0.02)
     corrected, (std,) = recorded_zeros(function, readings, driving, gravity)

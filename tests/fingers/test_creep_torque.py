@@ -14,7 +14,7 @@ from refusals import refused
 from scipy.linalg import expm
 
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
-from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, Softened, advance, memory_torque
+from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, SoftenedProduct, advance, memory_torque
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
@@ -142,7 +142,7 @@ def test_softening_is_that_of_the_law_at_every_pressure():
 
 @pytest.mark.parametrize(("divides", "expected"), [(True, [0.5, -1.0]), (False, [2.0, -4.0])])
 def test_a_vector_is_softened_or_freed_of_it(divides, expected):
-    block = Softened(2, divides)
+    block = SoftenedProduct(2, divides)
     context = block.CreateDefaultContext()
     block.GetInputPort("softening").FixValue(context, [2.0])
     block.GetInputPort("factor").FixValue(context, [1.0, -2.0])

@@ -49,9 +49,9 @@ def test_the_shear_modulus_of_a_layer_is_given_at_both_ends_or_at_neither(shippe
 
 
 def test_every_other_segment_has_its_joints_in_reverse(shipped_finger):
-    assert shipped_finger.ways(1) == ("bending",)
+    assert shipped_finger.deformations(1) == ("bending",)
     finger = replace(shipped_finger, yields=("twist", "bending", "sideways"))
-    assert [finger.ways(i) for i in (0, 1, 2)] == [
+    assert [finger.deformations(i) for i in (0, 1, 2)] == [
         ("bending", "sideways", "twist"),
         ("twist", "sideways", "bending"),
         ("bending", "sideways", "twist"),

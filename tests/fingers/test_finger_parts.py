@@ -56,7 +56,7 @@ def test_a_point_mass_adds_its_moments_to_those_of_the_last_link():
         np.array([0.0, 4e-6]),
     )
     mass, place = 0.05, np.array([0.004, 0.03])
-    loaded = bare.loaded(mass, place)
+    loaded = bare.with_load(mass, place)
 
     def moments(links, i):
         m, (x, z), own = links.mass[i], links.center[:, i], links.gyration[:, i]

@@ -46,7 +46,7 @@ def test_sites_move_as_drakes_points_do(tapered_finger, finger_plant, bent):
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, q)
     chain = forward_kinematics(q, finger.segment_length)
-    sites, forces = chain.at(s, offset), as_planar(bent(5, 2))
+    sites, forces = chain.sites(s, offset), as_planar(bent(5, 2))
     for i, link in enumerate(chain.link_at(s)):
         frame, in_link = plant.GetFrameByName(link_name("tapered", link)), [offset, 0, s[i] - finger.link_ends[link]]
         np.testing.assert_allclose(as_points(sites.points[i]), (frame.CalcPoseInWorld(context) @ in_link)[[0, 2]])

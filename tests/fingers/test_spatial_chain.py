@@ -35,7 +35,7 @@ def chain(finger):
 @pytest.fixture
 def q(chain, bent):
     """Positions of two shapes: turns of up to 0.4 rad, slides of up to 4 mm."""
-    return np.where(chain.turns, 1.0, 0.01) * bent(2, len(chain.ways))
+    return np.where(chain.turns, 1.0, 0.01) * bent(2, len(chain.deformations))
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def plant(finger, finger_plant):
 
 
 def test_the_chain_is_that_of_the_plant(finger, chain, plant, q):
-    names = [joint_name(finger.name, i, way) for way, i in zip(chain.ways, chain.segments, strict=True)]
+    names = [joint_name(finger.name, i, way) for way, i in zip(chain.deformations, chain.segments, strict=True)]
     assert [plant.GetJointByName(name).position_start() for name in names] == list(range(len(names)))
     at, context = posture(chain, q), plant.CreateDefaultContext()
     for i in (0, 1):
@@ -69,7 +69,7 @@ def test_weight_is_drakes(finger, chain, plant, q):
 def test_slopes_are_those_of_the_torques(finger, chain, q, bent):
     loads = weights(finger, chain, GRAVITY)
     loads = loads._replace(moments=0.01 * bent(*loads.forces.shape))
-    small = 1e-6 * np.eye(len(chain.ways))
+    small = 1e-6 * np.eye(len(chain.deformations))
     each = [
         (torques(posture(chain, q + step), loads) - torques(posture(chain, q - step), loads)) / 2e-6 for step in small
     ]
@@ -86,14 +86,15 @@ def test_springs_and_dampers_are_those_of_the_beam(finger, chain, plant):
     }
     expected = chain.interleaved({way: np.asarray(value) / finger.segment_length for way, value in beam.items()})
     size = np.where(chain.turns, 0.1, 1e-3)
-    for i, direction in enumerate(np.eye(len(chain.ways))):
+    for i, direction in enumerate(np.eye(len(chain.deformations))):
         context, forces = plant.CreateDefaultContext(), MultibodyForces(plant)
         plant.SetPositions(context, size * direction)
         plant.CalcForceElementsContribution(context, forces)
         torque = plant.CalcGeneralizedForces(context, forces)
         np.testing.assert_allclose(torque, -expected * size * direction, atol=2e-6 * expected[i] * size[i])
     joints = [
-        plant.GetJointByName(joint_name("tapered", i, way)) for way, i in zip(chain.ways, chain.segments, strict=True)
+        plant.GetJointByName(joint_name("tapered", i, way))
+        for way, i in zip(chain.deformations, chain.segments, strict=True)
     ]
     damping = [joint.default_damping() for joint in joints]
     np.testing.assert_allclose(damping, finger.relaxation_time * expected, rtol=1e-12)
@@ -108,6 +109,6 @@ def test_balance_is_of_driving_torque_weight_and_springs(finger, chain):
 
 
 def test_what_finds_no_balance_says_so(finger, chain):
-    push = Loads(np.array([len(chain.ways)]), np.zeros((1, 3)), np.array([[np.nan, 0, 0]]), np.zeros((1, 3)))
+    push = Loads(np.array([len(chain.deformations)]), np.zeros((1, 3)), np.array([[np.nan, 0, 0]]), np.zeros((1, 3)))
     with pytest.raises(SimulationDivergedError):
-        resting_positions(chain, chain.interleaved(finger.stiffnesses), np.zeros(len(chain.ways)), push)
+        resting_positions(chain, chain.interleaved(finger.stiffnesses), np.zeros(len(chain.deformations)), push)

@@ -1,14 +1,14 @@
 """Fingers in static balance in space, and what is believed of their load, by nothing but one force after the other.
 
-Joint positions are way after way (`MeasurementModel.ways`), (..., D), of fingers that only bend as of those that leave
-their plane.
+Joint positions are in the order of `MeasurementModel.deformations`, (..., D), of fingers that only bend as of those
+that leave their plane.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
-from soft_gripper.estimators.mechanics import TIP_SHARE
+from soft_gripper.estimators.mechanics import TIP_FRACTION
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
@@ -49,7 +49,7 @@ def pushed(finger, pressure, forces=(0, 0, 0), gravity=DOWN, drive=1.0):
     own_forces = np.broadcast_to(own.forces, (*forces.shape[:-1], *own.forces.shape[-2:]))
     all_forces = np.concatenate([own_forces, forces[..., None, :]], axis=-2)
     points = np.concatenate([own.points, [[0, 0, finger.segment_length / 2]]])
-    loads = Loads(np.append(own.frames, len(chain.ways)), points, all_forces, np.zeros_like(all_forces))
+    loads = Loads(np.append(own.frames, len(chain.deformations)), points, all_forces, np.zeros_like(all_forces))
     return balanced(finger, pressure, loads, drive)
 
 
@@ -73,9 +73,9 @@ def forces_along(finger):
     """
     ends, found = finger.link_ends, []
     for link, length in enumerate(np.diff(ends)):
-        density = 3 * (1 - TIP_SHARE) * length / finger.length**3
+        density = 3 * (1 - TIP_FRACTION) * length / finger.length**3
         found += [(link, share * length, weight * density) for share, weight in ((0, 1 / 6), (0.5, 4 / 6), (1, 1 / 6))]
-    found.append((finger.segments, ends[-1] - ends[-2], TIP_SHARE / finger.length**2))
+    found.append((finger.segments, ends[-1] - ends[-2], TIP_FRACTION / finger.length**2))
     link, place, variance = (np.array(each) for each in zip(*found, strict=True))
     return spatial_chain(finger).link_frames(link), place[:, None] * np.array([0.0, 0.0, 1.0]), variance
 
@@ -95,7 +95,7 @@ def torque_covariance(finger, load_pressure):
     """The same of a straight finger across it, (N, N) (N m)^2: twice integrated white noise, and a force on the tip."""
     u = 1 - finger.joint_arc_lengths / finger.length
     less, more = np.minimum.outer(u, u), np.maximum.outer(u, u)
-    covariance = TIP_SHARE * np.outer(u, u) + (1 - TIP_SHARE) * less**2 * (3 * more - less) / 2
+    covariance = TIP_FRACTION * np.outer(u, u) + (1 - TIP_FRACTION) * less**2 * (3 * more - less) / 2
     return (load_pressure * finger.pressure_gain.max()) ** 2 * covariance
 
 

@@ -14,7 +14,7 @@ def bent(finger, segments, pressure=0.0, force=(0, 0, 0), moment=(0, 0, 0)):
     finger = replace(finger, segments=segments, yields=SPATIAL)
     chain, driving = spatial_chain(finger), {"bending": finger.pressure_torque(pressure)}
     place = np.array([[0, 0, chain.segment_length / 2]])
-    loads = Loads(np.array([len(chain.ways)]), place, np.array([force], float), np.array([moment], float))
+    loads = Loads(np.array([len(chain.deformations)]), place, np.array([force], float), np.array([moment], float))
     q = resting_positions(chain, chain.interleaved(finger.stiffnesses), chain.interleaved(driving), loads)
     at = posture(chain, q)
     return at, loads.positions(at)[0]

@@ -120,6 +120,6 @@ def test_a_rod_vibrates_at_its_natural_frequencies(name):
     stiffness = np.diag(chain.interleaved(finger.stiffnesses))
     mass = plant.CalcMassMatrix(plant.CreateDefaultContext())
     for way, expected in (("bending", waves), ("sideways", waves), ("twist", [twist, 3 * twist])):
-        own = np.ix_(*2 * [np.array(chain.ways) == way])
+        own = np.ix_(*2 * [np.array(chain.deformations) == way])
         found = np.sqrt(eigh(stiffness[own], mass[own], eigvals_only=True))[:2]
         np.testing.assert_allclose(found, expected, rtol=2e-3)

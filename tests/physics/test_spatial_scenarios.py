@@ -51,13 +51,13 @@ def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
         driving = chain.interleaved({"bending": finger.pressure_torque(100e3)})
         weight = weights(finger, chain, in_plant.X_WB.rotation().inverse() @ gravity)
         q = resting_positions(chain, chain.interleaved(finger.stiffnesses), driving, weight)
-        assert np.abs(q[np.array(chain.ways) == "twist"]).max() > 1e-3
+        assert np.abs(q[np.array(chain.deformations) == "twist"]).max() > 1e-3
         at = posture(chain, q)
         tip = at.origins[-1] + at.rotations[-1, :, 2] * finger.segment_length / 2
         np.testing.assert_allclose(recording[f"{in_plant.name}.true_tip_position"][-1], tip, atol=2e-5)
         for way, name in (("sideways", "true_sideways_angles"), ("twist", "true_twist_angles")):
             found = recording[f"{in_plant.name}.{name}"][-1]
-            np.testing.assert_allclose(found, q[np.array(chain.ways) == way], atol=1e-4)
+            np.testing.assert_allclose(found, q[np.array(chain.deformations) == way], atol=1e-4)
 
 
 @pytest.mark.slow
@@ -108,11 +108,11 @@ def _check_torques(finger, last):
     R_WB, p_WB = X_WB[:, :3], X_WB[:, 3]
     center, force = R_WB.T @ (last["contact_center"] - p_WB), R_WB.T @ last["true_contact_force_world"]
     R, origin = at.rotations[-1], at.origins[-1]
-    tip = len(chain.ways)
+    tip = len(chain.deformations)
     loads = Loads(np.array([tip]), (R.T @ (center - origin))[None], force[None], np.zeros((1, 3)))
     expected = torques(at, loads)
     for way, name in (("bending", "external"), ("sideways", "sideways"), ("twist", "twist")):
-        of_way = expected[np.array(chain.ways) == way]
+        of_way = expected[np.array(chain.deformations) == way]
         np.testing.assert_allclose(last[f"true_{name}_torque"], of_way, atol=0.02 * np.abs(of_way).max())
     assert np.abs(last["true_twist_torque"]).max() > 1e-3
     assert abs(last["true_contact_side"]) < np.radians(60)

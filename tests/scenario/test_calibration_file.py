@@ -99,7 +99,7 @@ def test_what_a_calibration_leaves_is_what_estimators_assume(layout, calibration
     assert uncertainty(EstimatorConfig(), SensorConfig(), silent) == Uncertainty()
     q, along = np.full(5, 0.1), np.linspace(-0.8, 0.8, 5)
     finger = replace(layout.finger, segments=5)
-    scale = Mechanics(replace(layout, finger=finger, calibrated=states), Uncertainty()).of_scale(q)
+    scale = Mechanics(replace(layout, finger=finger, calibrated=states), Uncertainty()).scale_covariance(q)
     np.testing.assert_allclose(scale, (0.016**2 + 0.03**2 * np.outer(along, along)) * 0.01, rtol=1e-12)
 
 

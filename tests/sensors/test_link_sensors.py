@@ -43,7 +43,7 @@ def test_orientations_in_space_are_rotation_vectors(spatial):
     angles = {"bending": 0.5, "sideways": -0.3, "twist": 0.8, "stretch": 1e-3}
     turned = RotationMatrix.MakeYRotation(0.5) @ RotationMatrix.MakeXRotation(-0.3) @ RotationMatrix.MakeZRotation(0.8)
     axis_angle = turned.ToAngleAxis()
-    found = layout.predict(np.array([angles[way] for way in layout.ways]))
+    found = layout.predict(np.array([angles[way] for way in layout.deformations]))
     np.testing.assert_allclose(found, axis_angle.angle() * axis_angle.axis(), atol=1e-14)
 
 

@@ -29,7 +29,7 @@ def sensors(finger, *paths, sections=2, **fields):
 def positions(layout, **strains):
     """Joint positions of equal strains along the finger, by way."""
     finger = layout.finger
-    return np.repeat([strains.get(way, 0.0) for way in layout.ways], finger.segments) * finger.segment_length
+    return np.repeat([strains.get(way, 0.0) for way in layout.deformations], finger.segments) * finger.segment_length
 
 
 def test_a_band_reads_how_much_a_strand_of_a_rod_is_stretched(spatial):
@@ -73,7 +73,7 @@ def test_a_finger_that_stays_in_its_plane_is_read_as_by_its_two_sides(shipped_fi
     """Both measure the same bends; the chord of a segment differs from its arc to second order."""
     sides = SensorLayout(shipped_finger, 2)
     layout = sensors(shipped_finger, *(SensorPath(name, (x,), (0.0,)) for name, x in (("a", 8.5e-3), ("b", -8.5e-3))))
-    assert layout.ways == ("bending",)
+    assert layout.deformations == ("bending",)
     q = 0.1 * bent(4, 12)
     np.testing.assert_allclose(layout.read(q), sides.read(q), atol=5e-4)
 

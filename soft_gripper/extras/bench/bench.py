@@ -24,7 +24,7 @@ from soft_gripper.diagrams.wiring.sensing import add_object_width
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.mechanics import Mechanics
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import free_readings
 from soft_gripper.extras.hardware.measured import SI
@@ -36,13 +36,13 @@ from soft_gripper.sensors.base_pose import AXES, UNITS, FixedBasePose
 from soft_gripper.sensors.measurement import MeasurementModel
 
 SET_POINT = "grip.set_point"
-_COST_SAMPLES = 40  # whose cost is measured
+_COST_SAMPLES = 40  # samples whose cost is measured
 _COST_BENDS = (0.0, 0.02, 0.05, 0.08)  # rad at every joint in these samples
 _UPRIGHT_POSE = np.eye(3, 4).ravel()
 
 
 class HeldInput(ArrayBlock):
-    """Values that arrive from outside, held for a period.
+    """Values from outside, constant for a period.
 
     ::
 
@@ -59,17 +59,17 @@ class HeldInput(ArrayBlock):
 
 @dataclass
 class _BenchParts:
-    """The blocks of a bench in a diagram."""
+    """Blocks of a bench in a diagram."""
 
     builder: DiagramBuilder
     period: float
     inputs: dict[str, int] = field(default_factory=dict)  # sizes, by name
     layouts: dict[str, MeasurementModel] = field(default_factory=dict)  # nominal, by finger
-    measured: list[str] = field(default_factory=list)  # signals that are inputs, held
+    measured: list[str] = field(default_factory=list)  # signals that are inputs
     signals: Ports = field(default_factory=dict)
 
     def hold(self, name: str, block: HeldInput) -> OutputPort:
-        """Adds an input of the bench that is held for a period."""
+        """Adds an input of the bench, constant for a period."""
         self.builder.AddNamedSystem(f"{name}.held", block)
         self.builder.ExportInput(block.get_input_port(), name)
         self.inputs[name] = block.get_input_port().size()
@@ -77,10 +77,10 @@ class _BenchParts:
 
 
 class Cost(NamedTuple):
-    """Time that a sample takes."""
+    """Time of a sample."""
 
-    processor: float  # s, exceeded in a tenth of all samples
-    elapsed: float  # s by the clock, mean: more, if other programs use the processor
+    processor: float  # s, 90th percentile
+    elapsed: float  # s by the clock, mean; larger if other programs use the processor
 
 
 class Bench:
@@ -95,8 +95,8 @@ class Bench:
     {finger}.measured_force (2) N, m -----^
         grip.set_point (1) m ---------------^
 
-    The blocks are those of `add_estimation` and `add_grip_control`, so that from the readings of a simulation they
-    compute what they computed in it, to the last bit. Sensors of another kind name their input after their quantity.
+    The blocks are those of `add_estimation` and `add_grip_control`, so from the readings of a simulation they compute
+    its signals to the last bit. Sensors of another kind name their input after their quantity.
     `X_WB` is an input of fingers that move; `grip.set_point` one where the scenario has `external: [opening]`;
     `measured_force`, `measured_torque` and `measured_angle`, value and place, those of instruments, held for a record.
     """
@@ -109,7 +109,7 @@ class Bench:
             instruments: `{finger}.measured_force` and so on, of those that are recorded beside the estimates.
 
         Raises:
-            InputError: if a part of the scenario cannot be built, or only a simulation can do it.
+            InputError: if a part of the scenario cannot be built, or needs a simulation.
         """
         self.scenario, self.period = bench_scenario(scenario), scenario.sensor.period
         parts = _make_parts(self.scenario, moving)
@@ -168,7 +168,7 @@ class Bench:
             self._has_jumped = True
 
     def restart_control(self) -> None:
-        """Lets the grip controller begin anew, after others have commanded the fingers."""
+        """Restarts the grip controller, after others have commanded the fingers."""
         self._restart(self._controllers)
 
     def restart_estimation(self) -> None:
@@ -192,11 +192,11 @@ class Bench:
         return {self.quantities[name]: self._free_reading(name, layout) for name, layout in self.layouts.items()}
 
     def _free_reading(self, name: str, layout: MeasurementModel) -> Array:
-        if tuple(layout.ways) != ("bending",):
+        if tuple(layout.deformations) != ("bending",):
             expected = "are zeroed only if they bend in one plane; calibrate this one instead"
-            raise InputError(f"finger '{name}'", "ways", ", ".join(layout.ways), expected)
+            raise InputError(f"finger '{name}'", "deformations", ", ".join(layout.deformations), expected)
         driving, X_WB = self.read([f"{name}.{DRIVING_TORQUE}", f"{name}.X_WB"]).values()
-        return free_readings(self._mechanics[name], driving, in_base(X_WB, np.array(self.scenario.gravity)))
+        return free_readings(self._mechanics[name], driving, to_base(X_WB, np.array(self.scenario.gravity)))
 
     def _give(self, values: Mapping[str, Array]) -> None:
         for name, value in values.items():
@@ -204,7 +204,7 @@ class Bench:
 
     def _advance(self) -> None:
         if self._samples == 0:
-            self._simulator.Initialize()  # as sensors do, from the first reading on
+            self._simulator.Initialize()  # from the first reading on, as sensors do
         elif self._has_jumped:
             self._context.SetTime(self._samples * self.period)
             self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
@@ -236,8 +236,8 @@ def bench_scenario(scenario: Scenario) -> Scenario:
 
 
 def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
-    placed = scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, *placed, visuals=False, directives=scenario.directives)
+    inputs = scenario.plant_config, scenario.models, scenario.gravity, scenario.arm
+    scene = add_plant(DiagramBuilder(), *inputs, visuals=False, directives=scenario.directives)
     if not scene.fingers:
         raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
     parts = _BenchParts(DiagramBuilder(), scenario.sensor.period)
@@ -250,27 +250,27 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
     estimated = add_estimations(parts.builder, parts.layouts, scenario.estimator, scenario.sensor, gravity, measured)
     for name, ports in estimated.items():
         parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
-        held = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
-        parts.measured += [f"{name}.{signal}" for signal in held]
+        held_signals = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
+        parts.measured += [f"{name}.{signal}" for signal in held_signals]
     if forms_gripper(scene.fingers):
         _add_grip(parts, scene.fingers, scenario)
     return parts
 
 
-def _add_measured(parts: _BenchParts, finger: PlantFinger, moves: bool) -> Ports:
+def _add_measured(parts: _BenchParts, finger: PlantFinger, is_moving: bool) -> Ports:
     """Measurements of a finger, held for a period."""
     name = finger.name
-    own = finger.finger
+    parameters = finger.finger
     layout = parts.layouts[finger.name]
     readings = HeldInput(parts.period, layout.readings, layout.unit, **layout.axes)
     measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
-    if own.pressures:
-        held = HeldInput(parts.period, own.pressures, "Pa", **own.chamber_axis)
-        measured["sampled_pressure"] = parts.hold(f"{name}.pressure", held)
-    if own.tendons:
-        held = HeldInput(parts.period, len(own.tendons), "N", **own.tendon_axis)
-        measured["sampled_tension"] = parts.hold(f"{name}.tension", held)
-    if moves:
+    if parameters.pressures:
+        block = HeldInput(parts.period, parameters.pressures, "Pa", **parameters.chamber_axis)
+        measured["sampled_pressure"] = parts.hold(f"{name}.pressure", block)
+    if parameters.tendons:
+        block = HeldInput(parts.period, len(parameters.tendons), "N", **parameters.tendon_axis)
+        measured["sampled_tension"] = parts.hold(f"{name}.tension", block)
+    if is_moving:
         measured["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
     else:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
@@ -281,8 +281,8 @@ def _add_measured(parts: _BenchParts, finger: PlantFinger, moves: bool) -> Ports
 def _add_instrument(parts: _BenchParts, name: str) -> None:
     """Adds the value of an instrument and its location along the finger, which no block reads."""
     unit = SI[name.rpartition(".measured_")[2]]
-    held = HeldInput(parts.period, 2, (unit, "m"), instrument=("value", "place"))
-    parts.signals[name] = parts.hold(name, held)
+    block = HeldInput(parts.period, 2, (unit, "m"), instrument=("value", "place"))
+    parts.signals[name] = parts.hold(name, block)
     parts.measured.append(name)
 
 

@@ -224,11 +224,11 @@ class BenchDriver(Driver):
         return self._zeroing is not None
 
     def zero(self, seconds: float) -> None:
-        """Begins to collect readings for some seconds, with safe commands; fingers are free and at rest."""
+        """Collects readings for some seconds, with safe commands; fingers are free and at rest."""
         self._zeroing, self._zeroed_at = [], self._clock() + seconds
 
     def end_zeroing(self) -> None:
-        """Takes the mean of the collected readings for that of fingers that bend freely.
+        """Takes the mean of the collected readings as that of free fingers.
 
         Raises:
             InputError: if nothing was collected.
@@ -242,14 +242,14 @@ class BenchDriver(Driver):
         for name in collected[0]:
             offsets = np.array([sample[name] for sample in collected])
             number = np.isfinite(offsets).sum(axis=0)
-            # A sensor that was never read stays as it is.
+            # A sensor that was never read keeps its offset.
             self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(offsets, axis=0) / np.maximum(number, 1)
         self._bench.restart_estimation()
         self.calibration.restart()
 
     @property
     def is_over(self) -> bool:
-        """Whether no reading will ever arrive again."""
+        """Whether no further reading will arrive."""
         return self._source_is_over and not self._waiting and self._error is None
 
     def begin(self) -> None:
@@ -331,7 +331,7 @@ class BenchDriver(Driver):
         return self._clock() - arrived + estimates * self._cost >= self._config.stale_after
 
     def _take_newest(self, waiting: list[tuple[Message, float]]) -> None:
-        """Takes the newest valid message, and passes over those before."""
+        """Uses the newest valid message, and passes over those before."""
         while waiting:
             message, arrived = waiting.pop()
             self._passed_over += len(waiting)
@@ -354,7 +354,7 @@ class BenchDriver(Driver):
             return True
         missing = self._watch.accept(reading.count)
         if missing is None:
-            return True  # an estimate that is newer has been sent already
+            return True  # a newer estimate has been sent already
         estimates = self._estimate(reading, missing, arrived)
         for line in (*self._first.note(reading.values), *(() if self.is_zeroing else self.calibration.note())):
             self._say(line)
@@ -379,7 +379,7 @@ class BenchDriver(Driver):
             self._let_pass(missing, arrived)
             if self._restarts_control:
                 self._restarts_control = False
-                self._bench.restart_control()  # the fingers are where safe commands have led them
+                self._bench.restart_control()  # safe commands have moved the fingers
             self._use(reading)
             self._record(math.nan if reading.count is None else reading.count, reading.time)
             return self._bench.read(self.sent)
@@ -391,8 +391,8 @@ class BenchDriver(Driver):
     def _let_pass(self, missing: int, arrived: float) -> None:
         """Lets the time of missing readings pass.
 
-        The estimators are told of those that were lost while there is time for it, of those passed over never: to be
-        told costs as much as to estimate.
+        The estimators process lost readings while there is time, those passed over never: it costs as much as an
+        estimate.
         """
         passed_over, self._passed_over = self._passed_over, 0
         lost = min(max(0, missing - passed_over), round(_MAX_SKIPPED_TIME / self._bench.period))
@@ -463,8 +463,8 @@ class BenchDriver(Driver):
         """Sends results; `commanded`: when the reading of their commands arrived, None if these are safe."""
         self.results = results
         factor = self._config.pressure_factor
-        in_units = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
-        self._sink(encoded(in_units, self._config.sink_format or self._config.format), in_units)
+        sent_values = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
+        self._sink(encoded(sent_values, self._config.sink_format or self._config.format), sent_values)
         if self._in_force is not None:
             self.max_command_age = max(self.max_command_age, self._clock() - self._in_force)
         self._in_force = commanded if self._commands else None
@@ -480,8 +480,8 @@ def recorded_signals(bench: Bench, config: BenchConfig) -> list[str]:
     """Signals of a bench that are recorded: measurements, results, commands, and the shape."""
     also = [*_default_signals(bench), *(name for name in bench.signals if name.endswith(f".{ANGLES}"))]
     commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
-    chosen = also if config.record is None else config.record
-    return [*dict.fromkeys([*bench.measured, *sent_signals(bench, config), *chosen, *commands])]
+    requested = also if config.record is None else config.record
+    return [*dict.fromkeys([*bench.measured, *sent_signals(bench, config), *requested, *commands])]
 
 
 def _default_signals(bench: Bench) -> list[str]:
@@ -511,15 +511,15 @@ class _RecentChanges:
         if len(self._past) < 2:
             return wider
         lag = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
-        beyond = max(1.0, age / (lag * self._bench.period))
+        age_factor = max(1.0, age / (lag * self._bench.period))
         for band in self._subjects.keys() & results.keys():
             past = np.array([points[band] for points in self._past])
             change = np.nan_to_num(past[lag:] - past[:-lag])
-            wider[band] = np.hypot(results[band], beyond * np.linalg.norm(change, axis=-1).max(axis=0))
+            wider[band] = np.hypot(results[band], age_factor * np.linalg.norm(change, axis=-1).max(axis=0))
         return wider
 
 
 def _points(subjects: Mapping[str, Array]) -> Array:
-    """Scalars (1, 1) or, of joints and tip, points (N + 1, 2)."""
+    """Scalars, (1, 1), or points of joints and tip, (N + 1, 2)."""
     first, *tip = subjects.values()
     return np.concatenate([first.reshape(-1, 2), tip[0][None, :2]]) if tip else first.reshape(-1, 1).copy()

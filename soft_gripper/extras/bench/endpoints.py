@@ -1,6 +1,6 @@
 """Opens the sources and sinks of messages, by address.
 
-| address | what it is |
+| address | messages |
 |---|---|
 | `udp://HOST:PORT` | datagrams; without HOST those of this machine alone; port 0 takes a free one |
 | `serial:///dev/ttyACM0?baud=115200` | lines over a serial port (`pip install 'soft-gripper[live]'`) |
@@ -30,7 +30,7 @@ from soft_gripper.files.document import require_value
 from soft_gripper.files.text import check_regular
 from soft_gripper.registry import OWN, blamed_on
 
-MAX_WAITING = 4096  # messages that are read at once
+MAX_WAITING = 4096  # maximum of messages read at once
 LOOPBACK = "127.0.0.1"
 _RECEIVE_BUFFER = 2**20  # bytes; the operating system may grant less
 _BAUD_RATE = 115200
@@ -55,8 +55,8 @@ class Endpoints:
     def __init__(self, where: Path | str, until: Callable[[], bool] | None = None):
         """
         Args:
-            where: the file that gives the addresses, for messages.
-            until: if given, results wait for whoever takes them until this is true; otherwise they are dropped.
+            where: the file with the addresses, for error messages.
+            until: if given, results wait for their readers until this is true; otherwise they are dropped.
         """
         self._where, self._until, self._stack = where, until, ExitStack()
         self._outboxes: list[Outbox[Any]] = []
@@ -70,7 +70,7 @@ class Endpoints:
 
     @property
     def dropped(self) -> int:
-        """Results that nobody took in time."""
+        """Number of results that were not read in time."""
         return sum(outbox.dropped for outbox in self._outboxes)
 
     def source(self, address: str, period: float = 0.0, columns: Columns | None = None) -> Source:
@@ -79,7 +79,7 @@ class Endpoints:
         Args:
             address: one of those above.
             period: between the messages of a file or a generator, s; 0 for as fast as possible.
-            columns: that are needed of a file that is not text; None: there is no column of the time.
+            columns: needed of a file that is not text; None: there is no column of the time.
 
         Raises:
             InputError: if it cannot be opened.
@@ -258,7 +258,7 @@ class LineSource:
         self._descriptor = descriptor
         self._partial_line = b""
         self.is_over = False
-        self._is_cut = False  # the line that has begun is the rest of one that was too long
+        self._is_cut = False  # whether the partial line is the rest of one that was too long
 
     def receive(self, timeout: float) -> list[Message]:
         if self.is_over or not _is_readable(self._descriptor, timeout):
@@ -274,13 +274,13 @@ class LineSource:
         if self._is_cut:
             self._partial_line, self._is_cut = self._partial_line if lines else b"", not lines
             lines = lines[1:]
-        if len(self._partial_line) > MAX_MESSAGE_BYTES:  # no line is that long: it is passed on, and counted
+        if len(self._partial_line) > MAX_MESSAGE_BYTES:  # malformed: it is passed on, and counted
             lines, self._partial_line, self._is_cut = [*lines, self._partial_line], b"", True
         return [line for line in lines if line.strip()]
 
 
 class PacedSource:
-    """Messages of a file or of a generator, one every period; with period 0 one whenever it is asked for."""
+    """Messages of a file or of a generator, one every period, or one per call with period 0."""
 
     def __init__(self, messages: Iterable[Message], period: float):
         self._messages = iter(messages)
@@ -321,7 +321,7 @@ def print_out(message: bytes, _: dict[str, Any]) -> None:
     """Writes a message to standard output; waits for room."""
     try:
         descriptor = sys.stdout.fileno()
-    except (AttributeError, OSError):  # it is no file, but stands in for one
+    except (AttributeError, OSError):  # not a file, but a substitute
         sys.stdout.write(message.decode())
-    else:  # past Python's buffer, whose lock would be held while nobody reads
+    else:  # bypasses Python's buffer, whose lock would block while nobody reads
         write_all(descriptor, message)

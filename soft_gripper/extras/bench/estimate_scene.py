@@ -1,6 +1,6 @@
 """EstimateScene: estimated fingers in Meshcat, without a simulation.
 
-Only bodies whose places are known are drawn: fixed ones, and fingers.
+Only bodies of known pose are drawn: fixed ones, and fingers.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -26,7 +26,7 @@ _ESTIMATES_PATH = "/drake"  # Meshcat path
 class EstimateScene:
     """Draws the fingers of a scenario at their estimated joint angles, with bands, forces and torques.
 
-    A finger whose joint angles are unknown keeps those before.
+    A finger with unknown joint angles keeps its last ones.
     """
 
     def __init__(
@@ -50,8 +50,8 @@ class EstimateScene:
         self._sizes = {
             name: signals[name].size() for finger in scene.fingers for name in _drawn_names(finger.name, signals)
         }
-        held = {name: _add_input(builder, name, size) for name, size in self._sizes.items()}
-        add_estimates(builder, scene, held, meshcat, scenario.pressure)
+        inputs = {name: _add_input(builder, name, size) for name, size in self._sizes.items()}
+        add_estimates(builder, scene, inputs, meshcat, scenario.pressure)
         set_up_view(whole, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
         self._positions = _estimated_positions(scene.fingers, signals)
         self._base = next((f for f in scene.fingers if f.name in moving), None)
@@ -60,7 +60,7 @@ class EstimateScene:
 
     @property
     def signals(self) -> list[str]:
-        """The names of the signals that are drawn."""
+        """Names of the drawn signals."""
         base = [] if self._base is None else [f"{self._base.name}.X_WB"]
         return [*self._sizes, *self._positions, *base]
 
@@ -79,7 +79,7 @@ class EstimateScene:
 
 
 class _PosedScene:
-    """A scene that is drawn at given positions; no time passes in its diagram."""
+    """Scene drawn at required positions; no time passes in its diagram."""
 
     def __init__(self, builder: DiagramBuilder, scene: Scene):
         self._diagram = builder.Build()
@@ -101,32 +101,32 @@ class _PosedScene:
         self._diagram.ForcedPublish(self._context)
 
 
-def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger], moves: bool) -> list[ModelConfig]:
+def _placed_models(models: Sequence[ModelConfig], fingers: Sequence[PlantFinger], is_moving: bool) -> list[ModelConfig]:
     """Models with a known pose: fixed ones; of moving fingers, the grippers alone, in their own frames."""
-    if not moves:
+    if not is_moving:
         return [model for model in models if not model.free]
     grippers = {finger.model_name for finger in fingers}
-    kept = [model for model in models if model.name in grippers]
-    return [m if m.parent.partition("::")[0] in grippers else replace(m, parent="world") for m in kept]
+    gripper_models = [model for model in models if model.name in grippers]
+    return [m if m.parent.partition("::")[0] in grippers else replace(m, parent="world") for m in gripper_models]
 
 
 def _drawn_names(finger: str, signals: Collection[str]) -> list[str]:
-    """The names of the signals of a finger that are drawn."""
-    own = [name.removeprefix(f"{finger}.") for name in signals if name.startswith(f"{finger}.")]
-    return [f"{finger}.{name}" for name in ("arcs", "external_torque", *drawn_signals(own))]
+    """Names of the drawn signals of a finger."""
+    names = [name.removeprefix(f"{finger}.") for name in signals if name.startswith(f"{finger}.")]
+    return [f"{finger}.{name}" for name in ("arcs", "external_torque", *drawn_signals(names))]
 
 
 def _estimated_positions(fingers: Sequence[PlantFinger], signals: Mapping[str, OutputPort]) -> dict[str, list[int]]:
     """Indices of the plant's positions that a signal of joint estimates sets."""
     return {
-        name: [joint.position_start() for joint in finger.joints_of(way)]
+        name: [joint.position_start() for joint in finger.joints_of(deformation)]
         for finger in fingers
-        for way in finger.finger.yields
-        if (name := f"{finger.name}.estimated_{joints_port(way)}") in signals
+        for deformation in finger.finger.yields
+        if (name := f"{finger.name}.estimated_{joints_port(deformation)}") in signals
     }
 
 
 def _add_input(builder: DiagramBuilder, name: str, size: int) -> OutputPort:
-    held = builder.AddNamedSystem(name, PassThrough(size))
-    builder.ExportInput(held.get_input_port(), name)
-    return held.get_output_port()
+    block = builder.AddNamedSystem(name, PassThrough(size))
+    builder.ExportInput(block.get_input_port(), name)
+    return block.get_output_port()

@@ -12,7 +12,7 @@ from soft_gripper.estimators.calibration_range import DISTANCE, FAR
 from soft_gripper.extras.bench.watch import Counts
 from soft_gripper.signals import signal_of
 
-Cell = str | tuple[str, str]  # its text, or its text and how it is marked: "bad", "name"
+Cell = str | tuple[str, str]  # text, or text and mark: "bad", "name"
 Table = list[str | list[Cell]]  # a caption, the head, and rows
 _UNKNOWN_TEXT = "-"
 _COUNTERS_PER_ROW = 2  # the panel is narrow
@@ -30,7 +30,7 @@ def _bound_text(force: float) -> str:
     return f"{force:.2f}" if math.isfinite(force) else "not known"
 
 
-# Rows, the signals that each is made of, and how these are written; None: by their meanings.
+# Rows, their signals, and how these are written; None: by their meanings.
 _TABLE_ROWS: dict[str, tuple[tuple[str, ...], Callable[..., str] | None]] = {
     "tip x, z [mm]": (("tip_pose",), lambda tip: _millimetres(*tip[:2])),
     "tip ± [mm]": (("position_std",), lambda std: f"{1e3 * std[-1]:.2f}"),
@@ -51,8 +51,8 @@ _ALARM_SIGNALS = "fault", FAR  # marked unless 0
 
 
 def needed_signals(fingers: Iterable[str], available: Collection[str]) -> list[str]:
-    """The names of the available signals that `finger_table` shows."""
-    names = (f"{finger}.{own}" for finger in fingers for signals, _ in _TABLE_ROWS.values() for own in signals)
+    """Names of the available signals that `finger_table` shows."""
+    names = (f"{finger}.{signal}" for finger in fingers for signals, _ in _TABLE_ROWS.values() for signal in signals)
     return [name for name in names if name in available]
 
 
@@ -62,7 +62,7 @@ def finger_table(
     values: Mapping[str, Array],
     disagreeing: Collection[str] = (),
 ) -> Table:
-    """A column for every finger, and a row for every estimate of any finger.
+    """Makes a table with a column for every finger, and a row for every estimate.
 
     Args:
         fingers: their names.
@@ -72,9 +72,9 @@ def finger_table(
     """
     rows: list[list[Cell]] = []
     for title, (signals, text) in _TABLE_ROWS.items():
-        own = [[f"{finger}.{name}" for name in signals] for finger in fingers]
-        if any(names[0] in ports for names in own):
-            rows.append([title, *(_cell(names, ports, values, text) for names in own)])
+        finger_signals = [[f"{finger}.{name}" for name in signals] for finger in fingers]
+        if any(names[0] in ports for names in finger_signals):
+            rows.append([title, *(_cell(names, ports, values, text) for names in finger_signals)])
     if disagreeing:
         marked: list[Cell] = [("disagree", "bad") if finger in disagreeing else "agree" for finger in fingers]
         rows.append(["readings and drive", *marked])
@@ -95,7 +95,7 @@ _UNKNOWN_VALUE = np.array([np.nan])
 
 
 def readings_table(counts: Counts) -> Table:
-    """The counters of the watch-dog; those of faults are marked."""
+    """Makes a table of the counters of the watch; those of faults are marked."""
     cells: list[Cell] = []
     for name, number in asdict(counts).items():
         cells += [(name, "name"), (str(number), "bad") if number and name != "used" else str(number)]

@@ -1,4 +1,4 @@
-"""Ranges of what a bench may measure: a number outside of them is no measurement, and its message is malformed."""
+"""Plausible ranges of measurements: a message with a number outside is malformed."""
 
 from collections.abc import Iterator, Mapping
 
@@ -25,7 +25,7 @@ _POSE_SIZE = 12  # numbers
 
 
 def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
-    """The ranges of a bench, from its description or, where that gives none, from the scenario's sensors and drive."""
+    """Ranges of a bench, from its description, or else from the scenario's sensors and drive."""
     limits = config.pressure_range
     pressure = _pressures(bench.scenario) if limits is None else tuple(config.relative(np.array(limits)))
     tension = _explicit_range(config.tension_range) or _tensions(bench.scenario)
@@ -38,8 +38,8 @@ def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
             f"{name}.X_WB": (-_MAX_BASE_DISTANCE, _MAX_BASE_DISTANCE),
         }
         ranges |= {
-            f"{name}.measured_{kind}": (np.array([-most, 0.0]), np.array([most, layout.finger.length]))
-            for kind, most in MOST.items()
+            f"{name}.measured_{kind}": (np.array([-limit, 0.0]), np.array([limit, layout.finger.length]))
+            for kind, limit in MOST.items()
         }
     return {name: ranges[name] for name in bench.inputs}
 
@@ -55,14 +55,14 @@ def _pressures(scenario: Scenario) -> _Range:
 
 
 def _tensions(scenario: Scenario) -> _Range:
-    most = _MAX_TENSION if scenario.tendons.maximum is None else 2 * scenario.tendons.maximum
-    return -most, most
+    limit = _MAX_TENSION if scenario.tendons.maximum is None else 2 * scenario.tendons.maximum
+    return -limit, limit
 
 
 def _readings(layout: MeasurementModel) -> _Range:
     """Range of the readings of sensors, for each that of the sensor with the largest reading."""
-    most = np.full(layout.readings, (np.abs(layout.jacobian).sum(axis=-1) * _MAX_BEND).max())
-    ends = np.array([layout.response.reading(1 + sign * most) for sign in (-1.0, 0.0, 1.0)])
+    limit = np.full(layout.readings, (np.abs(layout.jacobian).sum(axis=-1) * _MAX_BEND).max())
+    ends = np.array([layout.response.reading(1 + sign * limit) for sign in (-1.0, 0.0, 1.0)])
     return ends.min(axis=0), ends.max(axis=0)
 
 
@@ -70,16 +70,16 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
     """Checks numbers by input of a bench; those `unread` may be NaN: their sensors were not read.
 
     Raises:
-        MalformedError: if one is outside its range, or no rotation.
+        MalformedError: if one is outside its range, or not a rotation.
     """
     for name, value in values.items():
-        least, most = ranges[name]
-        outside = ~((value >= least) & (value <= most))
+        lowest, highest = ranges[name]
+        outside = ~((value >= lowest) & (value <= highest))
         if name in unread:
             outside &= ~np.isnan(value)
         if outside.any():
             i = int(outside.argmax())
-            low, high = (float(np.broadcast_to(limit, value.shape)[i]) for limit in (least, most))
+            low, high = (float(np.broadcast_to(limit, value.shape)[i]) for limit in (lowest, highest))
             expected = f"which is not within {low:g} to {high:g}"
             raise MalformedError(f"has {value[i]:g} as entry {i} of {name}, {expected}")
         if name.endswith(".X_WB") and len(value) == _POSE_SIZE:
@@ -88,7 +88,7 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
                 raise MalformedError(f"has no rotation in {name}")
 
 
-_JUDGING_BEGIN = 1.0  # s, after which the pressures are judged
+_JUDGING_BEGIN = 1.0  # s, until the pressures are judged
 
 
 class FirstPressures:
@@ -114,6 +114,6 @@ class FirstPressures:
         for i, pressure in enumerate(pressures):
             rests = float(np.median(pressure))
             if seems_absolute(rests, pressure):
-                how = "if so, give `pressure_ambient`, what it has in open air; if not, `pressure_ambient: 0`"
+                how = "if so, give `pressure_ambient`, its reading in open air; if not, `pressure_ambient: 0`"
                 observation = f"{name}[{i}] = {rests / self._factor:.4g} {self._unit} at the beginning"
                 yield f"note: {observation}: is it measured against vacuum? {how}"

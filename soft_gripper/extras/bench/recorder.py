@@ -44,18 +44,18 @@ class RowLayout(NamedTuple):
 def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
     """The layout of recordings that have these signals of a bench.
 
-    It is read from files of one and two rows, whose numbers are their places.
+    It is derived from files of one and two rows, whose numbers are their indices.
     """
     described = {name: signal_of(bench.signals[name]) for name in signals} | _READING_SIGNALS
     sizes = [1, *(bench.signals[name].size() for name in signals), *[1] * len(_READING_SIGNALS)]
-    about = provenance(bench.scenario, bench.scenario.sensor.type, bench.scenario.estimator.type)
+    attributes = provenance(bench.scenario, bench.scenario.sensor.type, bench.scenario.estimator.type)
     places = np.split(np.arange(float(sum(sizes))), np.cumsum(sizes)[:-1])
     files = []
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         for rows in (1, 2):
             numbers = {i: np.tile(part, (rows, 1)) for i, part in enumerate(places[1:])}
             sources = {name: LoggedPort(i) for i, name in enumerate(described)}
-            recording = make_recording(labels_of(described), Samples(sources, np.zeros(rows), numbers), about)
+            recording = make_recording(labels_of(described), Samples(sources, np.zeros(rows), numbers), attributes)
             path = Path(folder) / "layout.nc"
             recording.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["time"])
             files.append(path.read_bytes())
@@ -67,7 +67,7 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
 
 
 class Recorder:
-    """Writes signals of a bench at every sample, in a thread of its own; counts samples that the disk cannot take."""
+    """Writes signals of a bench at every sample, in a thread of its own; counts samples lost to a slow disk."""
 
     def __init__(self, bench: Bench, layout: RowLayout, path: Path):
         """`path` is that of a new file.
@@ -91,7 +91,7 @@ class Recorder:
         self._put(np.concatenate([*self._bench.read(self._layout.signals).values(), [count], [device_time]]))
 
     def pass_over(self, samples: int) -> None:
-        """Records samples of which only the time is known."""
+        """Records samples without values."""
         for _ in range(samples):
             self._put(np.full(len(self._layout.order) - 1, np.nan))
 
@@ -113,7 +113,7 @@ class Recorder:
         self._ends.set()
 
     def close(self) -> None:
-        """Ends, and waits until all is written; a disk that does not take it in time is left to itself."""
+        """Ends, and waits until all is written; gives up on a disk that is too slow."""
         self.end()
         self._thread.join(5 * LINGER)
         if self._thread.is_alive():
@@ -140,13 +140,13 @@ class Recorder:
             os.close(self._file)
 
     def _write(self) -> None:
-        taken = len(self._rows)
-        if not taken:
+        count = len(self._rows)
+        if not count:
             return
-        write_all(self._file, b"".join(self._rows[:taken]))
-        del self._rows[:taken]
+        write_all(self._file, b"".join(self._rows[:count]))
+        del self._rows[:count]
         os.fsync(self._file)
-        self._written += taken
+        self._written += count
         os.pwrite(self._file, self._written.to_bytes(4, "big"), _ROW_COUNT_OFFSET)
 
 

@@ -24,7 +24,7 @@ _UNKNOWN_TEXT = "-"
 
 
 class _FingerTally:
-    """Contacts of one finger while what drives it rested, and while that moved."""
+    """Contacts of one finger while its drive rested, and while it changed."""
 
     def __init__(self, name: str, bench: Bench):
         signals = "transverse_force", "transverse_force_std", "contact_arc_length"
@@ -63,9 +63,9 @@ class _FingerTally:
         return not self._past or bool(np.ptp(np.array(self._past), axis=0).max() <= limit)
 
     def __str__(self) -> str:
-        rested, moved = (self._contact_text(rested) for rested in (True, False))
+        rested, moving = (self._contact_text(rested) for rested in (True, False))
         lags = " (a finger that moves lags behind its drive)" if self.contacts[False] else ""
-        return f"{self.name}: while its drive rested {rested}; while that changed {moved}{lags}"
+        return f"{self.name}: while its drive rested {rested}; while that changed {moving}{lags}"
 
     def _contact_text(self, rested: bool) -> str:
         count = self.contacts[rested]
@@ -76,7 +76,7 @@ class _FingerTally:
 
 
 class Tally:
-    """Contacts of all fingers, as far as they are sent."""
+    """Contacts of all fingers whose estimates are sent."""
 
     def __init__(self, bench: Bench):
         self._fingers = [_FingerTally(name, bench) for name in bench.quantities]
@@ -91,20 +91,20 @@ class Tally:
         yield from (str(finger) for finger in self._fingers if finger.is_known)
 
 
-_JUDGING_TIME = 2.0  # s of readings under a fitted drive, after which their agreement is judged
+_JUDGING_TIME = 2.0  # s of readings under a fitted drive before their agreement is judged
 
 
 class _CalibratedFinger:
-    def __init__(self, most: float):
-        self.most = most
+    def __init__(self, limit: float):
+        self.max_disagreement = limit
         self.readings = self.far = self.known = self.near = 0
 
 
 class CalibrationTally:
     """Counts, for every calibrated finger, the readings that are far from its calibration, and those that agree.
 
-    Readings disagree with the drive if hardly any under a drive that was fitted come near those of a finger that bends
-    freely under it: sensors were set anew, or something has touched all the time.
+    Readings disagree with the drive if hardly any, under a fitted drive, come near those of a free finger: the sensors
+    were remounted, or a contact lasted all the time.
     """
 
     def __init__(self, bench: Bench):
@@ -114,8 +114,8 @@ class CalibrationTally:
             for name, calibrated in states.items()
             if calibrated is not None
         }
-        self._signals = [f"{name}.{own}" for name in self._fingers for own in (FAR, DISAGREEMENT)]
-        self._bench, self._least = bench, max(1, round(_JUDGING_TIME / bench.period))
+        self._signals = [f"{name}.{signal}" for name in self._fingers for signal in (FAR, DISAGREEMENT)]
+        self._bench, self._min_readings = bench, max(1, round(_JUDGING_TIME / bench.period))
         self._warned: set[str] = set()
 
     def note(self) -> Iterator[str]:
@@ -124,9 +124,9 @@ class CalibrationTally:
         for name, finger in self._fingers.items():
             finger.readings += 1
             finger.far += int(signals[f"{name}.{FAR}"][0])
-            apart = signals[f"{name}.{DISAGREEMENT}"][0]
-            finger.known += int(np.isfinite(apart))
-            finger.near += int(apart <= finger.most)
+            disagreement = signals[f"{name}.{DISAGREEMENT}"][0]
+            finger.known += int(np.isfinite(disagreement))
+            finger.near += int(disagreement <= finger.max_disagreement)
             if name in self.disagreeing and name not in self._warned:
                 self._warned.add(name)
                 how = "zero the sensors while it is free (--zero 2), or calibrate again"
@@ -134,7 +134,7 @@ class CalibrationTally:
 
     def restart(self) -> None:
         """Restarts the counts, after offsets have changed."""
-        self._fingers = {name: _CalibratedFinger(finger.most) for name, finger in self._fingers.items()}
+        self._fingers = {name: _CalibratedFinger(finger.max_disagreement) for name, finger in self._fingers.items()}
         self._warned.clear()
 
     @property
@@ -143,15 +143,15 @@ class CalibrationTally:
         return [
             name
             for name, finger in self._fingers.items()
-            if finger.known >= self._least and finger.near < NEAREST * finger.known
+            if finger.known >= self._min_readings and finger.near < NEAREST * finger.known
         ]
 
     def lines(self) -> Iterator[str]:
         """Yields a line for every finger that was far from its calibration."""
         for name, finger in self._fingers.items():
             if finger.far:
-                share = 100 * finger.far / finger.readings
-                yield f"{name}: {share:.0f} % of the readings are far from its calibration, where bands are wider"
+                percent = 100 * finger.far / finger.readings
+                yield f"{name}: {percent:.0f} % of the readings are far from its calibration, where bands are wider"
 
 
 class StatusLine:
@@ -162,7 +162,7 @@ class StatusLine:
 
     def __init__(self, bench: Bench, pressure_unit: str, width: int | None):
         self._fingers, self._width = list(bench.quantities), width
-        self._parts: dict[str, Callable[..., str]] = {  # by the signals that they are made of
+        self._parts: dict[str, Callable[..., str]] = {  # by their signals
             "tip_pose": lambda tip: f"tip {1e3 * tip[0]:.1f}, {1e3 * tip[1]:.1f} mm",
             "transverse_force": lambda force: f"{force[0]:.2f} N",
             "transverse_force_std": lambda std: f"± {std[0]:.2f}",
@@ -178,15 +178,15 @@ class StatusLine:
             return
         self._due = now + (_TERMINAL_PERIOD if self._width else _LOG_PERIOD)
         line = self.line(results, now - self._began)
-        # The cursor stays at the beginning of the line, so that whatever is printed next replaces it.
+        # The cursor stays at the beginning of the line, so that the next output replaces it.
         text = f"{line}\n" if self._width is None else f"{line[: self._width - 1]:<{self._width - 1}}\r"
         print_out(text.encode(), results)
 
     def line(self, results: Mapping[str, Any], since: float) -> str:
-        """The line at a time since the session began, s."""
-        of_fingers = (f"{finger}: {self._finger_text(results, finger)}" for finger in self._fingers)
+        """Line at a time since the session began, s."""
+        texts = (f"{finger}: {self._finger_text(results, finger)}" for finger in self._fingers)
         state = "stale" if results["stale"] else "live"
-        return f"{since:7.1f} s  {state:<5}  {' | '.join(of_fingers)} | {results['lost']:.0f} lost"
+        return f"{since:7.1f} s  {state:<5}  {' | '.join(texts)} | {results['lost']:.0f} lost"
 
     def _finger_text(self, results: Mapping[str, Any], finger: str) -> str:
         values = {name: results.get(f"{finger}.{name}") for name in self._parts}

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable
 from threading import Condition, Thread
 from typing import Any, Generic, TypeVar
 
-ROOM = 100  # results that wait for whoever takes them
-_POLL_PERIOD = 0.1  # s between looks whether to go on waiting
-LINGER = 1.0  # s that the last results have, at the end
+ROOM = 100  # maximum of waiting results
+_POLL_PERIOD = 0.1  # s between checks whether to go on waiting
+LINGER = 1.0  # s for the last results, at the end
 
 _T = TypeVar("_T")
 Message = bytes | dict[str, Any]  # encoded, or by name
@@ -19,15 +19,15 @@ Message = bytes | dict[str, Any]  # encoded, or by name
 class Outbox(Generic[_T]):
     """Hands items on, in order, in a thread of its own.
 
-    If they are not taken in time, the oldest are dropped, and counted: whoever reads again gets the newest.
+    If they are not taken in time, the oldest are dropped and counted, so that a reader gets the newest.
     """
 
     def __init__(self, take: Callable[[_T], object], until: Callable[[], bool] | None = None, room: int = ROOM):
         """
         Args:
-            take: takes each, and may wait, even for ever.
+            take: takes an item, and may wait, even for ever.
             until: if given, nothing is dropped: `put` waits for room until this is true.
-            room: things that may wait.
+            room: maximum of waiting items.
         """
         self._take, self._until, self._room = take, until, room
         self._waiting: deque[_T] = deque()
@@ -51,7 +51,7 @@ class Outbox(Generic[_T]):
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Waits a little until all is taken, or as long as it takes if nothing is to be dropped; drops the rest."""
+        """Waits until all is taken, at most for `LINGER` if items may be dropped; drops the rest."""
         end = time.monotonic() + LINGER
         with self._changed:
             while (self._waiting or self._is_busy) and self._error is None:
@@ -103,7 +103,7 @@ def write_all(descriptor: int, content: bytes) -> None:
 
 
 class Inbox:
-    """The messages of an iterable that may wait: it is asked in a thread of its own, at a pace."""
+    """Messages of an iterable that may wait: a thread of its own reads it, at a pace."""
 
     def __init__(self, messages: Iterable[Message], period: float):
         """`period` between messages, s; 0: as fast as they are taken."""

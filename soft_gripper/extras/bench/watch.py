@@ -1,9 +1,9 @@
-"""Watches the order and the age of readings: what is lost, late, repeated or stale is counted, never passed over."""
+"""Watches the order and the age of readings, and counts those lost, late, repeated or stale."""
 
 from dataclasses import asdict, dataclass, field
 
-_MAX_GAP = 10**6  # numbers that may be missing; a number further on is wrong, unless others go on from it
-_MAX_MISSING = 1000  # numbers that are still waited for
+_MAX_GAP = 10**6  # maximum of missing numbers; a number further on is wrong, unless others follow it
+_MAX_MISSING = 1000  # maximum of numbers still expected
 # Readings in order, all behind the last number or far beyond it: the device counts from there, or that number was wrong
 _RESTART_READINGS = 3
 
@@ -16,7 +16,7 @@ class Counts:
     lost: int = 0  # never arrived
     late: int = 0  # arrived after a later one, which had been used already
     repeated: int = 0
-    malformed: int = 0  # not what the bench describes, or with a number that cannot be right
+    malformed: int = 0  # not as the bench describes, or with an implausible number
     excess: int = 0  # more than the period of the sensors allows, or than could be used in time
     silences: int = 0  # times when the last estimate was older than `stale_after`, so that commands became safe
     restarts: int = 0  # of the device, whose numbers began again, or after a wrong number
@@ -32,9 +32,9 @@ class Watch:
     counts: Counts = field(default_factory=Counts)
     _last: int | None = None
     _missing: dict[int, None] = field(default_factory=dict)  # in the order of their numbers
-    _skipped: range = range(0)  # numbers that the last gap was long
+    _skipped: range = range(0)  # numbers in the last gap
     _behind: int = 0  # readings in order that are behind the last
-    _next: int = -1  # the number that would go on with these
+    _next: int = -1  # the number that would follow these
 
     def accept(self, count: int | None) -> int | None:
         """Number of missing readings before this one; None: this one is too late to be used.

@@ -1,4 +1,6 @@
-"""The faults of a finger and of its sensors that can be named, each as a hypothesis about the readings.
+"""Faults of a finger and of its sensors, as hypotheses about the readings.
+
+A new fault needs an entry in `FAULTS` and `Hypotheses._entries`, its prior, and its effect in `health_filter`.
 
 The readings y deviate from those of the nominal free finger, y_0, by the load, by an error g of the bend per pressure,
 by lasting errors b of the sensors and by noise; with the bends lambda of the load, the sensitivity B, the torque u of
@@ -12,15 +14,15 @@ A fault adds a parameter f to this (a drift two), whose effect on the readings i
     slipped     its offset jumps, or its strand       r_i += f ,   or   r_i += f (y_0 + B l)_i , f < 0
                 is loose and follows a part
     drifting    its offset is a ramp                  r_i += f + f' t
-    saturated   it is a constant where y_i would be beyond f, and as ever elsewhere
-    leak        a share of the pressure is missing    r   -= f B A C u
+    saturated   it is a constant where y_i would be beyond f, and unchanged elsewhere
+    leak        a fraction of the pressure is lost    r   -= f B A C u
     cut         the finger is softer from a           r   += f B A (the joint angles from there on)
                 place to the tip
     held        the load is not one contact: any lambda, see `health`
 
 Given l, all are linear in f, so that a Gaussian f is integrated out in closed form.
 
-R readings, S values, K hypotheses, of which the first is that nothing is wrong.
+R readings, S values, K hypotheses, of which the first is health.
 """
 
 from dataclasses import dataclass, field
@@ -47,7 +49,7 @@ class UsualFaults:
     load pressure.
     """
 
-    probability: float = quantity(1e-9, above=0, below=1)  # that something is wrong at all
+    probability: float = quantity(1e-9, above=0, below=1)  # of any fault
     offset: float = quantity(0.3, above=0)  # of a slipped sensor
     drift: float = quantity(0.05, "1/s", above=0)
     loose: tuple[float, float] = (-0.55, 0.16)  # of the gain of a loose strand
@@ -57,7 +59,7 @@ class UsualFaults:
 
 @dataclass(frozen=True)
 class Hypotheses:
-    """The hypotheses about one finger; the state of a hypothesis is (lambda, b, f, f', g), of S + R + 3 entries."""
+    """Hypotheses about one finger; the state of a hypothesis is (lambda, b, f, f', g), of S + R + 3 entries."""
 
     layout: MeasurementModel
     usual: UsualFaults = field(default_factory=UsualFaults)
@@ -65,9 +67,9 @@ class Hypotheses:
 
     @cached_property
     def _entries(self) -> list[tuple[str, int, int]]:
-        """Kind, reading and joint of each; -1 for none."""
-        of_reading = ("dead", "offset", "loose", "drifting", "saturated")
-        sensors = [(kind, i, -1) for i in range(self.layout.readings) for kind in of_reading]
+        """Kind, reading and joint of each hypothesis; -1 for none."""
+        sensor_kinds = ("dead", "offset", "loose", "drifting", "saturated")
+        sensors = [(kind, i, -1) for i in range(self.layout.readings) for kind in sensor_kinds]
         leak = [("leak", -1, -1)] if self.layout.finger.pressures else []
         segments = self.layout.finger.segments
         cuts = [
@@ -79,7 +81,7 @@ class Hypotheses:
     def _half_sections(self) -> NDArray[np.int_]:
         return np.arange(2 * self.layout.sections)
 
-    def of(self, name: str) -> NDArray[np.int_]:
+    def indices_of(self, name: str) -> NDArray[np.int_]:
         """Indices of the hypotheses of one kind."""
         return np.array([i for i, (kind, *_) in enumerate(self._entries) if kind == name], dtype=int)
 
@@ -101,7 +103,7 @@ class Hypotheses:
 
     @cached_property
     def log_prior(self) -> Array:
-        """Logarithms of the odds against `healthy` before anything is read, (K,): each kind is as probable."""
+        """Prior log odds against `healthy`, (K,); all kinds are equally probable."""
         counts = np.bincount(self.kind, minlength=len(FAULTS))
         kinds = np.count_nonzero(counts) - 1
         prior = self.usual.probability / kinds / counts[self.kind]
@@ -112,7 +114,7 @@ class Hypotheses:
         """Required sign of f, (K,); 0: any."""
         sign = np.zeros(len(self.kind))
         for name in ("loose", "leak", "cut"):
-            sign[self.of(name)] = np.sign(getattr(self.usual, name)[0])
+            sign[self.indices_of(name)] = np.sign(getattr(self.usual, name)[0])
         return sign
 
     @cached_property
@@ -129,16 +131,16 @@ class Hypotheses:
         scale = self.full_scale
         mean, std = np.zeros((len(self.kind), 2)), np.zeros((len(self.kind), 2))
         for name in ("dead", "saturated"):
-            std[self.of(name), 0] = scale
-        std[self.of("offset"), 0] = usual.offset * scale
-        std[self.of("drifting"), 1] = usual.drift * scale
+            std[self.indices_of(name), 0] = scale
+        std[self.indices_of("offset"), 0] = usual.offset * scale
+        std[self.indices_of("drifting"), 1] = usual.drift * scale
         for name in ("loose", "leak", "cut"):
-            mean[self.of(name), 0], std[self.of(name), 0] = getattr(usual, name)
+            mean[self.indices_of(name), 0], std[self.indices_of(name), 0] = getattr(usual, name)
         return mean, std
 
     @cached_property
     def load_response(self) -> Array:
-        """B, matrix from the bends of the load to the readings, (R, S)."""
+        """Matrix B from the bends of the load to the readings, (R, S)."""
         sensitivity = self.layout.sensitivity
-        by_value = sensitivity[..., None] * np.eye(sensitivity.shape[-1])
-        return by_value.reshape(self.layout.readings, -1)
+        value_map = sensitivity[..., None] * np.eye(sensitivity.shape[-1])
+        return value_map.reshape(self.layout.readings, -1)

@@ -4,27 +4,26 @@ Ten samples make a window: their mean is compared with the readings that every h
 (extended where the load multiplies the fault) over the bends of the load, lasting errors of the sensors, the error of
 the nominal bend per pressure, and the parameters of the fault. The load changes with the drive, as a blocked finger
 does, along the shapes that contact forces bend it into (`gaussian`), and now and then at any time; lasting errors
-change with the strain, by the gain error and hysteresis assumed. The bend per pressure is off by one share along the
-whole finger, for good, with the standard deviation that is assumed: a finger that is softer or stiffer than its nominal
-model by about so much is neither cut nor leaking, nor held. While the drive changes the finger lags, which counts as
-noise. So does what a calibration does not say of a drive that is far from those in it (`CalibratedStates`): a finger
-whose drive leaves its calibration is not faulty because its nominal model is no longer good. How far the readings are
-from it does not count, or a faulty sensor would excuse itself.
+change with the strain, by the assumed gain error and hysteresis. The bend per pressure errs by one fraction along the
+whole finger, permanently, with the assumed standard deviation: a finger softer or stiffer than its nominal model by
+about as much is neither cut nor leaking, nor held. While the drive changes the finger lags, which counts as noise. So
+does the extrapolation error of a drive away from its calibration (`CalibratedStates`): a finger is not faulty because
+its nominal model is no longer good. The distance of the readings does not count, or a faulty sensor would excuse
+itself.
 
 Evidence for a fault k is the logarithm of the ratio of its likelihood and that of the healthy finger since its onset,
-which is unknown: after every window the better of going on and beginning anew is kept,
+which is unknown: after every window the better of continuing and restarting is kept,
 
     e_k = max(e_k, 0) + log p(window | k) - log p(window | healthy)
 
 (Page 1954, Continuous inspection schemes, doi 10.1093/biomet/41.1-2.100; Willsky and Jones 1976, doi
-10.1109/TAC.1976.1101146, with the fault's size integrated out instead of maximised). Beginning anew starts from what
-the healthy filter knew before the window. With the odds  o_k  before,  P_k  is proportional to  o_k exp(e_k).
+10.1109/TAC.1976.1101146, with the fault's size integrated out instead of maximised). A restart begins from the
+healthy filter's state before the window. With the odds  o_k  before,  P_k  is proportional to  o_k exp(e_k).
 
-Two things that means do not show count as well. A reading that repeats itself to the last bit while others change is
-not that of a working sensor with noise: how often it repeated itself so far says how improbable that is. And whatever
-the faults, the load is one contact at most, with the misfit X that `force_posterior` finds for the best of them: it
-multiplies the likelihood by exp(-X / 2) once a second, as consecutive windows at one contact are not independent.
-Only under `held` any load may be, for a fixed price.
+Two things count beyond means. A reading that repeats itself to the last bit while others change is not that of a
+working sensor with noise: its past repetitions give the probability. And for all faults the load is one contact at
+most, with the misfit X that `force_posterior` finds for the best one: it multiplies the likelihood by exp(-X / 2) once
+a second, as consecutive windows at one contact are not independent. Only `held` allows any load, at a fixed price.
 
 R readings, S values, N joints, K hypotheses, n = 2 S + R + 3 states.
 """
@@ -56,17 +55,17 @@ _OFFSET_WALK = 0.1  # random walk of lasting errors per window, of the reading's
 _BEND_WALK = 3e-4  # rad, random walk of the load's bends at rest
 _EXTENDED_CONTACT_STD = 0.03  # deviation of an extended contact from a single force, of the load's bends
 _UNEVEN_BEND_STD = 0.005  # model error that is not common to all sections, of the free bends
-_LOAD_PRICE = 7.0  # price of any load, as a misfit
-_MAX_MISFIT = 80.0  # beyond, no assumption is good enough to be counted
-_STUCK_PROBABILITY = 0.98  # that a stuck sensor repeats itself
-_LOST_PROBABILITY = 0.02  # that a working sensor is not read
+_LOAD_MISFIT_PRICE = 7.0  # price of any load, as a misfit
+_MAX_MISFIT = 80.0  # of a load; larger ones count as this
+_STUCK_PROBABILITY = 0.98  # P(a stuck sensor repeats itself)
+_LOST_PROBABILITY = 0.02  # P(a working sensor is not read)
 _MIN_EVIDENCE = 0.3  # of hypotheses whose load is examined; others take that of the healthy finger
 _PRIOR_REPEATS = np.array([[0.3], [3.0]])  # samples at which a reading repeated itself, and changed, before any is read
 _MAX_EVIDENCE = 200.0
 _MIN_LIMIT = 0.05  # of the full scale
 _CUT_LAG_FACTOR = 2.0  # lag of a cut finger by that of one as built
 _CUT_CHANGE_ERROR = 0.05  # deviation of a cut's effect from proportional, of the effect
-_CUT_WEIGHT_ERROR = 0.05  # deviation of a cut's effect because the weight pulls otherwise, of the full scale
+_CUT_WEIGHT_ERROR = 0.05  # deviation of a cut's effect by the changed weight, of the full scale
 _ABSURD_DEVIATIONS = 3.0  # standard deviations
 _LIMIT_EVIDENCE = 2.5  # evidence that a reading that stays at its extreme is at a limit
 _MISSING_VARIANCE = 1e4  # variances of the full scale of a reading that is not finite
@@ -93,7 +92,7 @@ class FilterMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class HealthFilter:
-    """The health of one finger and its sensors."""
+    """Filter for the health of one finger and its sensors."""
 
     layout: MeasurementModel
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
@@ -128,14 +127,14 @@ class HealthFilter:
     def step(self, memory: FilterMemory, readings: Array, driving: Array, gravity: Array) -> FilterMemory:
         """Memory after one more sample; see ShapeFunction for the inputs.
 
-        A sample whose driving torque or gravity is not finite, or of which the squares overflow, is left out.
+        A sample is skipped if its driving torque or gravity is not finite, or their squares overflow.
         """
         if not np.isfinite((driving**2).sum() + (gravity**2).sum()):
             return memory
         layout = self.layout
         finger = self.layout.finger
         memory = self._begin_window(memory) if memory.samples >= WINDOW_SAMPLES else memory
-        weight = self._mechanics.weight(self._mechanics.posture(finger.angle(driving)), gravity)
+        weight = self._mechanics.weight(self._mechanics.bent_finger(finger.angle(driving)), gravity)
         free = layout.matrix @ finger.angle(driving + weight)
         finite = np.isfinite(readings**2)
         repeated = readings == memory.last
@@ -170,7 +169,7 @@ class HealthFilter:
         return probabilities
 
     def _weights(self, memory: FilterMemory) -> Array:
-        """The probability of every hypothesis, (K,)."""
+        """Probability of every hypothesis, (K,)."""
         logs = self.hypotheses.log_prior + np.maximum(memory.evidence, 0.0)
         weights = np.exp(logs - logs.max())
         probabilities: Array = weights / weights.sum()
@@ -179,26 +178,26 @@ class HealthFilter:
     def _update(self, memory: FilterMemory, free: Array, gravity: Array) -> FilterMemory:
         """Memory after the last sample of a window."""
         q = self.layout.finger.angle(memory.total / WINDOW_SAMPLES)
-        now = self.layout.matrix @ q
+        bends = self.layout.matrix @ q
         driving = memory.driving_sum / WINDOW_SAMPLES
         window = self._summarize(
             memory, q, free - memory.first_free_bends, self._extrapolation_std(q, driving, gravity)
         )
-        change = now - memory.free
+        change = bends - memory.free
         drive = self._pressures(driving - memory.driving)
         born_mean, born_covariance = self._onset_states(memory.mean[0], memory.covariance[0])
         mean = np.stack([memory.mean, born_mean])
         covariance = np.stack([memory.covariance, born_covariance])
         mean, covariance = self._predict(mean, covariance, change, drive, memory.age)
-        by_state = self._bend_map(q, driving)
-        update = _update_states(mean, covariance, self._observation(mean, window, q, by_state))
-        before = np.stack([memory.evidence, np.zeros_like(memory.evidence)])
-        total = before + update.log_likelihood + self._repetition_likelihood(update, mean, window, by_state)
-        total[1, 0] = -np.inf  # that nothing is wrong has no onset
+        state_map = self._bend_map(q, driving)
+        update = _update_states(mean, covariance, self._observation(mean, window, q, state_map))
+        evidence_before = np.stack([memory.evidence, np.zeros_like(memory.evidence)])
+        total = evidence_before + update.log_likelihood + self._repetition_likelihood(update, mean, window, state_map)
+        total[1, 0] = -np.inf  # health has no onset
         best = total.argmax(axis=0)
-        every = np.arange(total.shape[1])
-        mean, covariance = update.mean[best, every], update.covariance[best, every]
-        evidence = total[best, every] - total[0, 0]
+        hypotheses = np.arange(total.shape[1])
+        mean, covariance = update.mean[best, hypotheses], update.covariance[best, hypotheses]
+        evidence = total[best, hypotheses] - total[0, 0]
         evidence = evidence + self._contact_evidence(mean, covariance, q, evidence)
         evidence[self._is_absurd(mean, covariance)] = -_MAX_EVIDENCE
         evidence = evidence - max(float(evidence.max()) - _MAX_EVIDENCE, 0.0)
@@ -208,7 +207,7 @@ class HealthFilter:
             covariance=covariance,
             evidence=evidence,
             age=np.where(best == 0, memory.age + 1, 0.0),
-            free=now,
+            free=bends,
             driving=driving,
             counts=memory.counts + memory.sums[2:],
             extremes=np.array(
@@ -225,33 +224,33 @@ class HealthFilter:
 
     def _extrapolation_std(self, q: Array, driving: Array, gravity: Array) -> Array:
         """Standard deviation of strains where the drive is away from its calibration, common to all, (R,)."""
-        unread = np.full(self.layout.readings, np.nan)
-        away = self._mechanics.away(unread, driving, gravity)
-        if away is None:
+        no_readings = np.full(self.layout.readings, np.nan)
+        extrapolation = self._mechanics.extrapolation(no_readings, driving, gravity)
+        if extrapolation is None:
             return np.zeros(self.layout.readings)
-        moved = self._mechanics.compliance(q) * away.pressure * self._mechanics.pressure_gain
-        return np.asarray(self.hypotheses.load_response @ (self.layout.matrix @ moved))
+        angle_stds = self._mechanics.compliance(q) * extrapolation.pressure * self._mechanics.pressure_gain
+        return np.asarray(self.hypotheses.load_response @ (self.layout.matrix @ angle_stds))
 
     def _summarize(self, memory: FilterMemory, q: Array, free_change: Array, extrapolation_std: Array) -> "_Window":
         measured, finite, repeated, changed = memory.sums
-        read = finite > 0
-        mean = np.where(read, measured / np.maximum(finite, 1), np.nan)
-        before = memory.counts + _PRIOR_REPEATS
-        working = (np.array([repeated, changed]) * np.log(before / before.sum(axis=0))).sum(axis=0)
+        is_read = finite > 0
+        mean = np.where(is_read, measured / np.maximum(finite, 1), np.nan)
+        counts = memory.counts + _PRIOR_REPEATS
+        working = (np.array([repeated, changed]) * np.log(counts / counts.sum(axis=0))).sum(axis=0)
         stuck = repeated * math.log(_STUCK_PROBABILITY) + changed * math.log(1 - _STUCK_PROBABILITY)
         lost = WINDOW_SAMPLES - finite
         silent = lost * math.log(_STUCK_PROBABILITY) + finite * math.log(1 - _STUCK_PROBABILITY)
-        of_lost = lost * math.log(_LOST_PROBABILITY) + finite * math.log(1 - _LOST_PROBABILITY)
+        lost_likelihood = lost * math.log(_LOST_PROBABILITY) + finite * math.log(1 - _LOST_PROBABILITY)
         return _Window(
             mean,
             self.layout.predict(q),
-            read,
+            is_read,
             np.clip(1 + changed, 1, np.maximum(finite, 1)),
             free_change,
             extrapolation_std,
-            working + of_lost,
-            np.maximum(stuck + of_lost, silent + working),
-            stuck + of_lost,
+            working + lost_likelihood,
+            np.maximum(stuck + lost_likelihood, silent + working),
+            stuck + lost_likelihood,
             (repeated > WINDOW_SAMPLES / 2) & (np.abs(mean) > _MIN_LIMIT * self.hypotheses.full_scale),
             (repeated > 0) & (repeated <= WINDOW_SAMPLES / 2),
             np.where(mean > 0, mean > memory.extremes[1], mean < memory.extremes[0]),
@@ -262,34 +261,35 @@ class HealthFilter:
         values = self._values
         readings = self.layout.readings
         hypotheses = self.hypotheses
-        assumed = self.uncertainty
+        uncertainty = self.uncertainty
         size = hypotheses.onset_prior[1]
         dt = WINDOW_SAMPLES * self.period
         walk = np.zeros((2, *covariance.shape[-3:]))
-        of_load = self._usual_load_covariance
-        driven = abs(drive)
-        steady = _LOAD_RATE_CHANGE * driven, _LOAD_RATE_CHANGE * min(driven / dt, 1)
-        shares = steady, (max(driven, 0.2), 1.0)
-        for load, (of_bend, of_slope) in enumerate(shares):
-            walk[load, :, :values, :values] = of_bend**2 * of_load + (_BEND_WALK**2) * np.eye(values)
-            walk[load, :, -values:, -values:] = of_slope**2 * of_load
+        load_covariance = self._usual_load_covariance
+        drive_size = abs(drive)
+        steady = _LOAD_RATE_CHANGE * drive_size, _LOAD_RATE_CHANGE * min(drive_size / dt, 1)
+        rate_changes = steady, (max(drive_size, 0.2), 1.0)
+        for load, (bend_rate, slope_rate) in enumerate(rate_changes):
+            walk[load, :, :values, :values] = bend_rate**2 * load_covariance + (_BEND_WALK**2) * np.eye(values)
+            walk[load, :, -values:, -values:] = slope_rate**2 * load_covariance
         expected = hypotheses.load_response @ change
-        lasting = (_OFFSET_WALK * assumed.reading) ** 2 + (assumed.gain * expected) ** 2 + assumed.drift**2 * dt
+        error_walk = (_OFFSET_WALK * uncertainty.reading) ** 2 + (uncertainty.gain * expected) ** 2
+        error_walk = error_walk + uncertainty.drift**2 * dt
         bends = np.arange(values)
-        cut = hypotheses.of("cut")[:, None]
+        cut = hypotheses.indices_of("cut")[:, None]
         walk[:, cut, bends, bends] += (_CUT_CHANGE_ERROR * change) ** 2
         i = np.arange(values, values + readings)
-        walk[:, :, i, i] += lasting
+        walk[:, :, i, i] += error_walk
         f = values + readings
-        resting = (_OFFSET_WALK * assumed.reading) ** 2 + _BEND_WALK**2 * (hypotheses.load_response**2).sum(axis=-1)
+        resting = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * (hypotheses.load_response**2).sum(axis=-1)
         for name in ("dead", "saturated"):
-            k = hypotheses.of(name)
+            k = hypotheses.indices_of(name)
             walk[:, k, f, f] += resting[hypotheses.reading[k]]
         for name in ("offset", "loose"):  # the first window may hold the onset, and misjudge the size
-            k = hypotheses.of(name)
+            k = hypotheses.indices_of(name)
             k = k[age[k] == 0]
             walk[1, k, f, f] += size[k, 0] ** 2
-        k = hypotheses.of("drifting")
+        k = hypotheses.indices_of("drifting")
         walk[:, k, f + 1, f + 1] += (0.02 * size[k, 1]) ** 2
         F = np.eye(self._states)
         F[f, f + 1] = dt
@@ -297,81 +297,82 @@ class HealthFilter:
         covariance = F @ covariance @ F.T
         return mean @ F.T, covariance[None] + walk[:, None]
 
-    def _observation(self, mean: Array, window: "_Window", q: Array, by_state: Array) -> "_Observation":
+    def _observation(self, mean: Array, window: "_Window", q: Array, state_map: Array) -> "_Observation":
         """Observation of a window, linearised at the means of the states of every hypothesis, (B, K, n)."""
         hypotheses = self.hypotheses
         values = self._values
         B = self.hypotheses.load_response
         f = values + self.layout.readings
-        beyond = mean @ by_state.T
-        H = np.tile(B @ by_state, (*mean.shape[:-1], 1, 1))
+        bends = mean @ state_map.T
+        H = np.tile(B @ state_map, (*mean.shape[:-1], 1, 1))
         H[..., values:f] = np.eye(self.layout.readings)
         z = np.tile(np.where(window.read, window.measured - window.expected, 0.0), (*mean.shape[:-1], 1))
         lag = B @ window.free_change
         white = self.uncertainty.reading**2 / window.distinct
-        common, away = (np.tile(std, (len(hypotheses.kind), 1)) for std in (_LAG_RATIO * lag, window.extrapolation_std))
+        common = np.tile(_LAG_RATIO * lag, (len(hypotheses.kind), 1))
+        common_extrapolation = np.tile(window.extrapolation_std, (len(hypotheses.kind), 1))
         floor = (_MODEL_STD * hypotheses.full_scale) ** 2
         noise = np.tile(white + (_UNEVEN_LAG_RATIO * lag) ** 2 + floor, (len(hypotheses.kind), 1))
         for name in ("offset", "drifting"):
-            k = hypotheses.of(name)
+            k = hypotheses.indices_of(name)
             H[:, k, hypotheses.reading[k], f] = 1
-        k = hypotheses.of("loose")
+        k = hypotheses.indices_of("loose")
         i = hypotheses.reading[k]
-        H[:, k, i, f] = (window.expected + beyond @ B.T)[:, k, i]
-        k = hypotheses.of("leak")
-        H[..., f][:, k] = -(B @ by_state[:, f + 2])
-        k = hypotheses.of("cut")
+        H[:, k, i, f] = (window.expected + bends @ B.T)[:, k, i]
+        k = hypotheses.indices_of("leak")
+        H[..., f][:, k] = -(B @ state_map[:, f + 2])
+        k = hypotheses.indices_of("cut")
         is_softer = np.arange(len(q)) >= hypotheses.joint[k][:, None]
-        by_angles = (B @ self.layout.matrix) * is_softer[:, None]
+        angle_response = (B @ self.layout.matrix) * is_softer[:, None]
         size = mean[:, k, f]
-        by_bends = size[..., None, None] * (by_angles @ self._angle_map)
-        H[..., f][:, k] = (by_angles @ (q + beyond[:, k] @ self._angle_map.T)[..., None])[..., 0]
-        H[:, k] += by_bends @ by_state
-        z[:, k] += (by_bends @ beyond[:, k, :, None])[..., 0]
+        bend_response = size[..., None, None] * (angle_response @ self._angle_map)
+        H[..., f][:, k] = (angle_response @ (q + bends[:, k] @ self._angle_map.T)[..., None])[..., 0]
+        H[:, k] += bend_response @ state_map
+        z[:, k] += (bend_response @ bends[:, k, :, None])[..., 0]
         common[k] *= _CUT_LAG_FACTOR
         noise[k] += (_CUT_LAG_FACTOR * _UNEVEN_LAG_RATIO * lag) ** 2
-        for k in (hypotheses.of("dead"), self._limited_hypotheses(window)):
+        for k in (hypotheses.indices_of("dead"), self._limited_hypotheses(window)):
             i = hypotheses.reading[k]
             H[:, k, i, :], H[:, k, i, f] = 0, 1
             z[:, k, i] = np.where(window.read[i], window.measured[i], 0.0)
-            common[k, i], away[k, i], noise[k, i] = 0, 0, white[i]
-        saturated = hypotheses.of("saturated")
+            common[k, i], common_extrapolation[k, i], noise[k, i] = 0, 0, white[i]
+        saturated = hypotheses.indices_of("saturated")
         partly = saturated[window.partly[hypotheses.reading[saturated]]]
         noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
         noise[:, ~window.read] = _MISSING_VARIANCE * hypotheses.full_scale**2
         independent = noise[..., :, None] * np.eye(self.layout.readings)
-        return _Observation(H, z, outer(common) + outer(away) + independent)
+        return _Observation(H, z, outer(common) + outer(common_extrapolation) + independent)
 
     def _bend_map(self, q: Array, driving: Array) -> Array:
         """Matrix from states to bends beyond those of the nominal free finger, rad, (S, n)."""
-        by_state = np.zeros((self._values, self._states))
-        by_state[:, : self._values] = np.eye(self._values)
+        state_map = np.zeros((self._values, self._states))
+        state_map[:, : self._values] = np.eye(self._values)
         driven = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
-        by_state[:, self._values + self.layout.readings + 2] = driven
-        return by_state
+        state_map[:, self._values + self.layout.readings + 2] = driven
+        return state_map
 
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
-        """The hypotheses of a sensor that is at its limit in a window."""
-        saturated = self.hypotheses.of("saturated")
+        """Hypotheses of sensors at their limits in a window."""
+        saturated = self.hypotheses.indices_of("saturated")
         limited: NDArray[np.int_] = saturated[window.at_limit[self.hypotheses.reading[saturated]]]
         return limited
 
-    def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", by_state: Array) -> Array:
+    def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", state_map: Array) -> Array:
         """Log-likelihood of repeated readings, lost readings and exceeded limits, (B, K)."""
         hypotheses = self.hypotheses
-        by_state = self.hypotheses.load_response @ by_state
+        state_map = self.hypotheses.load_response @ state_map
         likelihood = np.full(update.log_likelihood.shape, window.working.sum())
-        dead = hypotheses.of("dead")
+        dead = hypotheses.indices_of("dead")
         limited = self._limited_hypotheses(window)
         i = hypotheses.reading[dead]
         likelihood[:, dead] += window.stuck[i] - window.working[i]
         i = hypotheses.reading[limited]
         likelihood[:, limited] += window.limited[i] - window.working[i]
         likelihood[1, limited] += _LIMIT_EVIDENCE * window.furthest[i]
-        beyond = np.sign(window.measured[i]) * (window.expected + mean @ by_state.T - window.measured)[:, limited, i]
-        variance = np.einsum("ki,bkij,kj->bk", by_state[i], update.covariance[:, limited], by_state[i])
+        excess = np.sign(window.measured[i]) * (window.expected + mean @ state_map.T - window.measured)[:, limited, i]
+        variance = np.einsum("ki,bkij,kj->bk", state_map[i], update.covariance[:, limited], state_map[i])
         likelihood[:, limited] += log_ndtr(
-            beyond / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i])
+            excess / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i])
         )
         return likelihood
 
@@ -392,13 +393,13 @@ class HealthFilter:
         load_covariance = load_covariance + (_EXTENDED_CONTACT_STD**2 * size + (floor + cut)[..., None]) * np.eye(
             values
         )
-        cells = self._contact.cells(shape, self._mechanics.posture(shape), self.layout.matrix)
+        cells = self._contact.cells(shape, self._mechanics.bent_finger(shape), self.layout.matrix)
         X = np.zeros_like(evidence)
         X[alive] = np.minimum(
             one_contact_misfit(load, load_covariance, cells, self.uncertainty.largest_force), _MAX_MISFIT
         )
         X[~alive] = X[0]
-        X[self.hypotheses.of("held")] = np.minimum(X[0], _LOAD_PRICE)
+        X[self.hypotheses.indices_of("held")] = np.minimum(X[0], _LOAD_MISFIT_PRICE)
         return (X[0] - X) / 2 * WINDOW_SAMPLES * self.period
 
     def _onset_states(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
@@ -433,7 +434,7 @@ class HealthFilter:
     def _usual_load_covariance(self) -> Array:
         A = self.layout.matrix
         straight = self.layout.straight
-        return A @ self._mechanics.prior(self._mechanics.posture(straight), straight, straight) @ A.T
+        return A @ self._mechanics.prior(self._mechanics.bent_finger(straight), straight, straight) @ A.T
 
     @cached_property
     def _contact(self) -> SurfaceContact:
@@ -453,7 +454,7 @@ class _Window(NamedTuple):
     distinct: Array  # (R) number of samples that differ: repeated ones average out no rounding
     free_change: Array  # (S) rad, change of the free bends within the window
     extrapolation_std: Array  # (R) away from a calibration, common to all
-    working: Array  # (R) log-likelihoods of what repeated itself and what was lost: of a working sensor,
+    working: Array  # (R) log-likelihoods of repeated and lost readings: of a working sensor,
     stuck: Array  # (R) a dead
     limited: Array  # (R) and one at its limit
     at_limit: NDArray[np.bool_]  # (R)
@@ -464,7 +465,7 @@ class _Window(NamedTuple):
 class _Observation(NamedTuple):
     """z = H x + noise, of R readings."""
 
-    by_state: Array  # H, (B, K, R, n)
+    state_map: Array  # H, (B, K, R, n)
     values: Array  # z, (B, K, R)
     noise: Array  # its covariance, (K, R, R)
 
@@ -478,11 +479,11 @@ class _Update(NamedTuple):
 
 
 def _update_states(mean: Array, covariance: Array, observation: _Observation) -> _Update:
-    """A Kalman update of means (B, K, n) with covariances (2, B, K, n, n), one for each load."""
-    H = observation.by_state
+    """Updates means, (B, K, n), with covariances (2, B, K, n, n), one for each load, by Kalman."""
+    H = observation.state_map
     noise = observation.noise
-    crossed = covariance @ np.swapaxes(H, -1, -2)
-    residual_covariance = H @ crossed + noise
+    cross_covariance = covariance @ np.swapaxes(H, -1, -2)
+    residual_covariance = H @ cross_covariance + noise
     residual = observation.values - (H @ mean[..., None])[..., 0]
     inverse = np.linalg.inv(residual_covariance)
     square = (residual * (inverse @ residual[..., None])[..., 0]).sum(axis=-1)
@@ -494,10 +495,10 @@ def _update_states(mean: Array, covariance: Array, observation: _Observation) ->
 
     def best_values(values: Array) -> Array:
         index = best.reshape(*best.shape, *[1] * (values.ndim - best.ndim))
-        chosen: Array = np.take_along_axis(values, index, 0)[0]
-        return chosen
+        selected: Array = np.take_along_axis(values, index, 0)[0]
+        return selected
 
-    gain = best_values(crossed) @ best_values(inverse)
+    gain = best_values(cross_covariance) @ best_values(inverse)
     keep = np.eye(H.shape[-1]) - gain @ H  # Joseph's form, which stays positive
-    after = keep @ best_values(covariance) @ np.swapaxes(keep, -1, -2) + gain @ noise @ np.swapaxes(gain, -1, -2)
-    return _Update(mean + (gain @ residual[..., None])[..., 0], after, best_values(log_likelihood))
+    posterior = keep @ best_values(covariance) @ np.swapaxes(keep, -1, -2) + gain @ noise @ np.swapaxes(gain, -1, -2)
+    return _Update(mean + (gain @ residual[..., None])[..., 0], posterior, best_values(log_likelihood))

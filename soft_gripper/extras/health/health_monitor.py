@@ -7,20 +7,20 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import usable
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.extras.health.faults import FAULTS
 from soft_gripper.extras.health.health_filter import FilterMemory, HealthFilter
 from soft_gripper.scenario.schema import EstimatorConfig, SensorConfig
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 
-NAMING_PROBABILITY = 0.95  # of a fault from which it is named, and a sensor dropped
+NAMING_PROBABILITY = 0.95  # minimum of a fault that is named, and of a sensor that is dropped
 
 
 def make_monitor(
     layout: MeasurementModel, config: EstimatorConfig, sensor: SensorConfig, gravity: Array
 ) -> "HealthMonitor":
-    """The monitor of a finger, by the `estimator` and `sensor` parts of a scenario; `gravity` in the world, m/s^2.
+    """Makes the monitor of a finger from parts of a scenario; `gravity` in the world, m/s^2.
 
     Raises:
         InputError: if the finger leaves its plane, or no pressure bends it.
@@ -38,7 +38,7 @@ class HealthMonitor(ArrayBlock):
         X_WB (12) [R | p] --------> |               | ---> sensor_fault         (R) probability that a sensor is faulty
                                     +---------------+ ---> usable_strain        (R) readings, NaN of a faulty sensor
 
-    `strain` holds the readings, and is called after what the sensors measure. Give it inputs that are sampled together
+    `strain` holds the readings, and is named after the sensors' quantity. Give it inputs that are sampled together
     every period of its function, from time 0, in discrete state.
     """
 
@@ -58,13 +58,13 @@ class HealthMonitor(ArrayBlock):
         self.take(layout.quantity, layout.readings)
         self.take(DRIVING_TORQUE, layout.finger.segments)
         self.take("X_WB", 12)
-        self.derive("gravity", lambda X_WB: in_base(X_WB, gravity), "X_WB")
+        self.derive("gravity", lambda X_WB: to_base(X_WB, gravity), "X_WB")
         self.remember(
             "memory",
-            lambda before, *sample: function.step(_unflattened(before, start), *sample),
+            lambda memory, *sample: function.step(_unflatten(memory, start), *sample),
             *(layout.quantity, DRIVING_TORQUE, "gravity"),
-            begin=_flattened(start),
-            keep=_flattened,
+            begin=_flatten(start),
+            keep=_flatten,
         )
         self.derive("probabilities", function.probabilities, "memory")
         self.derive("sensor_probabilities", function.sensor_probabilities, "memory")
@@ -85,25 +85,25 @@ class HealthMonitor(ArrayBlock):
 
 def named_fault(probabilities: Array) -> Array:
     """Index in FAULTS of the named fault, (...): the most probable one, once a fault is nearly certain."""
-    most: Array = 1.0 + probabilities[..., 1:].argmax(axis=-1)
-    return np.where(probabilities[..., 0] < 1 - NAMING_PROBABILITY, most, 0.0)
+    most_probable: Array = 1.0 + probabilities[..., 1:].argmax(axis=-1)
+    return np.where(probabilities[..., 0] < 1 - NAMING_PROBABILITY, most_probable, 0.0)
 
 
 def check_monitored(function: HealthFilter) -> None:
     """Raises an InputError if the finger leaves its plane, or no pressure bends it."""
     layout = function.layout
-    if layout.ways != ("bending",) or not np.any(layout.finger.pressure_gain):
+    if layout.deformations != ("bending",) or not np.any(layout.finger.pressure_gain):
         expected = "works for fingers that bend in their plane, by pressure; set it to false"
         raise InputError("estimator", "health", True, f"{expected} (finger '{layout.finger.name}')")
 
 
-def _flattened(memory: FilterMemory) -> Array:
-    """All fields of a memory in a row, (n,)."""
+def _flatten(memory: FilterMemory) -> Array:
+    """Puts all fields of a memory in a row, (n,)."""
     return np.concatenate([np.ravel(part) for part in memory])
 
 
-def _unflattened(numbers: Array, like: FilterMemory) -> FilterMemory:
-    """The inverse of `_flattened`, with the field sizes of another memory."""
+def _unflatten(numbers: Array, like: FilterMemory) -> FilterMemory:
+    """Inverts `_flatten`, with the field sizes of another memory."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
     parts = zip(np.split(numbers, ends), like, strict=True)
-    return FilterMemory._make(part.reshape(np.shape(own)) for part, own in parts)
+    return FilterMemory._make(part.reshape(np.shape(field)) for part, field in parts)

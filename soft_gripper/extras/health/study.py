@@ -1,8 +1,8 @@
-"""Study of health: faults of sensors and fingers that are found and named, their delays, and false alarms.
+"""Study of health: detected and named faults of sensors and fingers, their delays, and false alarms.
 
 Half of the runs have one fault. Every run is simulated by itself, with a scenario, pressures, supply, object place and
-sensor errors of its own, and 12 s long. The monitor is told that the nominal model is exact, as it is; in some of the
-runs it judges again with a nominal stiffness that is wrong, and with a larger uncertainty.
+sensor errors of its own, and lasts 12 s. The monitor assumes an exact nominal model, which it is; some runs are
+monitored again with a wrong nominal stiffness, and with a larger uncertainty.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -37,8 +37,8 @@ from soft_gripper.sensors.strain_errors import SENSOR_FAULTS, SensorFault, Strai
 
 PRESET = "realistic"
 SECTIONS = 4
-KINDS = (*SENSOR_FAULTS, "leak", "cut", "held")  # as they are simulated
-NAMES = {"offset": "slipped", "loose": "slipped"}  # of those that are named otherwise
+KINDS = (*SENSOR_FAULTS, "leak", "cut", "held")  # simulated faults
+NAMES = {"offset": "slipped", "loose": "slipped"}  # names of simulated faults, if different
 # Pressure ranges of the motions, kPa; a run draws one.
 MOTIONS = {
     "free_bending": (-30, 150),
@@ -49,25 +49,25 @@ MOTIONS = {
 }
 STEPS, STEP = 12, 1.0  # of pressure, s
 ONSET = 2.0, 7.0  # s
-MIN_EFFECT = 0.01  # of the extension ratio: the largest change of a reading by a fault of a sensor
+MIN_EFFECT = 0.01  # of the extension ratio, minimum of the largest change by a sensor's fault
 SIZES = {"offset": (0.02, 0.08), "loose": (0.4, 0.9), "drifting": (0.005, 0.02), "saturated": (0.4, 0.75)}
 HELD_PRESSURE = 150  # kPa, the highest pressure of a held finger
 LEAKS, SOFTENING, CUT_LOCATIONS = (0.25, 0.6), (2.0, 3.0), (0.25, 0.7)
 _MAX_DRAWS = 100
-EVERY = 4  # runs; one of them is also monitored with other beliefs
+BELIEF_INTERVAL = 4  # runs, of which one is also monitored with other beliefs
 
 
 @dataclass(frozen=True)
 class Belief:
     """Assumptions of a monitor."""
 
-    stiffness_error: float = 0.0  # of the nominal finger, as a share; positive: it is too stiff
-    declared: float = 0.005  # uncertainty of the bend per pressure, as a share
+    stiffness_error: float = 0.0  # of the nominal finger, as a fraction; positive: too stiff
+    declared: float = 0.005  # uncertainty of the bend per pressure, as a fraction
 
 
 EXACT = Belief()
 DECLARED = tuple(Belief(error, 0.1) for error in (0.0, 0.1, -0.1))
-# Of fingers without a fault only: beyond what is declared, and what is declared there.
+# For fingers without a fault: errors beyond the declared uncertainty.
 BEYOND = tuple(Belief(error, declared) for declared in (0.005, 0.05) for error in (0.05, -0.05, 0.1, -0.1))
 
 
@@ -81,12 +81,12 @@ class HealthRun:
     motion: str
     finger: str
     reading: int  # -1: none
-    onset: float  # s; 0 of what is so from the beginning; NaN without a fault
+    onset: float  # s; 0 if present from the beginning; NaN without a fault
     size: float
     found: bool  # whether anything was named after the onset
     false_alarm: bool  # or before it
     delay: float  # s, NaN if not found
-    said: str  # what was the most probable in the end, or "healthy"
+    said: str  # most probable at the end, or "healthy"
 
     @property
     def right(self) -> bool:
@@ -96,7 +96,7 @@ class HealthRun:
 
 @dataclass(frozen=True)
 class HealthRow:
-    """All runs with one fault, or with none, monitored with one belief."""
+    """Summary of all runs with one fault, or with none, monitored with one belief."""
 
     belief: str
     fault: str
@@ -109,16 +109,16 @@ class HealthRow:
 
 
 def moved_scenario(
-    rng: np.random.Generator, motion: str, overrides: Sequence[str] = (), most: float | None = None
+    rng: np.random.Generator, motion: str, overrides: Sequence[str] = (), max_pressure: float | None = None
 ) -> Scenario:
-    """A scenario with pressures of a run."""
-    low, high = MOTIONS[motion] if most is None else (0, most)
+    """Scenario with the pressures of a run."""
+    low, high = MOTIONS[motion] if max_pressure is None else (0, max_pressure)
     steps = [0.0, *(1e3 * rng.uniform(low, high, STEPS - 1)).round().tolist()]
     common = [f"pressure.steps.all={steps}", f"pressure.settle={STEP - 0.1}", "pressure.hold_samples=10"]
     common += [f"pressure.time_constant={rng.uniform(0.05, 0.25):.3f}", "record.truth=forces"]
     if motion in ("obstructed_inside", "obstructed_outside"):
-        x, away = {"obstructed_inside": (-0.0245, 2e-3), "obstructed_outside": (-0.0655, -2e-3)}[motion]
-        x += away * rng.uniform()
+        x, gap = {"obstructed_inside": (-0.0245, 2e-3), "obstructed_outside": (-0.0655, -2e-3)}[motion]
+        x += gap * rng.uniform()
         common.append(f"models.1.X_PC.translation=[{x:.4f}, 0, {rng.uniform(0.115, 0.145):.4f}]")
     return load_scenario(motion, [*common, f"sensor.sections={SECTIONS}", *overrides])
 
@@ -146,9 +146,9 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
             _add_pegs(scenario, rng)
         station = make_private_station(scenario)
         recording = run_station(station)
-        chosen = station.fingers[int(rng.integers(len(station.fingers)))]
-        chosen = next((one for one in station.fingers if one.name == finger), chosen)
-        again = read_again(station, recording, chosen, SECTIONS)
+        monitored = station.fingers[int(rng.integers(len(station.fingers)))]
+        monitored = next((candidate for candidate in station.fingers if candidate.name == finger), monitored)
+        again = read_again(station, recording, monitored, SECTIONS)
     reading = -1
     errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=PRESET)))
     assert errors is not None
@@ -162,14 +162,14 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
     for belief in beliefs:
         times, probabilities = monitor_readings(again, readings, errors, belief)
         is_named = named_fault(probabilities) > 0
-        after = is_named & (times > (onset if kind in KINDS else np.inf))
-        is_found = bool(after.any())
+        is_alarm = is_named & (times > (onset if kind in KINDS else np.inf))
+        is_found = bool(is_alarm.any())
         runs.append(
             HealthRun(
                 f"{100 * belief.stiffness_error:+.0f} % ({100 * belief.declared:g} %)",
-                *(number, kind if kind in KINDS else "none", motion, chosen.name, reading),
-                *(onset if kind in KINDS else np.nan, size, is_found, bool((is_named & ~after).any())),
-                *(float(times[after][0] - onset) if is_found else np.nan, FAULTS[int(probabilities[-1].argmax())]),
+                *(number, kind if kind in KINDS else "none", motion, monitored.name, reading),
+                *(onset if kind in KINDS else np.nan, size, is_found, bool((is_named & ~is_alarm).any())),
+                *(float(times[is_alarm][0] - onset) if is_found else np.nan, FAULTS[int(probabilities[-1].argmax())]),
             )
         )
     return runs
@@ -193,8 +193,8 @@ def monitor_readings(again: ReadAgain, readings: Array, errors: StrainErrors, be
 def _sensor_fault(kind: str, onset: float, again: ReadAgain, rng: np.random.Generator) -> SensorFault:
     """A fault of a random sensor that changes its readings by MIN_EFFECT or more at some time."""
     layout = again.layout
-    begun = round(onset / again.period)
-    strain = layout.response.ratio(again.readings)[begun:] - 1
+    begin = round(onset / again.period)
+    strain = layout.response.ratio(again.readings)[begin:] - 1
     for _ in range(_MAX_DRAWS):
         reading = int(rng.integers(layout.readings))
         strains = strain[:, reading]
@@ -240,7 +240,7 @@ def _add_pegs(scenario: Scenario, rng: np.random.Generator) -> None:
 
 
 def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
-    """The table of runs, for every belief: every fault, all faults, and the runs without."""
+    """Rows of the table, for every belief: every fault, all faults, and the runs without."""
     rows = []
     for belief in dict.fromkeys(run.belief for run in runs):
         belief_runs = [run for run in runs if run.belief == belief]
@@ -253,18 +253,18 @@ def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
 
 def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
     delays = [run.delay for run in runs if run.found]
-    median, most = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
+    median, delay_90 = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
 
     def percent(holds: Callable[[HealthRun], bool]) -> float:
         return float(100 * np.mean([holds(run) for run in runs]))
 
     shares = (percent(lambda run: run.found), percent(lambda run: run.right)) if name != "none" else (np.nan, np.nan)
     false_alarms = percent(lambda run: run.false_alarm)
-    return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(most))
+    return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(delay_90))
 
 
 def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any], Any]) -> list[HealthRun]:
-    """`number` runs with a fault, as many of every kind, and `number` without; `ended` is called after each."""
+    """Makes `number` runs with a fault, as many of every kind, and `number` without; calls `ended` after each."""
     jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
     calls = {(i, kind): (i, kind, seed, beliefs) for i, kind, beliefs in jobs}
     runs_by_call = results(executor, run_health, calls, ended)
@@ -274,7 +274,7 @@ def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any
 def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
     """Number, kind and beliefs of every run."""
     for i in range(number):
-        is_chosen = i // len(kinds) % EVERY == 0
+        is_chosen = i // len(kinds) % BELIEF_INTERVAL == 0
         yield i, kinds[i % len(kinds)], (EXACT, *others) if is_chosen else (EXACT,)
 
 
@@ -285,28 +285,28 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
     counts = np.array([[_answer_count(runs, truth, name) for name in FAULTS] for truth in truths])
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
-        left, right = figure.subplots(1, 2, width_ratios=[1.35, 1])
-        left.imshow(
+        table, delay_plot = figure.subplots(1, 2, width_ratios=[1.35, 1])
+        table.imshow(
             counts / np.maximum(counts.sum(axis=1, keepdims=True), 1), cmap="Blues", vmin=0, vmax=1, aspect="auto"
         )
         for (row, column), count in np.ndenumerate(counts):
             if count:
                 dark = count > 0.6 * counts[row].sum()
-                left.text(column, row, f"{count:.0f}", ha="center", va="center", color="white" if dark else "0.2")
-        left.set_xticks(range(len(FAULTS)), FAULTS, rotation=30, ha="right")
-        left.set_yticks(range(len(truths)), truths)
-        left.tick_params(length=0)
-        left.grid(visible=False)
-        left.set(xlabel="named at the end", ylabel="fault of the run")
+                table.text(column, row, f"{count:.0f}", ha="center", va="center", color="white" if dark else "0.2")
+        table.set_xticks(range(len(FAULTS)), FAULTS, rotation=30, ha="right")
+        table.set_yticks(range(len(truths)), truths)
+        table.tick_params(length=0)
+        table.grid(visible=False)
+        table.set(xlabel="named at the end", ylabel="fault of the run")
         for i, kind in enumerate(KINDS):
             delays = np.sort([run.delay for run in runs if run.fault == kind and run.found])
-            right.plot(delays, np.full(len(delays), i), "o", ms=4, alpha=0.5, color=COLORS[1], mec="none")
+            delay_plot.plot(delays, np.full(len(delays), i), "o", ms=4, alpha=0.5, color=COLORS[1], mec="none")
             if len(delays):
-                right.plot(np.median(delays), i, "|", ms=14, mew=2, color="0.15")
-        right.set_yticks(range(len(KINDS)), KINDS)
-        right.set_xscale("log")
-        right.xaxis.set_major_formatter("{x:g}")
-        right.set(xlabel="delay [s], and its median", ylim=(len(KINDS) - 0.5, -0.5))
+                delay_plot.plot(np.median(delays), i, "|", ms=14, mew=2, color="0.15")
+        delay_plot.set_yticks(range(len(KINDS)), KINDS)
+        delay_plot.set_xscale("log")
+        delay_plot.xaxis.set_major_formatter("{x:g}")
+        delay_plot.set(xlabel="delay [s], and its median", ylim=(len(KINDS) - 0.5, -0.5))
     return figure
 
 

@@ -1,6 +1,6 @@
-"""What an agent gives to an environment, checked: actions, seeds and options, and the order of its calls.
+"""Checks of an agent's inputs: actions, seeds and options, and the order of its calls.
 
-SoftGripperEnv and SoftGripperVectorEnv refuse the same in the same words.
+SoftGripperEnv and SoftGripperVectorEnv share them, and their error messages.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ _LARGEST_SEED = 2**64 - 1  # of Drake's generator
 
 
 def check_order(act: str, is_begun: bool, is_closed: bool) -> None:
-    """Raises an InputError if an environment is closed, or was never reset, for an act that needs one that was."""
+    """Raises an InputError if an environment is closed, or was not reset before an act that requires it."""
     if is_closed:
         raise InputError(act, "environment", "closed", "make another one")
     if not is_begun:
@@ -31,15 +31,15 @@ def check_rendered(mode: str | None, modes: Sequence[str]) -> None:
 
 
 def finite_actions(actions: Any, field: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Actions of a shape as numbers.
+    """Converts actions of a shape to numbers.
 
     Raises:
-        InputError: if they are no numbers, not finite, or of another shape.
+        InputError: if they are not numbers, not finite, or of another shape.
     """
     try:
-        given = np.asarray(actions)
-        numbers = given.astype(float) if given.dtype.kind in "biufO" else None
-    except (TypeError, ValueError, OverflowError):  # ragged, objects that are no numbers, or too large
+        array = np.asarray(actions)
+        numbers = array.astype(float) if array.dtype.kind in "biufO" else None
+    except (TypeError, ValueError, OverflowError):  # ragged, not numbers, or too large
         numbers = None
     if numbers is None or numbers.shape != shape or not np.isfinite(numbers).all():
         raise InputError("step", field, actions, f"give finite numbers of shape {shape}, from -1 to 1")
@@ -47,10 +47,10 @@ def finite_actions(actions: Any, field: str, shape: tuple[int, ...]) -> NDArray[
 
 
 def integer_seed(seed: Any, following: int = 0) -> int | None:
-    """A seed, also of numpy, that so many others follow; None stays None.
+    """Converts a seed, also of numpy, to an integer with room for `following` more; None stays None.
 
     Raises:
-        InputError: if it is no integer, or one of them is below 0 or above 2^64 - 1.
+        InputError: if it is not an integer, or one of them is below 0 or above 2^64 - 1.
     """
     try:
         number = None if seed is None else index(seed)
@@ -62,15 +62,15 @@ def integer_seed(seed: Any, following: int = 0) -> int | None:
 
 
 def integer_seeds(seeds: Any, count: int) -> list[int | None]:
-    """A seed of each of so many environments: those of a list or array, or integers that follow a single one.
+    """Seeds of `count` environments: those of a list or array, or integers counted on from a single one.
 
     Raises:
-        InputError: if one is no seed, or they are not as many as the environments.
+        InputError: if one is not a seed, or the number of seeds is not that of environments.
     """
-    several = seeds.ndim > 0 if isinstance(seeds, np.ndarray) else isinstance(seeds, Sequence)
-    if several and not isinstance(seeds, str | bytes):
+    is_list = seeds.ndim > 0 if isinstance(seeds, np.ndarray) else isinstance(seeds, Sequence)
+    if is_list and not isinstance(seeds, str | bytes):
         if len(seeds) != count:
-            raise InputError("reset", "seed", seeds, f"give {count}, one for each environment")
+            raise InputError("reset", "seed", seeds, f"give {count}, one per environment")
         return [integer_seed(seed) for seed in seeds]
     first = integer_seed(seeds, following=count - 1)
     return [None if first is None else first + i for i in range(count)]

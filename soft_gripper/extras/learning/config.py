@@ -23,23 +23,23 @@ class ActionConfig:
     # "pressure" of all fingers, Pa; or "opening" of the gripper, m, held by the scenario's control
     grip: str = quantity("pressure", known=("pressure", "opening"))
     range: list[float] = quantity([0.0, 1e5], "Pa or m", span=True)  # at -1 and at 1
-    rest: float = quantity(0.0, "Pa or m")  # commanded at the start of an episode, until the first action
+    rest: float = quantity(0.0, "Pa or m")  # command at the start of an episode, until the first action
     joints: dict[str, list[float]] = quantity({}, "m or rad", span=True)  # by name: position at -1 and at 1
     # Time constant of a joint's motion, critically damped of second order.
     settling: float = quantity(0.1, "s", above=0)
 
     def violations(self) -> Iterator[Violation]:
         spans = {"range": self.range, **{f"joints.{name}": limits for name, limits in self.joints.items()}}
-        for name, (least, most) in spans.items():
-            if least == most:
-                yield name, [least, most], "must be two different numbers: an action is a share of the span"
+        for name, (low, high) in spans.items():
+            if low == high:
+                yield name, [low, high], "must be two different numbers: an action is a fraction of the span"
         if not self.range[0] <= self.rest <= self.range[1]:
             yield "rest", self.rest, f"must be within the range, {self.range[0]:g} to {self.range[1]:g}"
 
 
 @dataclass
 class ObservedConfig:
-    """A signal of the estimation, of the commands or of the task, as it is observed."""
+    """Observed signal of the estimation, of the commands or of the task."""
 
     signal: str = ""
     entries: list[int] = field(default_factory=list)  # of the signal; none: all
@@ -57,14 +57,14 @@ class VariationConfig:
     # Of the object at a point of contact; log-uniformly distributed.
     stiffness: list[float] | None = quantity(None, "N/m", above=0, span=True)
     gripper: str = ""  # name of the model whose fingers vary
-    # Share of the fingers' modulus, up and down, unknown to their estimators.
+    # Fraction by which the fingers' modulus varies, up and down, unknown to their estimators.
     youngs_modulus: float = quantity(0.0, least=0, below=1)
     grippers: int = quantity(1, least=1)  # built, with evenly spaced moduli; an episode uses one of them
 
 
 @dataclass
 class ReachConfig:
-    """The tip of the one finger follows a point that swings along what the finger can reach."""
+    """Task: the tip of the only finger follows a point that swings within its reach."""
 
     pressure: list[float] = quantity([0.0, 1e5], "Pa", span=True)  # between which it swings
     period: list[float] = quantity([2.0, 5.0], "s", above=0, span=True)  # of a swing
@@ -73,7 +73,7 @@ class ReachConfig:
 
 @dataclass
 class GraspConfig:
-    """The object must be held up, with little force."""
+    """Task: the object must be held up, with little force."""
 
     object: str = ""  # name of the free model
     height: float = quantity(0.05, "m")  # to which it must be lifted
@@ -83,7 +83,7 @@ class GraspConfig:
 
 @dataclass
 class PickPlaceConfig:
-    """The object must be carried along x, put down and released."""
+    """Task: the object must be carried along x, put down and released."""
 
     object: str = ""  # name of the free model
     goal: list[float] = quantity([0.0, 0.1], "m", span=True)  # along x in the world, where it is put down
@@ -120,12 +120,12 @@ class EnvironmentConfig:
 
 
 SHIPPED = Path(__file__).with_name("environments")
-_OF_SCENARIO = "scenario."
+_SCENARIO_PREFIX = "scenario."
 
 
 @dataclass(frozen=True)
 class Environment:
-    """An environment's own file, and the scenario that it names, with the commands left open that an action gives."""
+    """An environment file and its scenario, whose commands are left to the actions."""
 
     config: EnvironmentConfig
     scenario: Scenario
@@ -145,18 +145,18 @@ def load_environment(name_or_path: str, changes: Mapping[str, Any] | None = None
             of its scenario by keys that begin with "scenario.".
 
     Raises:
-        InputError: naming file, key and value, if anything is wrong.
+        InputError: naming file, key and value, if the file or a change is invalid.
     """
     path, changes = _find(name_or_path), dict(changes or {})
-    of_scenario = {
-        key.removeprefix(_OF_SCENARIO): changes.pop(key) for key in [*changes] if key.startswith(_OF_SCENARIO)
+    scenario_changes = {
+        key.removeprefix(_SCENARIO_PREFIX): changes.pop(key) for key in [*changes] if key.startswith(_SCENARIO_PREFIX)
     }
     config = load_changed("change", path, changes, lambda document: load_config(path, document, EnvironmentConfig))
     scenario = config.scenario
     if scenario.endswith((".yaml", ".yml")):
         scenario = str(path.parent / scenario)
     commands = [config.action.grip, *(["joints"] if config.action.joints else [])]
-    environment = Environment(config, changed_scenario(scenario, {"external": commands} | of_scenario))
+    environment = Environment(config, changed_scenario(scenario, {"external": commands} | scenario_changes))
     for key, value, expected in _violations(config, environment.scenario):
         raise InputError(path, key, value, expected)
     return environment
@@ -177,15 +177,15 @@ def _violations(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Viola
     period, names = scenario.sensor.period, [model.name for model in scenario.models]
     if config.time_step < period:
         yield "time_step", config.time_step, f"must be at least the sensors' period, {period:g} s"
-    variation, share = config.variation, config.variation.youngs_modulus
-    if share > 0 and variation.gripper not in names:
+    variation, modulus_variation = config.variation, config.variation.youngs_modulus
+    if modulus_variation > 0 and variation.gripper not in names:
         yield "variation.gripper", variation.gripper, f"must be one of the models: {', '.join(names)}"
     if (
-        share > 0
+        modulus_variation > 0
         and variation.grippers > 1
         and any("youngs_modulus" in key for key in _changed_paths(variation, scenario))
     ):
-        yield "variation.youngs_modulus", share, "must be 0, since the scenario gives the fingers another"
+        yield "variation.youngs_modulus", modulus_variation, "must be 0, since the scenario sets the fingers' modulus"
     free = [model.name for model in scenario.models if model.free]
     for name, task in (("grasp", config.grasp), ("pick_place", config.pick_place)):
         if task is not None and task.object not in free:
@@ -193,7 +193,7 @@ def _violations(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Viola
 
 
 def _changed_paths(variation: VariationConfig, scenario: Scenario) -> Iterator[str]:
-    """Paths of the scenario's changes of the fingers that vary, and of their nominal model."""
+    """Yields paths of the scenario's changes of the varied fingers, and of their nominal model."""
     yield from scenario.nominal.finger
     for model in scenario.models:
         if model.name == variation.gripper:

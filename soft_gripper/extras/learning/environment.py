@@ -32,14 +32,14 @@ from soft_gripper.fingers.kinematics import as_planar, in_space
 
 MODES = ("human", "rgb_array")
 Vector = NDArray[np.float32]
-_NONE: Rows = np.zeros(0, int)  # no environment begins anew unasked
+_NO_ROWS: Rows = np.zeros(0, int)  # no environment restarts
 
 
 class SoftGripperEnv(Env[Vector, Vector]):
     """An agent acts on a station from -1 to 1, and observes estimates from the sensors of the gripper.
 
-    Episodes vary what can be set in the context of a built diagram; the springs of fingers cannot, so several grippers
-    are built once. The ground truth is in the reward and in `info` only. After `duration` an episode is
+    Episodes vary parameters in the context of a built diagram; springs of fingers cannot vary there, so several
+    grippers are built once. The ground truth is in the reward and in `info` only. After `duration` an episode is
     truncated; so is one whose simulation diverges: `info["diverged"]` says why, the observation is that of the step
     before, and the reward 0.
     """
@@ -79,9 +79,9 @@ class SoftGripperEnv(Env[Vector, Vector]):
         check_order("reset", is_begun=True, is_closed=self._is_closed)
         check_options(options)
         super().reset(seed=integer_seed(seed))
-        (observed,), (drawn,) = self._episodes.begin([self.np_random])
+        (observed,), (episode_draw,) = self._episodes.begin([self.np_random])
         self._is_begun = True
-        return observed, asdict(drawn)
+        return observed, asdict(episode_draw)
 
     def step(self, action: Any) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
         """Applies an action for a time step.
@@ -92,10 +92,10 @@ class SoftGripperEnv(Env[Vector, Vector]):
         """
         self._check_begun("step")
         numbers = finite_actions(action, "action", self._station.resting.shape)
-        stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0)[None], _NONE, [self.np_random])
+        stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0)[None], _NO_ROWS, [self.np_random])
         (observed,), (reason,) = stepped.observed, stepped.diverged
         reward, *ends = (values.item() for values in (stepped.reward, stepped.terminated, stepped.truncated))
-        info = {"diverged": reason} if reason else {name: _of_one(value[0]) for name, value in stepped.info.items()}
+        info = {"diverged": reason} if reason else {name: _to_scalar(value[0]) for name, value in stepped.info.items()}
         return observed, reward, *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -112,20 +112,20 @@ class SoftGripperEnv(Env[Vector, Vector]):
         return None
 
     def close(self) -> None:
-        """Ends the use of the environment."""
+        """Closes the environment."""
         self._is_closed = True
 
     def _check_begun(self, act: str) -> None:
         check_order(act, self._is_begun, self._is_closed)
 
 
-def _of_one(value: Any) -> Any:
-    """The value of one environment, a number as one of Python."""
+def _to_scalar(value: Any) -> Any:
+    """Converts a number of numpy to one of Python; arrays stay."""
     return value if np.ndim(value) else value.item()
 
 
 class DrakeStation:
-    """The station of one environment, see `Stations`: one of a few grippers that episodes take."""
+    """Station of one environment, see `Stations`: one of a few grippers, chosen by the episode."""
 
     def __init__(self, environment: Environment, render_mode: str | None):
         """`render_mode`: see `SoftGripperEnv`."""
@@ -143,13 +143,13 @@ class DrakeStation:
         self.resting = resting_action(config.action, home(self.station.parts))
         self._act(self.resting)
 
-    def begin(self, rows: Rows, draws: Sequence[Draw], drawn: Array) -> None:
+    def begin(self, rows: Rows, draws: Sequence[Draw], task_draws: Array) -> None:
         self.station, self.simulator = self._grippers[draws[0].gripper]
         context = self.simulator.get_mutable_context()
         self.station.diagram.SetDefaultContext(context)
         self._act(self.resting)
         apply_draw(self.station, context, draws[0])
-        self.station.follow(context, drawn[0])
+        self.station.follow(context, task_draws[0])
         context.SetTime(0.0)
         self.simulator.Initialize()
 
@@ -162,10 +162,10 @@ class DrakeStation:
         except (RuntimeError, SystemExit) as error:  # the latter comes from failed conditions of Drake
             reason = first_line(error)
         plant = self.station.parts.plant
-        if not reason and not np.isfinite(plant.GetPositionsAndVelocities(self._of_plant)).all():
+        if not reason and not np.isfinite(plant.GetPositionsAndVelocities(self._plant_context)).all():
             reason = "the state is no longer finite"
         if reason:
-            self.station.diagram.SetDefaultContext(context)  # what diverged cannot be read
+            self.station.diagram.SetDefaultContext(context)  # a diverged context cannot be read
         return [reason]
 
     def observe(self) -> Array:
@@ -174,20 +174,20 @@ class DrakeStation:
 
     def object_places(self) -> Array:
         assert self.station.object is not None
-        return np.array([self.station.object.EvalPoseInWorld(self._of_plant).translation()])
+        return np.array([self.station.object.EvalPoseInWorld(self._plant_context).translation()])
 
     def normal_forces(self) -> tuple[Array, Array]:
         forces = self.station.forces
         assert forces is not None
-        own = forces.GetMyContextFromRoot(self.simulator.get_context())
-        force, peak = (forces.GetOutputPort(name).Eval(own) for name in ("force", "peak"))
+        context = forces.GetMyContextFromRoot(self.simulator.get_context())
+        force, peak = (forces.GetOutputPort(name).Eval(context) for name in ("force", "peak"))
         return force[None], np.array([max(peak.max(), force.max())])
 
     def tip_errors(self) -> Array:
         target, finger = self.station.target, self.station.parts.fingers[0]
         assert target is not None
         goal = target.get_output_port().Eval(target.GetMyContextFromRoot(self.simulator.get_context()))
-        tip = finger.frames[-1].CalcPose(self._of_plant, finger.base.body_frame()).translation()
+        tip = finger.frames[-1].CalcPose(self._plant_context, finger.base.body_frame()).translation()
         return np.array([np.linalg.norm(tip - in_space(as_planar(goal)))])
 
     def picture(self) -> NDArray[np.uint8]:
@@ -200,7 +200,7 @@ class DrakeStation:
         self.station.diagram.ForcedPublish(self.simulator.get_context())
 
     @property
-    def _of_plant(self) -> Context:
+    def _plant_context(self) -> Context:
         return self.station.parts.plant.GetMyContextFromRoot(self.simulator.get_context())
 
     def _act(self, action: Array) -> None:

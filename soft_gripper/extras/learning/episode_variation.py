@@ -1,4 +1,7 @@
-"""Variation between episodes: drawn, and put into the context of a station that is built once."""
+"""Random variation between episodes, applied to the context of a station that is built once.
+
+A new varied quantity needs a field here, in `VariationConfig`, and in `apply_draw`.
+"""
 
 from copy import deepcopy
 from dataclasses import dataclass
@@ -29,10 +32,10 @@ from soft_gripper.scenario.schema import Scenario
 
 
 def scaled_shape(shape: Shape, factor: float) -> Shape:
-    """A shape with all its lengths multiplied.
+    """Multiplies all lengths of a shape.
 
     Raises:
-        InputError: if it is not a primitive that has lengths.
+        InputError: if it is not a primitive with lengths.
     """
     match shape:
         case Sphere():
@@ -50,18 +53,20 @@ def scaled_shape(shape: Shape, factor: float) -> Shape:
 
 
 def scale_geometries(
-    scene_graph: SceneGraph, context: Context, plant: MultibodyPlant, body: RigidBody, factor: float, seen: bool
+    scene_graph: SceneGraph, context: Context, plant: MultibodyPlant, body: RigidBody, factor: float, is_seen: bool
 ) -> None:
-    """Multiplies all lengths of a body about its frame, and, if `seen`, those of its visual geometry.
+    """Multiplies all lengths of a body about its frame, and, if `is_seen`, those of its visual geometry.
 
     `context` is the SceneGraph's.
     """
     inspector, source = scene_graph.model_inspector(), plant.get_source_id()
     frame = plant.GetBodyFrameIdOrThrow(body.index())
-    for geometry in inspector.GetGeometries(frame) if seen else inspector.GetGeometries(frame, Role.kProximity):
+    for geometry in inspector.GetGeometries(frame) if is_seen else inspector.GetGeometries(frame, Role.kProximity):
         X_BG = inspector.GetPoseInFrame(geometry)
-        moved = RigidTransform(X_BG.rotation(), factor * X_BG.translation())
-        scene_graph.ChangeShape(context, source, geometry, scaled_shape(inspector.GetShape(geometry), factor), moved)
+        X_BScaled = RigidTransform(X_BG.rotation(), factor * X_BG.translation())
+        scene_graph.ChangeShape(
+            context, source, geometry, scaled_shape(inspector.GetShape(geometry), factor), X_BScaled
+        )
 
 
 def change_contact(
@@ -90,21 +95,21 @@ def set_mass(context: Context, body: RigidBody, mass: float | None, size: float)
 
     `context` is the plant's; None: the mass is unchanged.
     """
-    before = body.CalcSpatialInertiaInBodyFrame(context)
-    unit = before.get_unit_inertia()
+    inertia = body.CalcSpatialInertiaInBodyFrame(context)
+    unit = inertia.get_unit_inertia()
     unit = UnitInertia(*(size**2 * unit.get_moments()), *(size**2 * unit.get_products()))
-    inertia = SpatialInertia(before.get_mass() if mass is None else mass, size * before.get_com(), unit)
+    inertia = SpatialInertia(inertia.get_mass() if mass is None else mass, size * inertia.get_com(), unit)
     body.SetSpatialInertiaInBodyFrame(context, inertia)
 
 
-_MOST_SEEDS = 2**31
+_SEED_COUNT = 2**31
 
 
 @dataclass(frozen=True)
 class Draw:
-    """How an episode differs from its scenario; None: as in the scenario."""
+    """Random variation of one episode; None: as in the scenario."""
 
-    gripper: int = 0  # which of those that are built
+    gripper: int = 0  # number of a built gripper
     offset: float = 0.0  # m, along x
     mass: float | None = None  # kg
     friction: float | None = None
@@ -114,44 +119,44 @@ class Draw:
 
 
 def draw(rng: np.random.Generator, config: VariationConfig) -> Draw:
-    """The random draw for an episode."""
+    """Draws the variation of an episode."""
     gripper, offset = int(rng.integers(config.grippers)), rng.uniform(-1.0, 1.0) * config.offset
-    mass, friction, size = (_within(rng, limits) for limits in (config.mass, config.friction, config.size))
-    logarithm = _within(rng, None if config.stiffness is None else [*np.log(config.stiffness)])
+    mass, friction, size = (_draw_within(rng, limits) for limits in (config.mass, config.friction, config.size))
+    logarithm = _draw_within(rng, None if config.stiffness is None else [*np.log(config.stiffness)])
     stiffness = None if logarithm is None else float(np.exp(logarithm))
-    return Draw(gripper, float(offset), mass, friction, size, stiffness, int(rng.integers(_MOST_SEEDS)))
+    return Draw(gripper, float(offset), mass, friction, size, stiffness, int(rng.integers(_SEED_COUNT)))
 
 
-def _within(rng: np.random.Generator, limits: list[float] | None) -> float | None:
+def _draw_within(rng: np.random.Generator, limits: list[float] | None) -> float | None:
     return None if limits is None else float(rng.uniform(limits[0], limits[1]))
 
 
-def apply_draw(station: LearningStation, context: Context, drawn: Draw) -> None:
-    """Puts a draw into a default context of the station's diagram; to be followed by `Simulator.Initialize`."""
-    seed_random_sources(station.diagram, context, drawn.sensor_seed)
+def apply_draw(station: LearningStation, context: Context, episode_draw: Draw) -> None:
+    """Applies a draw to a default context of the station's diagram; call `Simulator.Initialize` afterwards."""
+    seed_random_sources(station.diagram, context, episode_draw.sensor_seed)
     if station.object is None:
         return
     plant, body = station.parts.plant, station.object
     scene_graph = station.parts.scene_graph
-    in_plant, in_scene = (part.GetMyMutableContextFromRoot(context) for part in (plant, scene_graph))
-    X_WO = body.EvalPoseInWorld(in_plant)
-    place = X_WO.translation() + np.array([drawn.offset, 0.0, 0.0])
-    if drawn.size is not None:
-        place[2] += (drawn.size - 1) * station.object_height
-        scale_geometries(scene_graph, in_scene, plant, body, drawn.size, station.seen)
-    if drawn.friction is not None or drawn.stiffness is not None:
-        change_contact(scene_graph, in_scene, plant, body, drawn.friction, drawn.stiffness)
-    set_mass(in_plant, body, drawn.mass, drawn.size or 1.0)
-    plant.SetFreeBodyPose(in_plant, body, RigidTransform(X_WO.rotation(), place))
+    plant_context, scene_context = (part.GetMyMutableContextFromRoot(context) for part in (plant, scene_graph))
+    X_WO = body.EvalPoseInWorld(plant_context)
+    position = X_WO.translation() + np.array([episode_draw.offset, 0.0, 0.0])
+    if episode_draw.size is not None:
+        position[2] += (episode_draw.size - 1) * station.object_height
+        scale_geometries(scene_graph, scene_context, plant, body, episode_draw.size, station.is_seen)
+    if episode_draw.friction is not None or episode_draw.stiffness is not None:
+        change_contact(scene_graph, scene_context, plant, body, episode_draw.friction, episode_draw.stiffness)
+    set_mass(plant_context, body, episode_draw.mass, episode_draw.size or 1.0)
+    plant.SetFreeBodyPose(plant_context, body, RigidTransform(X_WO.rotation(), position))
 
 
 def varied_fingers(scenario: Scenario, config: VariationConfig, number: int) -> Scenario:
-    """The scenario with gripper `number`, from 0, of those that are built; its nominal model stays the same."""
+    """Scenario with gripper `number`, from 0; its nominal model stays the same."""
     if config.grippers == 1 or config.youngs_modulus == 0.0:
         return scenario
-    share = float(np.linspace(-1, 1, config.grippers)[number]) * config.youngs_modulus
-    found = deepcopy(scenario)
-    (model,) = (model for model in found.models if model.name == config.gripper)
-    model.fingers.setdefault("all", {})["youngs_modulus"] = f"{100 * share:+.9g} %"
-    found.nominal.finger["youngs_modulus"] = f"{100 * (1 / (1 + share) - 1):+.9g} %"
-    return found
+    fraction = float(np.linspace(-1, 1, config.grippers)[number]) * config.youngs_modulus
+    varied = deepcopy(scenario)
+    (model,) = (model for model in varied.models if model.name == config.gripper)
+    model.fingers.setdefault("all", {})["youngs_modulus"] = f"{100 * fraction:+.9g} %"
+    varied.nominal.finger["youngs_modulus"] = f"{100 * (1 / (1 + fraction) - 1):+.9g} %"
+    return varied

@@ -1,4 +1,4 @@
-"""Episodes of E environments of one file: spaces, variation, ends and rewards, whatever simulates the stations."""
+"""Episodes of E environments of one file: spaces, variation, ends and rewards, for any simulator of the stations."""
 
 from collections.abc import Sequence
 from copy import deepcopy
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.extras.learning.config import EnvironmentConfig
 from soft_gripper.extras.learning.episode_variation import Draw, draw
-from soft_gripper.extras.learning.station import LARGEST
+from soft_gripper.extras.learning.station import MAX_OBSERVED
 from soft_gripper.extras.learning.tasks import Truth, make_task
 
 Rows = NDArray[np.int_]  # numbers of environments
@@ -22,11 +22,11 @@ class Stations(Truth, Protocol):
 
     resting: Array  # (n,), the action with which an episode begins
 
-    def begin(self, rows: Rows, draws: Sequence[Draw], drawn: Array) -> None:
+    def begin(self, rows: Rows, draws: Sequence[Draw], task_draws: Array) -> None:
         """Begins episodes in some environments, with variations and random parts of their task, (rows, ...)."""
 
     def step(self, actions: Array) -> list[str]:
-        """Applies actions, (E, n), for a time step; why each simulation diverged, empty where it did not."""
+        """Applies actions, (E, n), for a time step; reasons of divergence, empty where there was none."""
 
     def observe(self) -> Array:
         """The observations, (E, k)."""
@@ -40,7 +40,7 @@ class Stepped(NamedTuple):
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
     info: dict[str, Any]  # of the task
-    diverged: list[str]  # why; empty where an episode did not
+    diverged: list[str]  # reasons; empty where an episode did not diverge
 
 
 class Episodes:
@@ -52,41 +52,41 @@ class Episodes:
         self._steps = np.zeros(count, int)  # of every episode
         self._observed = stations.observe()
         self.action_space = Box(-1.0, 1.0, stations.resting.shape, np.float32)
-        self.observation_space = Box(-LARGEST, LARGEST, self._observed.shape[1:], np.float32)
+        self.observation_space = Box(-MAX_OBSERVED, MAX_OBSERVED, self._observed.shape[1:], np.float32)
 
     def begin(self, random: Sequence[np.random.Generator]) -> tuple[NDArray[np.float32], list[Draw]]:
-        """Begins an episode in every environment, by its random numbers; the observations, and how episodes vary."""
+        """Begins an episode in every environment, by its random numbers; returns observations and draws."""
         draws = self._begin(np.arange(len(random)), random)
         self._observed = self.stations.observe()
         return self._observed.astype(np.float32), draws
 
-    def step(self, actions: Array, anew: Rows, random: Sequence[np.random.Generator]) -> Stepped:
-        """Applies actions, (E, n) within -1 to 1; environments `anew` begin an episode instead.
+    def step(self, actions: Array, restarted: Rows, random: Sequence[np.random.Generator]) -> Stepped:
+        """Applies actions, (E, n) within -1 to 1; environments `restarted` begin an episode instead.
 
         Where a simulation diverges, the reward is 0, and the observation that of the step before.
         """
-        before, reasons = self._observed, self.stations.step(actions)
+        last_observed, reasons = self._observed, self.stations.step(actions)
         self._steps += 1
         diverged = np.array([bool(reason) for reason in reasons])
         judged = self._task.judge(self.stations)
         is_late = self._steps * self._config.time_step > self._config.duration - 1e-9
-        is_anew = np.isin(np.arange(len(reasons)), anew)
-        # What is not finite would spread in blocks: it begins anew at once, with the episode that comes next.
-        bad = np.flatnonzero(diverged & ~is_anew)
-        self._begin(bad, [deepcopy(random[i]) for i in bad.tolist()])
-        self._begin(anew, [random[i] for i in anew.tolist()])
+        is_restarted = np.isin(np.arange(len(reasons)), restarted)
+        # Non-finite values would spread in blocks: a failed episode restarts at once, with the next episode's draw.
+        failed = np.flatnonzero(diverged & ~is_restarted)
+        self._begin(failed, [deepcopy(random[i]) for i in failed.tolist()])
+        self._begin(restarted, [random[i] for i in restarted.tolist()])
         self._observed = self.stations.observe()
-        self._observed[bad] = before[bad]
-        reward = np.where(diverged | is_anew, 0.0, judged.reward)
-        terminated, truncated = judged.terminated & ~diverged & ~is_anew, (is_late | diverged) & ~is_anew
+        self._observed[failed] = last_observed[failed]
+        reward = np.where(diverged | is_restarted, 0.0, judged.reward)
+        terminated, truncated = judged.terminated & ~diverged & ~is_restarted, (is_late | diverged) & ~is_restarted
         return Stepped(self._observed.astype(np.float32), reward, terminated, truncated, judged.info, reasons)
 
     def _begin(self, rows: Rows, random: Sequence[np.random.Generator]) -> list[Draw]:
         if not len(rows):
             return []
         draws = [draw(rng, self._config.variation) for rng in random]
-        drawn = np.array([self._task.draw(rng) for rng in random])
-        self.stations.begin(rows, draws, drawn)
-        self._task.begin(rows, drawn, self.stations)
+        task_draws = np.array([self._task.draw(rng) for rng in random])
+        self.stations.begin(rows, draws, task_draws)
+        self._task.begin(rows, task_draws, self.stations)
         self._steps[rows] = 0
         return draws

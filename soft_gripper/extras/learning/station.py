@@ -2,7 +2,7 @@
 
 Observation: signals of the estimation -> what an agent observes.
 
-Only estimates are observed: `OBSERVABLE` lists what an agent may know, so that a file cannot request ground truth.
+`OBSERVABLE` lists the signals that an agent may observe, so that a file cannot request ground truth.
 """
 
 import math
@@ -53,9 +53,9 @@ def action_ranges(config: ActionConfig) -> Array:
 
 def resting_action(config: ActionConfig, home: Mapping[str, float]) -> Array:
     """The action with which an episode begins, (n): the grip's rest and the joints' home, by their names."""
-    least, most = action_ranges(config).T
+    low, high = action_ranges(config).T
     begin = np.array([config.rest, *(home[name] for name in config.joints)])
-    resting: Array = np.clip(2 * (begin - least) / (most - least) - 1, -1, 1)
+    resting: Array = np.clip(2 * (begin - low) / (high - low) - 1, -1, 1)
     return resting
 
 
@@ -76,7 +76,7 @@ def add_action(
 
     Args:
         builder: of the diagram.
-        config: what an action sets.
+        config: meaning of an action.
         grips: inputs for the pressures or the opening.
         desired: input for the desired state of the arm, if there is one.
         home: initial positions of the joints of the arm, by name, in the order of the arm; those that no
@@ -86,16 +86,16 @@ def add_action(
     Raises:
         InputError: if a joint does not belong to the arm.
     """
-    least, most = action_ranges(config).T
-    gain = np.diag((most - least) / 2)
-    grip = AffineSystem(D=gain[:1], y0=(least + most)[:1] / 2)
+    low, high = action_ranges(config).T
+    gain = np.diag((high - low) / 2)
+    grip = AffineSystem(D=gain[:1], y0=(low + high)[:1] / 2)
     builder.AddNamedSystem("action.grip", grip)
     builder.ExportInput(grip.get_input_port(), "action")
     for port in grips:
         builder.Connect(grip.get_output_port(), port)
     if desired is not None:
         rows = _joint_rows(config, list(home))
-        middle = rows @ (least + most) / 2
+        middle = rows @ (low + high) / 2
         motion = _joint_motion(rows @ gain, middle, np.array([*home.values()]), config.settling, period)
         builder.AddNamedSystem("action.joints", motion)
         builder.ConnectInput("action", motion.get_input_port())
@@ -103,7 +103,7 @@ def add_action(
 
 
 def _joint_rows(config: ActionConfig, joints: list[str]) -> Array:
-    """Which number of an action moves which joint of the arm, (m, n)."""
+    """Matrix of ones where a number of an action moves a joint of the arm, (m, n)."""
     rows = np.zeros((len(joints), 1 + len(config.joints)))
     for i, name in enumerate(config.joints, 1):
         if name not in joints:
@@ -135,8 +135,8 @@ def _joint_motion(gain: Array, middle: Array, home: Array, time: float, period: 
     )
 
 
-LARGEST = 10.0  # largest observed value
-# What is measured, estimated or commanded; everything else is known in simulation only.
+MAX_OBSERVED = 10.0  # largest observed value
+# Measured, estimated or commanded signals; all others are ground truth.
 OBSERVABLE = (
     *("strain", "extension_ratio", "sampled_pressure", "theta", "kappa", "arcs", "estimated_joint_angles"),
     *("joint_positions", "tip_pose", "free_bending_angles", "driving_torque", "external_torque", "position_std"),
@@ -154,8 +154,8 @@ OBSERVABLE = (
 
 def scaled(values: Array, scales: Array) -> Array:
     """Values divided by their scales, (..., n), limited to the observed range; unknown ones are 0."""
-    known = np.nan_to_num(values / scales, nan=0.0, posinf=LARGEST, neginf=-LARGEST)
-    observed: Array = np.clip(known, -LARGEST, LARGEST)
+    finite = np.nan_to_num(values / scales, nan=0.0, posinf=MAX_OBSERVED, neginf=-MAX_OBSERVED)
+    observed: Array = np.clip(finite, -MAX_OBSERVED, MAX_OBSERVED)
     return observed
 
 
@@ -172,11 +172,11 @@ class Observation(LeafSystem):
     def __init__(self, observed: Sequence[ObservedConfig], sizes: Mapping[str, int]):
         """`sizes` of the signals, by their names."""
         super().__init__()
-        names = list(dict.fromkeys(each.signal for each in observed))
+        names = list(dict.fromkeys(config.signal for config in observed))
         starts = dict(zip(names, np.cumsum([0, *(sizes[name] for name in names)]), strict=False))
-        entries = [each.entries or range(sizes[each.signal]) for each in observed]
-        self._entries = np.concatenate([starts[each.signal] + k for each, k in zip(observed, entries, strict=True)])
-        self._scales = np.repeat([each.scale for each in observed], [len(chosen) for chosen in entries])
+        entries = [config.entries or range(sizes[config.signal]) for config in observed]
+        self._entries = np.concatenate([starts[config.signal] + k for config, k in zip(observed, entries, strict=True)])
+        self._scales = np.repeat([config.scale for config in observed], [len(indices) for indices in entries])
         self._ports = [self.DeclareVectorInputPort(name, sizes[name]) for name in names]
         self.DeclareVectorOutputPort("observation", len(self._entries), self._calc)
 
@@ -194,20 +194,20 @@ def add_observation(
     """Adds `observation`; returns its output.
 
     Raises:
-        InputError: if a signal does not exist, has no such entry, or must not be known to an agent.
+        InputError: if a signal does not exist, has no such entry, or is not observable.
     """
-    for i, each in enumerate(observed):
-        where, name = f"observation[{i}]", each.signal
+    for i, config in enumerate(observed):
+        field, name = f"observation[{i}]", config.signal
         if name.rpartition(".")[2] not in OBSERVABLE:
             raise InputError(
-                where, "signal", name, f"is not an estimate; an agent may observe: {', '.join(OBSERVABLE)}"
+                field, "signal", name, f"is not an estimate; an agent may observe: {', '.join(OBSERVABLE)}"
             )
         if name not in signals:
-            raise InputError(where, "signal", name, f"no such signal; known: {', '.join(sorted(signals))}")
+            raise InputError(field, "signal", name, f"no such signal; known: {', '.join(sorted(signals))}")
         size = signals[name].size()
-        if not all(0 <= entry < size for entry in each.entries):
-            raise InputError(where, "entries", each.entries, f"give some of 0 to {size - 1}")
-    block = Observation(observed, {each.signal: signals[each.signal].size() for each in observed})
+        if not all(0 <= entry < size for entry in config.entries):
+            raise InputError(field, "entries", config.entries, f"give some of 0 to {size - 1}")
+    block = Observation(observed, {config.signal: signals[config.signal].size() for config in observed})
     builder.AddNamedSystem("observation", block)
     for i in range(block.num_input_ports()):
         port = block.get_input_port(i)
@@ -215,7 +215,7 @@ def add_observation(
     return block.get_output_port()
 
 
-PERIOD = 0.02  # s: forces through a finger take several times as long to rise and fall
+FORCE_PERIOD = 0.02  # s; forces through a finger take several times as long to rise and fall
 
 
 def normal_forces(results: ContactResults, finger_of: Mapping[int, int], fingers: int) -> Array:
@@ -223,15 +223,15 @@ def normal_forces(results: ContactResults, finger_of: Mapping[int, int], fingers
     forces = np.zeros(fingers)
     for patch in patches(results, finger_of):
         first, second = map(finger_of.get, patch.geometries)
-        pressed = abs(patch.force @ patch.normal) / math.hypot(*patch.normal)
+        force = abs(patch.force @ patch.normal) / math.hypot(*patch.normal)
         for finger in (first, second):
             if finger is not None and first != second:
-                forces[finger] += pressed
+                forces[finger] += force
     return forces
 
 
 class PeakForce(LeafSystem):
-    """Samples the contact forces every PERIOD.
+    """Samples the contact forces every FORCE_PERIOD.
 
     ::
 
@@ -247,7 +247,7 @@ class PeakForce(LeafSystem):
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self.DeclareVectorOutputPort("force", fingers, self._calc, {self._results.ticket()})
         self.DeclareStateOutputPort("peak", self.DeclareDiscreteState(fingers))
-        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, self._update)
+        self.DeclarePeriodicDiscreteUpdateEvent(FORCE_PERIOD, 0.0, self._update)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._now(context))
@@ -274,11 +274,11 @@ def add_peak_force(builder: DiagramBuilder, station: StationParts) -> PeakForce:
     return block
 
 
-_GRID = 64  # pressures between which the tip is interpolated
+_PRESSURE_COUNT = 64  # of the table from which the tip is interpolated
 
 
 class TipTarget(LeafSystem):
-    """Target of the tip: where it would rest under a sinusoidal pressure.
+    """Target of the tip: its position of rest under a sinusoidal pressure.
 
     ::
 
@@ -292,9 +292,9 @@ class TipTarget(LeafSystem):
     def __init__(self, finger: Finger, gravity: complex, limits: tuple[float, float]):
         """`gravity` in the bending plane, m/s^2; `limits` of the pressure, Pa."""
         super().__init__()
-        self._pressures = np.linspace(*limits, _GRID)
-        q = resting_angles(finger, self._pressures, np.full(_GRID, gravity))
-        self._tips: Array = as_points(forward_kinematics(q, finger.segment_length).tip)  # where it rests, (_GRID, 2) m
+        self._pressures = np.linspace(*limits, _PRESSURE_COUNT)
+        q = resting_angles(finger, self._pressures, np.full(_PRESSURE_COUNT, gravity))
+        self._tips: Array = as_points(forward_kinematics(q, finger.segment_length).tip)  # (_PRESSURE_COUNT, 2) m
         self._swing = self.DeclareNumericParameter(BasicVector([sum(limits) / 2, 0.0, 1.0, 0.0]))
         followed = {self.time_ticket(), self.pn_ticket()}
         self.DeclareVectorOutputPort("target", 2, self._calc, followed)
@@ -309,9 +309,9 @@ class TipTarget(LeafSystem):
         output.SetFromVector([np.interp(pressure, self._pressures, column) for column in self._tips.T])
 
 
-HEIGHT, WIDTH = 360, 480  # pixels of a picture
-_RENDERER = "learning"
-_LIFTED = np.array([0.0, 0.0, 0.1])  # m, by which moving bodies may rise
+PICTURE_HEIGHT, PICTURE_WIDTH = 360, 480  # pixels of a picture
+_RENDERER_NAME = "learning"
+_LIFT_MARGIN = np.array([0.0, 0.0, 0.1])  # m, room in the picture above moving bodies
 
 
 @dataclass(frozen=True)
@@ -321,18 +321,18 @@ class LearningStation:
     diagram: Diagram
     parts: StationParts
     forces: PeakForce | None  # on the fingers, if they handle an object
-    seen: bool  # by a camera or in Meshcat
+    is_seen: bool  # by a camera or in Meshcat
     object: RigidBody | None = None  # first body of the handled object
     object_height: float = 0.0  # m, of its frame over its lowest point
     target: TipTarget | None = None
     goal: ConstantVectorSource | None = None
 
-    def follow(self, context: Context, drawn: Array) -> None:
+    def follow(self, context: Context, task_draw: Array) -> None:
         """Sets the random part of a task, if it has one, in a context of the diagram, see `Task.draw`."""
         if self.target is not None:
-            self.target.swing(self.target.GetMyMutableContextFromRoot(context), *drawn)
+            self.target.swing(self.target.GetMyMutableContextFromRoot(context), *task_draw)
         if self.goal is not None:
-            self.goal.get_mutable_source_value(self.goal.GetMyMutableContextFromRoot(context)).SetFromVector(drawn)
+            self.goal.get_mutable_source_value(self.goal.GetMyMutableContextFromRoot(context)).SetFromVector(task_draw)
 
 
 def make_learning_station(
@@ -347,7 +347,7 @@ def make_learning_station(
     ::
 
         action (n) ---> +---------+ ---> observation (k)
-                        | station | ---> picture, if there is to be one
+                        | station | ---> picture, if requested
                         +---------+
 
     Args:
@@ -358,36 +358,36 @@ def make_learning_station(
         composed: see `add_station`.
 
     Raises:
-        InputError: if a part cannot be built, or does not fit the others.
+        InputError: if a part cannot be built, or does not match the others.
     """
-    builder, seen = DiagramBuilder(), picture or meshcat is not None
-    parts = add_station(builder, scenario, meshcat, visuals=seen, composed=composed)
+    builder, is_seen = DiagramBuilder(), picture or meshcat is not None
+    parts = add_station(builder, scenario, meshcat, visuals=is_seen, composed=composed)
     _add_action(builder, config, parts)
-    handled = config.grasp or config.pick_place
-    forces = None if handled is None else add_peak_force(builder, parts)
+    object_task = config.grasp or config.pick_place
+    forces = None if object_task is None else add_peak_force(builder, parts)
     target = goal = None
-    of_task: dict[str, OutputPort] = {}
+    task_signals: dict[str, OutputPort] = {}
     if config.reach is not None:
-        finger, (least, most) = parts.fingers[0], config.reach.pressure  # one that stands still
+        finger, (low, high) = parts.fingers[0], config.reach.pressure  # one that stands still
         gravity = planar_gravity(finger.X_WB.GetAsMatrix34(), np.array(scenario.gravity))
-        target = builder.AddNamedSystem("target", TipTarget(finger.finger, complex(gravity), (least, most)))
-        of_task["target"] = target.get_output_port()
+        target = builder.AddNamedSystem("target", TipTarget(finger.finger, complex(gravity), (low, high)))
+        task_signals["target"] = target.get_output_port()
     if config.pick_place is not None:
         goal = builder.AddNamedSystem("goal", ConstantVectorSource([config.pick_place.goal[0]]))
-        of_task["goal"] = describe(goal.get_output_port(), "m")
-    observation = add_observation(builder, config.observation, parts.signals | of_task)
+        task_signals["goal"] = describe(goal.get_output_port(), "m")
+    observation = add_observation(builder, config.observation, parts.signals | task_signals)
     builder.ExportOutput(observation, "observation")
     if picture:
         builder.ExportOutput(_add_camera(builder, parts), "picture")
     parts.signals = remove_unread_blocks(builder, parts.signals).signals
     diagram = builder.Build()
     parts.check(diagram)
-    if handled is None:
-        return LearningStation(diagram, parts, forces, seen, target=target)
-    if handled.object in parts.deformables:
-        raise InputError("environment", "object", handled.object, "is soft; give a rigid object")
-    body = first_body(parts.plant, handled.object)
-    return LearningStation(diagram, parts, forces, seen, body, _height(parts, body), goal=goal)
+    if object_task is None:
+        return LearningStation(diagram, parts, forces, is_seen, target=target)
+    if object_task.object in parts.deformables:
+        raise InputError("environment", "object", object_task.object, "is soft; give a rigid object")
+    body = first_body(parts.plant, object_task.object)
+    return LearningStation(diagram, parts, forces, is_seen, body, _height(parts, body), goal=goal)
 
 
 def _add_action(builder: DiagramBuilder, config: EnvironmentConfig, parts: StationParts) -> None:
@@ -413,9 +413,9 @@ def _height(parts: StationParts, body: RigidBody) -> float:
 
 def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
     """Adds `camera`, which sees the fingers and what they handle; returns its picture."""
-    station.scene_graph.AddRenderer(_RENDERER, make_renderer())
-    camera = framing_camera(_seen(station), HEIGHT, WIDTH, DIRECTION)
-    color = camera.render_camera(_RENDERER, 1)
+    station.scene_graph.AddRenderer(_RENDERER_NAME, make_renderer())
+    camera = framing_camera(_visible_corners(station), PICTURE_HEIGHT, PICTURE_WIDTH, DIRECTION)
+    color = camera.render_camera(_RENDERER_NAME, 1)
     depth = DepthRenderCamera(color.core(), DepthRange(0.05, 5.0))  # RgbdSensor requires one, which is not used
     sensor = RgbdSensor(station.scene_graph.world_frame_id(), camera.X_WC, color, depth)
     builder.AddNamedSystem("camera", sensor)
@@ -423,10 +423,10 @@ def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
     return sensor.color_image_output_port()
 
 
-def _seen(station: StationParts) -> Array:
-    """Corners of what the picture must show, (M, 3) m: fingers and free objects, at the start and lifted."""
+def _visible_corners(station: StationParts) -> Array:
+    """Corners of all bodies in the picture, (M, 3) m: fingers and free objects, at the start and lifted."""
     plant, context = station.plant, station.plant.CreateDefaultContext()
     models = {finger.model for finger in station.fingers}
     models |= {plant.GetModelInstanceByName(model.name) for model in station.scenario.models if model.free}
     corners = box_corners(plant, station.scene_graph, context, models, Role.kPerception)
-    return np.concatenate([corners, corners + _LIFTED])
+    return np.concatenate([corners, corners + _LIFT_MARGIN])

@@ -1,4 +1,7 @@
-"""Tasks of E environments: what is random in an episode, and rewards computed from ground truth."""
+"""Tasks of E environments: the random part of an episode, and rewards computed from ground truth.
+
+A new task is a `Task` named in `make_task`, with its config in `config.py`.
+"""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
@@ -19,7 +22,7 @@ class Judgement(NamedTuple):
 
 
 class Truth(Protocol):
-    """Ground truth of E stations, now."""
+    """Present ground truth of E stations."""
 
     def object_places(self) -> Array:
         """The frame of the object of the task in the world, (E, 3) m."""
@@ -37,18 +40,18 @@ class Task(Protocol):
     def draw(self, rng: np.random.Generator) -> Sequence[float]:
         """Draws the random part of an episode: parameters of the source in a station that the policy follows."""
 
-    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
-        """Notes the beginning of episodes of some environments, whose random parts are `drawn`, (rows, ...)."""
+    def begin(self, rows: NDArray[np.int_], task_draws: Array, truth: Truth) -> None:
+        """Notes the beginning of episodes of some environments, whose random parts are `task_draws`, (rows, ...)."""
 
     def judge(self, truth: Truth) -> Judgement:
         """Scores the state after a step."""
 
 
-_HELD_HEIGHT_SHARE = 0.8  # share of the height above which a touched object counts as held up
+_HELD_HEIGHT_FRACTION = 0.8  # fraction of the height above which a touched object counts as held up
 
 
 class Grasp:
-    """Earns time_step (lifted share - force_weight force) a step, and -1 for a crushed object, which ends it."""
+    """Earns time_step (lifted fraction - force_weight force) a step, and -1 for a crushed object, which ends it."""
 
     def __init__(self, config: GraspConfig, time_step: float, count: int):
         """`time_step` from a step to the next, s; `count` of environments."""
@@ -58,52 +61,52 @@ class Grasp:
     def draw(self, rng: np.random.Generator) -> Sequence[float]:
         return ()
 
-    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+    def begin(self, rows: NDArray[np.int_], task_draws: Array, truth: Truth) -> None:
         self._begins[rows] = truth.object_places()[rows]
 
     def judge(self, truth: Truth) -> Judgement:
         config, height = self._config, (truth.object_places() - self._begins)[:, 2]
         force, peak = truth.normal_forces()
         lifted = np.clip(height / config.height, 0.0, 1.0)
-        crushed = peak > config.crushing_force
-        reward = self._time_step * (lifted - config.force_weight * force.max(axis=-1)) - crushed
-        held = (lifted >= _HELD_HEIGHT_SHARE) & (force > 0).all(axis=-1) & ~crushed
-        info = {"height": height, "force": force, "peak_force": peak, "crushed": crushed, "success": held}
-        return Judgement(reward, crushed, info)
+        is_crushed = peak > config.crushing_force
+        reward = self._time_step * (lifted - config.force_weight * force.max(axis=-1)) - is_crushed
+        is_held = (lifted >= _HELD_HEIGHT_FRACTION) & (force > 0).all(axis=-1) & ~is_crushed
+        info = {"height": height, "force": force, "peak_force": peak, "crushed": is_crushed, "success": is_held}
+        return Judgement(reward, is_crushed, info)
 
 
-_RESTING = 2e-3  # m, below which an object stands on the table
+_STANDING_HEIGHT = 2e-3  # m, below which an object stands on the table
 
 
 class PickPlace:
-    """Earns time_step (share of the way - force_weight force) a step, and 1 when the object stands there alone.
+    """Earns time_step (fraction of the path - force_weight force) a step, and 1 when the object stands there alone.
 
-    Either that or a crushed object, which earns -1, ends the episode. The way is at least as long as the tolerance.
+    Either that or a crushed object, which earns -1, ends the episode. The path is at least as long as the tolerance.
     """
 
     def __init__(self, config: PickPlaceConfig, time_step: float, count: int):
         """`time_step` from a step to the next, s; `count` of environments."""
         self._config, self._time_step = config, time_step
-        self._begins, self._ways = np.zeros((count, 3)), np.zeros(count)  # m; ways along x to the goals
+        self._begins, self._paths = np.zeros((count, 3)), np.zeros(count)  # m; paths along x to the goals
 
     def draw(self, rng: np.random.Generator) -> Sequence[float]:
-        least, most = self._config.goal
-        return (rng.uniform(least, most),)
+        low, high = self._config.goal
+        return (rng.uniform(low, high),)
 
-    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+    def begin(self, rows: NDArray[np.int_], task_draws: Array, truth: Truth) -> None:
         self._begins[rows] = truth.object_places()[rows]
-        self._ways[rows] = drawn[:, 0] - self._begins[rows, 0]
+        self._paths[rows] = task_draws[:, 0] - self._begins[rows, 0]
 
     def judge(self, truth: Truth) -> Judgement:
-        config, way = self._config, self._ways
+        config, path = self._config, self._paths
         place, (force, peak) = truth.object_places() - self._begins, truth.normal_forces()
-        error, height = np.abs(way - place[:, 0]), place[:, 2]
-        crushed = peak > config.crushing_force
-        placed = (error < config.tolerance) & (np.abs(height) < _RESTING) & ~force.any(axis=-1)
-        share = np.clip(1 - error / np.maximum(np.abs(way), config.tolerance), 0.0, 1.0)
-        reward = self._time_step * (share - config.force_weight * force.max(axis=-1)) + placed - 1.0 * crushed
+        error, height = np.abs(path - place[:, 0]), place[:, 2]
+        is_crushed = peak > config.crushing_force
+        is_placed = (error < config.tolerance) & (np.abs(height) < _STANDING_HEIGHT) & ~force.any(axis=-1)
+        fraction = np.clip(1 - error / np.maximum(np.abs(path), config.tolerance), 0.0, 1.0)
+        reward = self._time_step * (fraction - config.force_weight * force.max(axis=-1)) + is_placed - 1.0 * is_crushed
         info = {"error": error, "height": height, "force": force, "peak_force": peak}
-        return Judgement(reward, placed | crushed, info | {"crushed": crushed, "success": placed})
+        return Judgement(reward, is_placed | is_crushed, info | {"crushed": is_crushed, "success": is_placed})
 
 
 class Reach:
@@ -114,13 +117,13 @@ class Reach:
         self._config, self._time_step = config, time_step
 
     def draw(self, rng: np.random.Generator) -> Sequence[float]:
-        """The swing of a `TipTarget`."""
-        (least, most), (shortest, longest) = self._config.pressure, self._config.period
-        amplitude = rng.uniform(0.5, 1.0) * (most - least) / 2
-        mean = rng.uniform(least + amplitude, most - amplitude)
+        """Draws the swing of a `TipTarget`."""
+        (low, high), (shortest, longest) = self._config.pressure, self._config.period
+        amplitude = rng.uniform(0.5, 1.0) * (high - low) / 2
+        mean = rng.uniform(low + amplitude, high - amplitude)
         return mean, amplitude, rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
 
-    def begin(self, rows: NDArray[np.int_], drawn: Array, truth: Truth) -> None:
+    def begin(self, rows: NDArray[np.int_], task_draws: Array, truth: Truth) -> None:
         pass
 
     def judge(self, truth: Truth) -> Judgement:

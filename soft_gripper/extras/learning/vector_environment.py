@@ -29,18 +29,18 @@ from soft_gripper.extras.learning.config import EnvironmentConfig, load_environm
 from soft_gripper.extras.learning.episode_variation import Draw, varied_fingers
 from soft_gripper.extras.learning.episodes import Episodes, Rows
 from soft_gripper.extras.learning.station import (
-    PERIOD,
+    FORCE_PERIOD,
     Observation,
     home,
     make_learning_station,
     resting_action,
 )
-from soft_gripper.extras.mujoco_engine.blocks import direct, together
+from soft_gripper.extras.mujoco_engine.blocks import direct, side_by_side
 from soft_gripper.extras.mujoco_engine.engine import LONGEST_STEP, dividing_step
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
-from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, in_mujoco
-from soft_gripper.extras.mujoco_engine.variation import Variation, begin, varied
+from soft_gripper.extras.mujoco_engine.plants import Exported, Plants, export_to_mujoco
+from soft_gripper.extras.mujoco_engine.variation import Variation, begin_positions, vary_model
 from soft_gripper.files.document import check_config
 from soft_gripper.quantity import valid
 from soft_gripper.scenario.schema import Scenario
@@ -48,7 +48,7 @@ from soft_gripper.scenario.schema import Scenario
 
 @dataclass(frozen=True)
 class _Copies:
-    """How many environments there are, and threads that step them."""
+    """Numbers of environments, and of threads that step them."""
 
     num_envs: int = field(metadata=valid(least=1, most=2**16))
     threads: int = field(metadata=valid(least=1, most=2**10))
@@ -57,9 +57,9 @@ class _Copies:
 class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
     """Agents act on stations from -1 to 1, and observe estimates from the sensors of the grippers.
 
-    An episode that has ended begins anew in the next step, whose action is ignored. A seed has the object and the
-    sensors that it has in `SoftGripperEnv`, but grippers of other moduli take turns among the environments, one for
-    each. A simulation that diverges truncates its episode: `info["diverged"]`.
+    An episode that has ended restarts in the next step, whose action is ignored. A seed gives the same object and
+    sensors as in `SoftGripperEnv`, but the grippers' moduli alternate among the environments. A simulation that
+    diverges truncates its episode: `info["diverged"]`.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
             num_envs: number of environments, at most 65536.
             environment: name of a shipped environment, or path of a file; see `load_environment`.
             changes: of it.
-            threads: that step the plants, at most 1024.
+            threads: number of threads that step the plants, at most 1024.
 
         Raises:
             InputError: if a number or anything in the file is invalid, or the task handles no object.
@@ -95,7 +95,7 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._random = [np_random(None)[0] for _ in range(num_envs)]
-        self._over, self._is_begun = np.zeros(num_envs, bool), False
+        self._has_ended, self._is_begun = np.zeros(num_envs, bool), False
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -108,11 +108,11 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         """
         check_order("reset", is_begun=True, is_closed=self.closed)
         check_options(options)
-        for i, own in enumerate(integer_seeds(seed, self.num_envs)):
-            if own is not None:
-                self._random[i] = np_random(own)[0]
+        for i, own_seed in enumerate(integer_seeds(seed, self.num_envs)):
+            if own_seed is not None:
+                self._random[i] = np_random(own_seed)[0]
         observed, _ = self._episodes.begin(self._random)
-        self._over[:], self._is_begun = False, True
+        self._has_ended[:], self._is_begun = False, True
         return observed, {}
 
     def step(
@@ -127,11 +127,11 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         check_order("step", self._is_begun, self.closed)
         shape = self.action_space.shape
         assert shape is not None
-        given = finite_actions(actions, "actions", shape)
-        is_anew = self._over.copy()
-        stepped = self._episodes.step(np.clip(given, -1.0, 1.0), np.flatnonzero(is_anew), self._random)
+        numbers = finite_actions(actions, "actions", shape)
+        is_anew = self._has_ended.copy()
+        stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0), np.flatnonzero(is_anew), self._random)
         info = stepped.info | {"diverged": np.array([bool(reason) for reason in stepped.diverged])}
-        self._over = stepped.terminated | stepped.truncated
+        self._has_ended = stepped.terminated | stepped.truncated
         masks = {f"_{name}": ~is_anew for name in info}
         return stepped.observed, stepped.reward, stepped.terminated, stepped.truncated, info | masks
 
@@ -146,30 +146,30 @@ _NOT_FINITE = "the state is no longer finite"
 
 
 class MujocoStations:
-    """The stations of many environments, see `Stations`, in which grippers take turns."""
+    """Stations of many environments, see `Stations`; their grippers alternate."""
 
     def __init__(self, config: EnvironmentConfig, scenario: Scenario, count: int, threads: int):
         self._config = config
         grippers = [varied_fingers(scenario, config.variation, i) for i in range(min(count, config.variation.grippers))]
         learning = [make_learning_station(config, gripper, composed=False) for gripper in grippers]
-        stations = [Station(each.diagram, each.parts, None) for each in learning]  # type: ignore[arg-type]  # without logs
+        stations = [Station(station.diagram, station.parts, None) for station in learning]  # type: ignore[arg-type]  # without logs
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
         self._check(scenario)
         step = dividing_step(self._plant_step, scenario.engine_step or LONGEST_STEP)
         self._substeps = round(self._plant_step / step)
-        handled = config.grasp or config.pick_place
-        assert handled is not None
+        object_task = config.grasp or config.pick_place
+        assert object_task is not None
         assert self._learning.object is not None
-        self._name, self._body = handled.object, self._learning.object
+        self._name, self._body = object_task.object, self._learning.object
         self._sensors = NormalForces(self._station)
-        exported = [in_mujoco(each, step, [self._name], self._sensors) for each in stations]
+        exported = [export_to_mujoco(station, step, [self._name], self._sensors) for station in stations]
         turns = np.arange(count) % len(stations)
         self._exported: list[Exported] = [exported[i] for i in turns]
-        begins = np.tile(begin(self._station.plant, Variation()), (count, 1))
-        models = [each.model for each in self._exported]
+        begins = np.tile(begin_positions(self._station.plant, Variation()), (count, 1))
+        models = [station.model for station in self._exported]
         self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
-        graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(together(*signals)))}
+        graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(side_by_side(*signals)))}
         wired = [stations[i] for i in turns]
         self._network = Network(wired, self._plants, None, ["observation"], graphs)
         self.resting = resting_action(config.action, home(self._learning.parts))
@@ -182,25 +182,25 @@ class MujocoStations:
         self._peak: Array = np.zeros(count)
 
     def _check(self, scenario: Scenario) -> None:
-        for name, of in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
-            steps = self._config.time_step / of if of else 0.0
+        for name, period in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
+            steps = self._config.time_step / period if period else 0.0
             if not steps or abs(steps - round(steps)) > 1e-6:
-                raise InputError("vector environment", name, of, f"must divide time_step, {self._config.time_step:g} s")
+                expected = f"must divide time_step, {self._config.time_step:g} s"
+                raise InputError("vector environment", name, period, expected)
 
-    def begin(self, rows: Rows, draws: Sequence[Draw], drawn: Array) -> None:
-        variations = [self._variation(each) for each in draws]
+    def begin(self, rows: Rows, draws: Sequence[Draw], task_draws: Array) -> None:
+        variations = [self._variation(draw) for draw in draws]
         plant, points = self._station.plant, self._station.scenario.contact_points
         exported = [self._exported[i] for i in rows]
-        models = [
-            varied(each.model, each.file, plant, of, points) for each, of in zip(exported, variations, strict=True)
-        ]
-        self._plants.reset(rows, models, np.array([begin(plant, of) for of in variations]))
+        pairs = zip(exported, variations, strict=True)
+        models = [vary_model(copy.model, copy.file, plant, variation, points) for copy, variation in pairs]
+        self._plants.reset(rows, models, np.array([begin_positions(plant, variation) for variation in variations]))
         self._actions[rows] = self.resting
         self._network.give("action", self._actions)
-        self._network.begin(rows, [each.sensor_seed for each in draws])
+        self._network.begin(rows, [draw.sensor_seed for draw in draws])
         self._force[rows], self._peak[rows] = 0.0, 0.0
         if self._config.pick_place is not None:
-            self._goals[rows] = drawn
+            self._goals[rows] = task_draws
             self._network.give("goal", self._goals)
 
     def observe(self) -> Array:
@@ -215,13 +215,13 @@ class MujocoStations:
     def tip_errors(self) -> Array:
         raise NotImplementedError  # environments without an object are refused
 
-    def _variation(self, drawn: Draw) -> Variation:
+    def _variation(self, draw: Draw) -> Variation:
         name, X_WO = self._name, self._station.plant.GetDefaultFloatingBaseBodyPose(self._body)
-        size = drawn.size or 1.0
-        shift = np.array([drawn.offset, 0.0, (size - 1) * self._learning.object_height])
-        given = {"masses": drawn.mass, "frictions": drawn.friction, "sizes": drawn.size, "stiffnesses": drawn.stiffness}
-        changed = {field: {name: value} for field, value in given.items() if value is not None}
-        return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **changed)
+        size = draw.size or 1.0
+        shift = np.array([draw.offset, 0.0, (size - 1) * self._learning.object_height])
+        changes = {"masses": draw.mass, "frictions": draw.friction, "sizes": draw.size, "stiffnesses": draw.stiffness}
+        fields = {field: {name: value} for field, value in changes.items() if value is not None}
+        return Variation({name: RigidTransform(X_WO.rotation(), X_WO.translation() + shift)}, **fields)
 
     def step(self, actions: Array) -> list[str]:
         self._actions[:] = actions
@@ -234,12 +234,14 @@ class MujocoStations:
             network.sample()
             plants.finish_step(keeps=True)
             network.step([i * plant_step for i in range(first + 1, first + every)], keeps=True)
-        self._look_at_forces()
+        self._update_forces()
         plants.look()
         return ["" if finite else _NOT_FINITE for finite in np.isfinite(plants.state).all(axis=1)]
 
-    def _look_at_forces(self) -> None:
-        """The normal force on each finger at the end of a step, (E, F) N, and the largest of all samples so far."""
-        forces = self._sensors.read(self._plants.kept(self._substeps * max(1, round(PERIOD / self._plant_step))))
+    def _update_forces(self) -> None:
+        """Updates the normal forces on the fingers at the end of a step, (E, F) N, and their largest samples, (E) N."""
+        forces = self._sensors.read(
+            self._plants.take_readings(self._substeps * max(1, round(FORCE_PERIOD / self._plant_step)))
+        )
         self._force = forces[:, -1]
         self._peak = np.maximum(self._peak, forces.max(axis=(1, 2)))

@@ -1,7 +1,7 @@
 """The blocks of a station for E environments at once: values of ports are arrays (E, size).
 
-A block whose outputs follow from its inputs and from what it remembers is one graph of steps, computed once for all
-environments: an ArrayBlock brings its own, `GRAPHS` makes those of Drake's blocks.
+A block whose outputs follow from its inputs and its memory is one graph of steps, computed once for all environments:
+an ArrayBlock brings its own, `GRAPHS` makes those of Drake's blocks. A further kind of block is an entry there.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -53,23 +53,23 @@ class Block(Protocol):
         """Prepares the state after an update."""
 
     def commit(self) -> None:
-        """Takes on the state that was prepared."""
+        """Adopts the prepared state."""
 
     def forget(self) -> None:
-        """Forgets what followed from the inputs, which have changed."""
+        """Discards values that depend on the inputs, which have changed."""
 
 
 class Functions:
     """Steps with the environments as leading axis."""
 
     def __init__(self, block: LeafSystem, steps: Steps, count: int):
-        """`steps` of the block, for `count` environments, or for one if they do the same in all."""
+        """`steps` of the block for `count` environments, or for one if all have equal values."""
         self.period, self._block, self._steps, self._count = _period(block), block, steps, count
         self._names = [port.get_name() for port in _outputs(block)]
         self._memories = {name: step.memory for name, step in steps.items() if step.memory is not None}
         self._state = {name: memory.begin for name, memory in self._memories.items()}
         self._next, self._is_later = dict(self._state), np.zeros(count, bool)
-        self._known = _Known({port.get_name(): i for i, port in enumerate(_inputs(block))}, count)
+        self._known = _StepValues({port.get_name(): i for i, port in enumerate(_inputs(block))}, count)
 
     def takes_time(self, number: int) -> bool:
         """Whether an output changes with the time between samples."""
@@ -100,7 +100,7 @@ class Functions:
         return value if value.ndim == 2 else value.reshape(self._count, -1)
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block; at the first sample nothing is remembered."""
+        """See Block; at the first sample there is no memory."""
         self._known.take(read, time)
         for name, memory in self._memories.items():
             if memory.at_first:
@@ -110,7 +110,7 @@ class Functions:
         self._is_later = np.ones_like(self._is_later)
 
     def _if_later(self, name: str, value: Array) -> Array:
-        """A state, in those environments of which it is not the first sample."""
+        """New state in the environments after their first sample; the others keep theirs."""
         if self._is_later.all():
             return value
         return np.where(self._is_later.reshape(-1, *[1] * (value.ndim - 1)), value, self._state[name])
@@ -125,7 +125,7 @@ class Functions:
         self._known.clear()
 
     def _value(self, function: Callable[..., Any], sources: Sequence[str]) -> Any:
-        """A function of steps."""
+        """Value of a function of steps."""
         try:
             return function(*[self._steps.value(source, self._known, self._state) for source in sources])
         except ValueError:
@@ -133,8 +133,8 @@ class Functions:
             raise
 
 
-class _Known(dict[str, Any]):
-    """Steps that are known in E environments; inputs are read when a step takes them."""
+class _StepValues(dict[str, Any]):
+    """Values of steps in E environments; inputs are read when a step takes them."""
 
     def __init__(self, numbers: Mapping[str, int], count: int):
         """`numbers` of the inputs, by name."""
@@ -142,7 +142,7 @@ class _Known(dict[str, Any]):
         self.numbers, self._count = numbers, count
 
     def take(self, read: Read, time: float) -> None:
-        """Takes the inputs and the time, s, from now on."""
+        """Sets the source of inputs and the time, s."""
         self._inputs, self._time = read, time
 
     def __missing__(self, name: str) -> Array | None:
@@ -152,40 +152,40 @@ class _Known(dict[str, Any]):
         if value is None:
             return value
         self[name] = np.broadcast_to(value, (self._count, value.shape[-1])) if len(value) < self._count else value
-        found: Array = self[name]
-        return found
+        broadcast: Array = self[name]
+        return broadcast
 
 
-class Several:
-    """A block that differs between diagrams: one for all environments of each."""
+class PerDiagram:
+    """A block whose counterparts differ between diagrams: one block for the environments of each."""
 
     def __init__(self, parts: Sequence[tuple[Block, Rows]]):
         """The blocks, and the environments of each."""
         self.period, self._parts = parts[0][0].period, parts
-        self._count = sum(len(own) for _, own in parts)
+        self._count = sum(len(rows) for _, rows in parts)
 
     def clear(self, rows: Rows) -> None:
         """See Block."""
-        for block, own in self._parts:
-            block.clear(self._places(rows, own))
+        for block, part_rows in self._parts:
+            block.clear(self._part_indices(rows, part_rows))
 
     def begin(self, read: Read, rows: Rows) -> None:
         """See Block."""
-        for block, own in self._parts:
-            block.begin(_among(read, own), self._places(rows, own))
+        for block, part_rows in self._parts:
+            block.begin(_select_rows(read, part_rows), self._part_indices(rows, part_rows))
 
     def output(self, number: int, read: Read, time: float) -> Array:
         """See Block."""
-        found = [block.output(number, _among(read, own), time) for block, own in self._parts]
-        values = np.empty((self._count, found[0].shape[1]))
-        for value, (_, own) in zip(found, self._parts, strict=True):
-            values[own] = value
+        outputs = [block.output(number, _select_rows(read, part_rows), time) for block, part_rows in self._parts]
+        values = np.empty((self._count, outputs[0].shape[1]))
+        for value, (_, part_rows) in zip(outputs, self._parts, strict=True):
+            values[part_rows] = value
         return values
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """See Block."""
-        for block, own in self._parts:
-            block.advance(_among(read, own), time, self._places(active, own))
+        for block, part_rows in self._parts:
+            block.advance(_select_rows(read, part_rows), time, self._part_indices(active, part_rows))
 
     def commit(self) -> None:
         """See Block."""
@@ -197,19 +197,19 @@ class Several:
         for block, _ in self._parts:
             block.forget()
 
-    def _places(self, rows: Rows, own: Rows) -> Rows:
-        """The places of some environments among those of a part."""
-        wanted = np.zeros(self._count, bool)
-        wanted[rows] = True
-        return np.flatnonzero(wanted[own])
+    def _part_indices(self, rows: Rows, part_rows: Rows) -> Rows:
+        """Indices of environments among those of a part."""
+        is_wanted = np.zeros(self._count, bool)
+        is_wanted[rows] = True
+        return np.flatnonzero(is_wanted[part_rows])
 
 
-def _among(read: Read, own: Rows) -> Read:
-    """The inputs of some environments."""
+def _select_rows(read: Read, part_rows: Rows) -> Read:
+    """Restricts inputs to some environments."""
 
     def some(number: int) -> Any:
         value = read(number)
-        return value if value is None or len(value) == 1 else value[own]
+        return value if value is None or len(value) == 1 else value[part_rows]
 
     return some
 
@@ -227,11 +227,11 @@ class Streams:
         self._values, self._number = values, np.zeros(values.shape[1], int)
 
     def give(self, values: Array, rows: Rows) -> None:
-        """Lets some environments begin anew, with other values, (T, rows, size)."""
+        """Restarts some environments with other values, (T, rows, size)."""
         self._values[:, rows], self._number[rows] = values, 0
 
     def draw(self) -> None:
-        """Goes on to the next sample."""
+        """Advances to the next sample."""
         self._number = np.minimum(self._number + 1, len(self._values) - 1)
 
     def clear(self, rows: Rows) -> None:
@@ -252,7 +252,7 @@ class Streams:
         """See `draw`."""
 
     def forget(self) -> None:
-        """It has no inputs."""
+        """Does nothing: there are no inputs."""
 
 
 class Contexts:
@@ -262,18 +262,18 @@ class Contexts:
         self._block, self._inputs = block, range(block.num_input_ports())
         self._runs = [Simulator(block) for _ in range(count)]
         self.period = _period(block) or 0.0
-        self._updates = [_UNBEGUN] * count  # made so far
+        self._updates = [_NO_UPDATE] * count  # made so far
 
     def clear(self, rows: Rows) -> None:
         """See Block."""
         for i in rows if len(self._runs) > 1 else ():
-            self._runs[i], self._updates[i] = Simulator(self._block), _UNBEGUN
+            self._runs[i], self._updates[i] = Simulator(self._block), _NO_UPDATE
 
     def _give(self, read: Read) -> None:
         for number in self._inputs:
             port = self._block.get_input_port(number)
-            given = np.broadcast_to(read(number), (len(self._runs), port.size()))
-            for run, value in zip(self._runs, given, strict=True):
+            values = np.broadcast_to(read(number), (len(self._runs), port.size()))
+            for run, value in zip(self._runs, values, strict=True):
                 port.FixValue(run.get_mutable_context(), value)
 
     def begin(self, read: Read, rows: Rows) -> None:
@@ -297,13 +297,13 @@ class Contexts:
             if not self._updates[i]:
                 run.Initialize()
             elif self.period:
-                run.AdvanceTo(self._updates[i] * self.period)  # a sum of periods would drift off the updates
+                run.AdvanceTo(self._updates[i] * self.period)  # a sum of periods would drift away from the updates
 
     def forget(self) -> None:
-        """It takes its inputs whenever it puts out."""
+        """Does nothing: inputs are read with every output."""
 
 
-_UNBEGUN = -1
+_NO_UPDATE = -1
 
 
 def _inputs(block: LeafSystem) -> list[InputPort]:
@@ -321,7 +321,7 @@ def _period(block: LeafSystem) -> float | None:
 
 
 def direct(block: LeafSystem, *functions: Callable[..., Array], sources: Sequence[str] = ()) -> Steps:
-    """Steps of a block whose outputs follow at once from its inputs.
+    """Steps of a block without memory.
 
     Args:
         block: without a state.
@@ -334,20 +334,20 @@ def direct(block: LeafSystem, *functions: Callable[..., Array], sources: Sequenc
     return Steps({name: Step() for name in inputs}, outputs)
 
 
-def in_turn(block: LeafSystem) -> Steps:
-    """Steps of any block without a state: one context, in which environments take turns."""
+def context_steps(block: LeafSystem) -> Steps:
+    """Steps of any block without a state, evaluated in one context, one environment after the other."""
     context = block.CreateDefaultContext()
-    functions = [partial(_evaluated, port, _inputs(block), context) for port in _outputs(block)]
+    functions = [partial(_evaluate, port, _inputs(block), context) for port in _outputs(block)]
     return direct(block, *functions, sources=[TIME])
 
 
-def _evaluated(port: OutputPort, inputs: Sequence[InputPort], context: Context, times: Array, *given: Array) -> Array:
-    """An output in every environment; unknown where it cannot be found since an environment has diverged."""
+def _evaluate(port: OutputPort, inputs: Sequence[InputPort], context: Context, times: Array, *signals: Array) -> Array:
+    """Output in every environment; NaN where the block fails because the environment has diverged."""
     context.SetTime(float(times[0, 0]))
     rows = []
-    for values in zip(*given, strict=True) if given else [()]:
-        for fed, value in zip(inputs, values, strict=True):
-            fed.FixValue(context, value)
+    for values in zip(*signals, strict=True) if signals else [()]:
+        for input_port, value in zip(inputs, values, strict=True):
+            input_port.FixValue(context, value)
         try:
             rows.append(np.array(port.Eval(context)))
         except (RuntimeError, SystemExit):  # the latter comes from failed conditions of Drake
@@ -370,7 +370,7 @@ def _affine(block: AffineSystem) -> Steps:
 
 
 def _saturation(block: Saturation) -> Steps:
-    """Steps of a block whose limits are what it makes of the largest numbers."""
+    """Steps of a saturation; its limits are its outputs for the largest numbers."""
     size, context = block.get_input_port().size(), block.CreateDefaultContext()
 
     def limited(value: float) -> Array:
@@ -402,7 +402,7 @@ def _gain(block: MatrixGain) -> Steps:
 
 
 def gains(parts: Mapping[MatrixGain, Rows]) -> Steps:
-    """Steps of gains that differ between environments, of which each has those given."""
+    """Steps of gains that differ between environments; `parts` has the environments of each."""
     first, count = next(iter(parts)), sum(map(len, parts.values()))
     matrices = np.empty((count, *np.shape(first.D())[::-1]))
     for block, rows in parts.items():
@@ -410,8 +410,8 @@ def gains(parts: Mapping[MatrixGain, Rows]) -> Steps:
     return direct(first, lambda u: (u[:, None] @ matrices)[:, 0])
 
 
-def together(*values: Array) -> Array:
-    """Values side by side, (E, size)."""
+def side_by_side(*values: Array) -> Array:
+    """Concatenates values, (E, size)."""
     return np.concatenate(values, axis=1)
 
 
@@ -422,10 +422,10 @@ def _sum(*values: Array) -> Array:
     return total
 
 
-def _mean_bound(*given: Array) -> Array:
-    """Intervals and contacts take turns."""
+def _mean_bound(*signals: Array) -> Array:
+    """Mean upper bound of force intervals; `signals` alternate between intervals and contacts."""
     bounds = [
-        np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(given[::2], given[1::2], strict=True)
+        np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(signals[::2], signals[1::2], strict=True)
     ]
     return _sum(*bounds) / len(bounds)
 
@@ -439,7 +439,7 @@ GRAPHS: Graphs = {  # of the steps of a block, by its class
     Demultiplexer: _parts,
     GripForceBound: lambda block: direct(block, _mean_bound),
     MatrixGain: _gain,
-    Multiplexer: lambda block: direct(block, together),
+    Multiplexer: lambda block: direct(block, side_by_side),
     PassThrough: lambda block: direct(block, same),
     Saturation: _saturation,
 }

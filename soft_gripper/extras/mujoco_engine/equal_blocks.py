@@ -1,7 +1,7 @@
-"""Which blocks of several diagrams do the same, and which diagrams have one structure.
+"""Compares blocks and structures of diagrams, so that equal blocks are computed once.
 
-Blocks do the same if their steps are the same functions of the same values: those in closures, in partial functions,
-and in the objects to which methods are bound. What Drake alone knows, such as a plant, is equal to itself alone.
+Blocks are equal if their steps are the same functions of the same values: those in closures, in partial functions, and
+in the objects of bound methods. Objects with state in C++, such as a plant, equal only themselves.
 """
 
 from collections.abc import Hashable, Mapping
@@ -17,38 +17,38 @@ from pydrake.systems.framework import Diagram, LeafSystem, PortDataType, System
 from soft_gripper.array_block import ArrayBlock
 
 _Pairs = frozenset[tuple[int, int]]  # ids of objects that are being compared
-_BLOCK_ATTRIBUTES = frozenset(vars(ArrayBlock(1.0)))  # of any block: they say nothing beyond the steps
+_BLOCK_ATTRIBUTES = frozenset(vars(ArrayBlock(1.0)))  # of any block: they add nothing to the steps
 
 
 class _Plain:
-    """An object all of whose state is in its attributes."""
+    """Object with all state in its attributes."""
 
 
-def is_equal(one: Any, other: Any, compared: _Pairs = frozenset()) -> bool:
-    """Whether two values, functions or objects that hold them are equal to the bit; in doubt they are not."""
-    if one is other or (id(one), id(other)) in compared:
+def is_equal(first: Any, second: Any, compared: _Pairs = frozenset()) -> bool:
+    """Whether two values, functions or objects of values are equal to the bit; False in doubt."""
+    if first is second or (id(first), id(second)) in compared:
         return True
-    if type(one) is not type(other):
+    if type(first) is not type(second):
         return False
-    if isinstance(one, np.ndarray):
-        return one.shape == other.shape and one.dtype == other.dtype and one.tobytes() == other.tobytes()
-    if isinstance(one, str | int | float | complex | bytes | slice | np.generic):
-        return repr(one) == repr(other)
-    if hasattr(one, "__index__"):  # of a body of a plant
-        return index(one) == index(other)
-    compared |= {(id(one), id(other))}
-    if isinstance(one, Mapping):
-        return list(one) == list(other) and all(is_equal(one[key], other[key], compared) for key in one)
-    if isinstance(one, tuple | list):
-        return len(one) == len(other) and all(map(partial(is_equal, compared=compared), one, other))
-    if isinstance(one, FunctionType) and one.__code__ is not other.__code__:
+    if isinstance(first, np.ndarray):
+        return first.shape == second.shape and first.dtype == second.dtype and first.tobytes() == second.tobytes()
+    if isinstance(first, str | int | float | complex | bytes | slice | np.generic):
+        return repr(first) == repr(second)
+    if hasattr(first, "__index__"):  # of a body of a plant
+        return index(first) == index(second)
+    compared |= {(id(first), id(second))}
+    if isinstance(first, Mapping):
+        return list(first) == list(second) and all(is_equal(first[key], second[key], compared) for key in first)
+    if isinstance(first, tuple | list):
+        return len(first) == len(second) and all(map(partial(is_equal, compared=compared), first, second))
+    if isinstance(first, FunctionType) and first.__code__ is not second.__code__:
         return False
-    contents = _contents(one)
-    return contents is not None and is_equal(contents, _contents(other), compared)
+    contents = _contents(first)
+    return contents is not None and is_equal(contents, _contents(second), compared)
 
 
 def _contents(value: Any) -> Any:
-    """The values on which an object depends; None if they are not known."""
+    """Values on which an object depends; None if they cannot be found."""
     if isinstance(value, partial):
         return value.func, value.args, value.keywords
     if isinstance(value, MethodType):
@@ -70,20 +70,20 @@ def _contents(value: Any) -> Any:
 
 
 def structure(system: System) -> Hashable:
-    """What diagrams have in common whose blocks differ in values alone: blocks, ports, steps and wires."""
+    """Blocks, ports, steps and wires of a system: equal for diagrams that differ in values alone."""
     if not isinstance(system, Diagram):
         return _leaf_structure(system)
-    wires = ((to.get_name(), i, of.get_name(), j) for (to, i), (of, j) in system.connection_map().items())
+    connections = system.connection_map().items()
+    wires = ((reader.get_name(), i, source.get_name(), j) for (reader, i), (source, j) in connections)
     inputs = map(system.get_input_port, range(system.num_input_ports()))
-    ends = (
-        sorted((each.get_name(), i) for each, i in system.GetInputPortLocators(port.get_index())) for port in inputs
+    input_names = (
+        sorted((part.get_name(), i) for part, i in system.GetInputPortLocators(port.get_index())) for port in inputs
     )
     outputs = map(system.get_output_port, range(system.num_output_ports()))
     begins = (system.get_output_port_locator(port.get_index()) for port in outputs)
-    shown = ((each.get_name(), int(i)) for each, i in begins)
-    return repr(
-        ([(each.get_name(), structure(each)) for each in system.GetSystems()], sorted(wires), [*ends], [*shown])
-    )
+    output_names = ((part.get_name(), int(i)) for part, i in begins)
+    parts = [(part.get_name(), structure(part)) for part in system.GetSystems()]
+    return repr((parts, sorted(wires), [*input_names], [*output_names]))
 
 
 def _leaf_structure(leaf: LeafSystem) -> Hashable:

@@ -1,4 +1,4 @@
-"""Loads MuJoCo, which would run modules of the current folder, and write a file of warnings there."""
+"""Loads MuJoCo safely: by itself it would run modules of the current folder, and write warnings to a file there."""
 
 import logging
 
@@ -15,7 +15,7 @@ def load_mujoco() -> None:
         InputError: if it is not installed, or too old.
     """
     try:
-        with environment(SAFE_PATH):  # glfw, which it imports, starts `python -c`
+        with environment(SAFE_PATH):  # its import of glfw starts `python -c`
             import mujoco.batch
     except ImportError:
         expected = "needs MuJoCo 3.17: pip install 'soft-gripper[mujoco]'"
@@ -25,6 +25,6 @@ def load_mujoco() -> None:
 
 
 def _log(message: str) -> None:
-    """Logs a warning, but for that of a state that diverges, which ends the run with an error."""
+    """Logs a warning, except on divergence, which ends the run with an error."""
     if "simulation is unstable" not in message:
         _LOGGER.warning(message)

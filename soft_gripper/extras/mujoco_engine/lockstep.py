@@ -1,4 +1,4 @@
-"""Steps a network through a run, sample by sample, and keeps what its logs take."""
+"""Steps a network through a run, sample by sample, and records its logged signals."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from soft_gripper.extras.mujoco_engine.network import Network, Plants
 
 
 class Logs:
-    """Samples that the logs of E environments have taken."""
+    """Recorded samples of E environments."""
 
     def __init__(self, station: Station, network: Network, samples: int):
         self.samples, self._station, self._network = samples, station, network
@@ -30,27 +30,27 @@ class Logs:
         if phases is not None:
             self.phases[sample] = phases
         is_due = every is not None and sample % every == 0
-        self.patches.append(self._network.plants.patches() if is_due else _LEFT_OUT)
+        self.patches.append(self._network.plants.patches() if is_due else _NO_PATCHES)
         for i, value in self._network.logged():
             if i not in self._vectors:
                 self._vectors[i] = np.empty((self.samples, self._network.count, value.shape[1]))
             self._vectors[i][sample] = value
 
-    def of(self, environment: int, samples: int) -> dict[int, Any]:
+    def samples_of(self, environment: int, samples: int) -> dict[int, Any]:
         """Samples of one environment, up to a number of samples, by the number of the logged port.
 
         Logs of diagrams of one structure have the same numbers.
         """
         logged = self._station.logs.port_numbers
-        found: dict[int, Any] = {
+        port_samples: dict[int, Any] = {
             logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }
         for number in (number for i, number in enumerate(logged) if i not in self._vectors):
-            found[number] = [rows_of(*patches, environment) for patches in self.patches[:samples]]
-        return found
+            port_samples[number] = [rows_of(*patches, environment) for patches in self.patches[:samples]]
+        return port_samples
 
 
-_LEFT_OUT = np.empty((0, 0)), np.zeros(0, int)
+_NO_PATCHES = np.empty((0, 0)), np.zeros(0, int)
 
 
 def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
@@ -58,15 +58,16 @@ def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
     return table[begins[environment] : begins[environment + 1]] if len(begins) else table
 
 
-def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
-    """The runs of a network of stations, of which the first is given.
+def simulate_network(
+    station: Station, network: Network
+) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
+    """Simulates a network of stations, of which `station` is the first.
 
-    Returns the logs, the number of samples of each run, and the errors of those that diverged.
-
-    What follows from a state is known once MuJoCo has stepped from it, so that samples are taken after the first step.
+    Returns the logs, the number of samples of each run, and the errors of those that diverged. Values that follow from
+    a state are known once MuJoCo has stepped from it, so samples are taken after the first step.
 
     Raises:
-        InputError: if a block of the user's fails, in any of the runs.
+        InputError: if a user's block fails in any run.
     """
     plants = network.plants
     period, plant_step = station.scenario.sensor.period, station.plant.time_step()
@@ -79,7 +80,7 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
         for sample in range(samples):
             time = sample * period
             network.drive(time)
-            _find_diverged(station, plants, time, failed)
+            _drop_diverged(station, plants, time, failed)
             plants.begin_step()
             logs.take(sample)
             lengths[plants.active] = sample + 1
@@ -94,11 +95,11 @@ def simulated(station: Station, network: Network) -> tuple[Logs, NDArray[np.int_
     return logs, lengths, failed
 
 
-def _find_diverged(station: Station, plants: Plants, time: float, failed: dict[int, SimulationDivergedError]) -> None:
-    """Ends the runs whose state is not finite."""
-    bad = ~np.isfinite(plants.state).all(axis=1)
-    for i in plants.active[bad[plants.active]]:
+def _drop_diverged(station: Station, plants: Plants, time: float, failed: dict[int, SimulationDivergedError]) -> None:
+    """Ends runs whose state is not finite, with an error each."""
+    has_diverged = ~np.isfinite(plants.state).all(axis=1)
+    for i in plants.active[has_diverged[plants.active]]:
         name = station.plant.GetStateNames()[int(np.argmin(np.isfinite(plants.state[i])))]
         words = f"the simulation in MuJoCo diverged before t = {time:.4g} s in state {name}"
         failed[int(i)] = SimulationDivergedError(words)
-    plants.active = plants.active[~bad[plants.active]]
+    plants.active = plants.active[~has_diverged[plants.active]]

@@ -1,8 +1,7 @@
 """A station for E environments at once: its blocks, wired as in its diagram, around plants in MuJoCo.
 
-Values of ports are computed when they are read, and kept until what they follow from changes. Blocks of the drive are
-updated with every step of the plant, others with every sample; all updates of one time see the values before it, as
-in Drake.
+Values of ports are computed when read, and cached until their inputs change. Blocks of the drive are updated with every
+step of the plant, others with every sample; all updates of one time see the values before it, as in Drake.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -30,11 +29,11 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     Contexts,
     Functions,
     Graphs,
+    PerDiagram,
     Rows,
-    Several,
     Streams,
+    context_steps,
     gains,
-    in_turn,
 )
 from soft_gripper.extras.mujoco_engine.equal_blocks import is_equal
 from soft_gripper.scenario.schema import Scenario
@@ -53,10 +52,10 @@ class Plants(Protocol):
 
     @property
     def state(self) -> Array:
-        """The states when they were looked at, (E, nq + nv)."""
+        """States at the last `look`, (E, nq + nv)."""
 
     def look(self) -> None:
-        """Takes the states as they are now."""
+        """Copies the present states."""
 
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
@@ -65,16 +64,16 @@ class Plants(Protocol):
         """Schedules a step of Drake's plant, driven as now."""
 
     def step(self, keeps: bool = False) -> None:
-        """Makes all steps that are scheduled; contacts are unknown, but for those that it `keeps`."""
+        """Makes all scheduled steps; contacts are unknown unless it `keeps` them."""
 
     def begin_step(self) -> None:
-        """Steps as far as is needed to know what follows from the states."""
+        """Steps until all values that follow from the states are known."""
 
     def finish_step(self) -> None:
         """Steps to the end of a step of Drake's plant."""
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Callable[[], Array]]:
-        """The output ports of a model, by what follows its name: what computes them."""
+        """Functions that compute a model's output ports, by port name without the model's."""
 
     def pose(self, body: BodyIndex) -> Array:
         """The pose of a body in the world, (E, 3, 4) [R | p]."""
@@ -83,31 +82,31 @@ class Plants(Protocol):
         """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
 
 
-_STEP, _SAMPLE, _HELD = range(3)  # how long values are valid: for a step of the plant, or a sample; or kept for one
+_VALID_FOR_STEP, _VALID_FOR_SAMPLE, _KEPT_FOR_SAMPLE = range(3)  # validity of values
 
 
 class Wired(Protocol):
-    """A built diagram with one plant, whose blocks are to run for many environments."""
+    """A built diagram with one plant, whose blocks run for many environments."""
 
     @property
     def diagram(self) -> Diagram:
-        """With all blocks."""
+        """Diagram with all blocks."""
 
     @property
     def plant(self) -> MultibodyPlant:
-        """At the root of the diagram."""
+        """Plant, at the root of the diagram."""
 
     @property
     def scenario(self) -> Scenario:
-        """From which it was built."""
+        """Scenario from which it was built."""
 
     @property
     def task(self) -> TaskMachine | None:
-        """Its task, if there is one."""
+        """Task, if there is one."""
 
 
 class Network:
-    """The blocks of diagrams of one structure, those that are read: by the plant, by logs, or by `read`."""
+    """Blocks of diagrams of one structure, as far as they are read by the plant, by logs, or by `read`."""
 
     def __init__(
         self,
@@ -119,10 +118,10 @@ class Network:
     ):
         """
         Args:
-            wired: the diagram of each environment, which several may share; blocks that do the same run together.
+            wired: diagram of each environment; several may share one, and equal blocks run together.
             plants: of all environments.
             logs: of the first diagram; None: nothing is logged.
-            outputs: of the diagram, which are read.
+            outputs: of the diagram, for `read`.
             graphs: steps of further kinds of blocks, as of `GRAPHS`.
         """
         self._graphs = {**GRAPHS, **graphs}
@@ -131,32 +130,32 @@ class Network:
         self._root = Level(diagram.connection_map())
         self._levels = _levels(diagram)
         self._diagrams = _diagrams(wired)
-        self._given = dict(_given(diagram))
+        self._exported_inputs = dict(_exported_inputs(diagram))
         self._feeds: dict[Key, list[Output | None]] = {}
         self._blocks: dict[Key, Block] = {}
         self._validity: dict[Output, int] = {}
-        self._known: tuple[dict[Output, Array], ...] = ({}, {}, {})
-        self._time, self._drawn = 0.0, self._draw([each.scenario.sensor.seed for each in wired])
+        self._values: tuple[dict[Output, Array], ...] = ({}, {}, {})
+        self._time, self._draws = 0.0, self._draw([member.scenario.sensor.seed for member in wired])
         self._ports = self._plant_ports()
         self._driven = list(self._drives())
         count = 0 if logs is None else logs.num_input_ports()
         self._logged = [self._source(logs, i, self._root) for i in range(count)]
         self._outputs = {name: self._exported(name) for name in outputs}
-        read = [*self._logged, *self._outputs.values(), *(each for _, *given in self._driven for each in given)]
-        for output in read:
+        drives = [feed for _, *feeds in self._driven for feed in feeds]
+        for output in (*self._logged, *self._outputs.values(), *drives):
             if output is not None:
                 self._reach(output)
         task = next((leaf for leaf in self._blocks if isinstance(leaf, TaskMachine)), None)
         self._phase = None if task is None else (task, int(task.GetOutputPort("phase").get_index()))
-        self._ends = np.array([len(each.task.phases) for each in wired if each.task is not None])
-        self._by_step = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
+        self._ends = np.array([len(member.task.phases) for member in wired if member.task is not None])
+        self._step_blocks = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
-        self._by_sample = [leaf for leaf in with_state if leaf not in self._by_step]
-        self._changing = [leaf for leaf in self._blocks if self._changes(leaf)]
-        drives = [each for _, *given in self._driven for each in given]
-        drives += [each for leaf in self._by_step for each in self._feeds[leaf]]
-        self._is_foreseen = not any(each is not None and self._is_unforeseen(each) for each in drives)
-        self._following = cache(self._found_following)
+        self._sample_blocks = [leaf for leaf in with_state if leaf not in self._step_blocks]
+        self._changing_blocks = [leaf for leaf in self._blocks if self._changes(leaf)]
+        drives = [member for _, *feeds in self._driven for member in feeds]
+        drives += [member for leaf in self._step_blocks for member in self._feeds[leaf]]
+        self._is_foreseen = not any(member is not None and self._is_unforeseen(member) for member in drives)
+        self._following = cache(self._find_following)
 
     # Wiring.
 
@@ -164,7 +163,7 @@ class Network:
         """The leaf output, or the input of the diagram, that feeds an input."""
         feed = level.feed(system.get_input_port(number))
         if feed is None:
-            name = self._given.get((system, number))
+            name = self._exported_inputs.get((system, number))
             return None if name is None else (name, 0)
         if isinstance(feed.system, Diagram):
             port, _ = feed.level.leaf_output(feed.output)
@@ -191,80 +190,82 @@ class Network:
                 continue
             inputs = range(leaf.num_input_ports())
             self._feeds[leaf] = [self._source(leaf, i, self._levels[leaf]) for i in inputs]
-            alike = self._alike(leaf)
-            if len(alike) > 1 and isinstance(leaf, MatrixGain):
-                self._blocks[leaf] = Functions(leaf, gains(alike), self.count)
-            elif len(alike) > 1:
-                self._blocks[leaf] = Several([(self._made(leaf, each, own), own) for each, own in alike.items()])
+            groups = self._group_equal(leaf)
+            if len(groups) > 1 and isinstance(leaf, MatrixGain):
+                self._blocks[leaf] = Functions(leaf, gains(groups), self.count)
+            elif len(groups) > 1:
+                self._blocks[leaf] = PerDiagram(
+                    [(self._make_block(leaf, *group), group[1]) for group in groups.items()]
+                )
             else:
-                self._blocks[leaf] = self._made(leaf, leaf, np.arange(self.count))
-            pending += [fed[0] for fed in self._feeds[leaf] if fed is not None]
+                self._blocks[leaf] = self._make_block(leaf, leaf, np.arange(self.count))
+            pending += [feed[0] for feed in self._feeds[leaf] if feed is not None]
 
     def _is_shared(self, leaf: Key) -> bool:
         """Whether a block does the same in all environments: it follows from the time alone."""
         if isinstance(leaf, str | MultibodyPlant | TrueContact | RandomSource | TaskMachine):
             return False
-        fed = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
-        return all(source is not None and self._is_shared(source[0]) for source in fed)
+        feeds = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
+        return all(source is not None and self._is_shared(source[0]) for source in feeds)
 
-    def _alike(self, leaf: LeafSystem) -> dict[LeafSystem, Rows]:
-        """One of the counterparts of a block in all diagrams of each that do the same, and their environments."""
+    def _group_equal(self, leaf: LeafSystem) -> dict[LeafSystem, Rows]:
+        """Groups equal counterparts of a block in all diagrams: one block of each group, and its environments."""
         if isinstance(leaf, RandomSource | TaskMachine):  # have values for every environment
             return {leaf: np.arange(self.count)}
         number, make = list(self._levels).index(leaf), self._graph_of(leaf)
-        found: list[tuple[LeafSystem, Any, list[int]]] = []
+        groups: list[tuple[LeafSystem, Any, list[int]]] = []
         for leaves, rows in self._diagrams:
-            own = leaves[number]
-            steps = None if make is None else make(own)
-            says = own if steps is None else (steps, steps.outputs)
-            equal = next((to for _, other, to in found if is_equal(says, other)), None)
+            counterpart = leaves[number]
+            steps = None if make is None else make(counterpart)
+            behavior = counterpart if steps is None else (steps, steps.outputs)
+            equal = next((members for _, grouped, members in groups if is_equal(behavior, grouped)), None)
             if equal is None:
-                found.append((own, says, list(rows)))
+                groups.append((counterpart, behavior, list(rows)))
             else:
                 equal += rows
-        return {each: np.array(rows) for each, _, rows in found}
+        return {block: np.array(rows) for block, _, rows in groups}
 
     def _graph_of(self, leaf: LeafSystem) -> Callable[[Any], Steps] | None:
-        """Makes the steps of a block; None: it is asked for each environment."""
+        """Function that makes the steps of a block; None: it is evaluated environment by environment."""
         return next((self._graphs[kind] for kind in type(leaf).__mro__ if kind in self._graphs), None)
 
-    def _made(self, leaf: LeafSystem, own: LeafSystem, rows: Rows) -> Block:
-        """The counterpart of a block of the first diagram for some environments."""
+    def _make_block(self, leaf: LeafSystem, counterpart: LeafSystem, rows: Rows) -> Block:
+        """Makes the counterpart of a block of the first diagram for some environments."""
         if isinstance(leaf, RandomSource):
-            return Streams(self._drawn[leaf.get_name()])
+            return Streams(self._draws[leaf.get_name()])
         make, count = self._graph_of(leaf), len(rows)
         has_state = leaf.num_discrete_state_groups() or leaf.num_abstract_states()
         if make is None and has_state:
-            return Contexts(own, 1 if self._is_shared(leaf) else count)
+            return Contexts(counterpart, 1 if self._is_shared(leaf) else count)
         if not has_state and self._is_shared(leaf):
             count = 1
-        steps = in_turn(own) if make is None else make(own)
+        steps = context_steps(counterpart) if make is None else make(counterpart)
         if isinstance(leaf, ArrayBlock) and not leaf.takes_axes:
-            alike = [steps] * count
-            if isinstance(leaf, TaskMachine):  # its phases are those of its own environment
-                alike = [each.task.steps for each in self._wired if each.task is not None]
-            return Functions(own, row_by_row(alike), count)
+            graphs = [steps] * count
+            if isinstance(leaf, TaskMachine):  # each environment has its own phases
+                graphs = [station.task.steps for station in self._wired if station.task is not None]
+            return Functions(counterpart, row_by_row(graphs), count)
         steps = steps.stacked(count)
         if isinstance(leaf, BasePoseSensor):
             steps["pose"] = Step(lambda: self.plants.pose(leaf.body)[rows].reshape(count, -1))
-        return Functions(own, steps, count)
+        return Functions(counterpart, steps, count)
 
     def _plant_ports(self) -> dict[int, Callable[[], Array]]:
-        """The output ports of the plant by their numbers: what computes them."""
+        """Functions that compute the plant's output ports, by port number."""
         plant, plants = self._first.plant, self.plants
         ports: dict[int, Callable[[], Array]] = {int(plant.get_state_output_port().get_index()): lambda: plants.state}
         for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
-            of_model = plants.model_ports(model)
+            model_ports = plants.model_ports(model)
             for name, port in (
                 ("state", plant.get_state_output_port(model)),
                 ("generalized_contact_forces", plant.get_generalized_contact_forces_output_port(model)),
                 ("net_actuation", plant.get_net_actuation_output_port(model)),
             ):
-                ports[int(port.get_index())] = of_model[name]
+                ports[int(port.get_index())] = model_ports[name]
         return ports
 
     def _drives(self) -> Iterator[tuple[ModelInstanceIndex, Output, Output | None]]:
-        """The models with actuators, and what feeds their torques and their desired states."""
+        """Yields models with actuators, and the outputs that feed their torques and desired states."""
         plant = self._first.plant
         for model in map(ModelInstanceIndex, range(plant.num_model_instances())):
             if plant.num_actuated_dofs(model):
@@ -279,37 +280,37 @@ class Network:
         leaf, number = output
         if isinstance(leaf, MultibodyPlant):
             return self._ports[number]()
-        known = self._known[self._valid_for(output)]
-        if output not in known:
-            known[output] = self._blocks[leaf].output(number, self._reader(leaf), self._time)
-        return known[output]
+        values = self._values[self._valid_for(output)]
+        if output not in values:
+            values[output] = self._blocks[leaf].output(number, self._reader(leaf), self._time)
+        return values[output]
 
     def _reader(self, leaf: Key) -> Callable[[int], Array | None]:
         def read(number: int) -> Array | None:
-            fed = self._feeds[leaf][number]
-            return None if fed is None else self._value(fed)
+            feed = self._feeds[leaf][number]
+            return None if feed is None else self._value(feed)
 
         return read
 
     def _valid_for(self, output: Output) -> int:
         if output not in self._validity:
-            self._validity[output] = self._found_valid_for(*output)
+            self._validity[output] = self._find_validity(*output)
         return self._validity[output]
 
-    def _found_valid_for(self, leaf: Key, number: int) -> int:
+    def _find_validity(self, leaf: Key, number: int) -> int:
         block = self._blocks[leaf]
         if isinstance(leaf, str):
-            return _SAMPLE
+            return _VALID_FOR_SAMPLE
         if self._is_by_step(block) or self._takes_time(leaf, number):
-            return _STEP
-        fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
-        changes = any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in fed)
+            return _VALID_FOR_STEP
+        feeds = [feed for i, feed in enumerate(self._feeds[leaf]) if feed and leaf.HasDirectFeedthrough(i, number)]
+        changes = any(isinstance(feed[0], MultibodyPlant) or self._valid_for(feed) == _VALID_FOR_STEP for feed in feeds)
         if changes and self._graph_of(leaf) is None and not self._is_shared(leaf):
-            return _HELD  # it takes a call for each environment
-        return _STEP if changes else _SAMPLE
+            return _KEPT_FOR_SAMPLE  # it costs a call per environment
+        return _VALID_FOR_STEP if changes else _VALID_FOR_SAMPLE
 
     def _takes_time(self, leaf: LeafSystem, number: int) -> bool:
-        """Whether an output changes with the time alone; other systems without a state may look at it, or not."""
+        """Whether an output is known to change with time alone; of other stateless systems that is unknown."""
         block, is_told = self._blocks[leaf], isinstance(leaf, ArrayBlock) or not self._feeds[leaf]
         return is_told and isinstance(block, Functions) and block.takes_time(number)
 
@@ -319,33 +320,34 @@ class Network:
         return isinstance(block, Functions) and block.period == step and not is_sampled
 
     def _changes(self, leaf: Key) -> bool:
-        """Whether a block reads or puts out what changes with every step of the plant."""
+        """Whether an input or output of a block changes with every step of the plant."""
         if isinstance(leaf, str):
             return False
-        own = ((leaf, number) for number in range(leaf.num_output_ports()))
-        fed = (source for source in self._feeds[leaf] if source is not None)
-        return any(isinstance(each[0], MultibodyPlant) or self._valid_for(each) == _STEP for each in (*fed, *own))
+        outputs = ((leaf, number) for number in range(leaf.num_output_ports()))
+        feeds = (source for source in self._feeds[leaf] if source is not None)
+        ports = (*feeds, *outputs)
+        return any(isinstance(port[0], MultibodyPlant) or self._valid_for(port) == _VALID_FOR_STEP for port in ports)
 
     def _is_unforeseen(self, output: Output) -> bool:
-        """Whether a value changes between samples with the states of the plants; held for a sample, it does not."""
+        """Whether a value changes between samples with the plants' states; one kept for a sample does not."""
         leaf, number = output
         if isinstance(leaf, MultibodyPlant):
             return True
-        if isinstance(leaf, str) or self._valid_for(output) != _STEP:
+        if isinstance(leaf, str) or self._valid_for(output) != _VALID_FOR_STEP:
             return False
-        fed = [each for i, each in enumerate(self._feeds[leaf]) if each and leaf.HasDirectFeedthrough(i, number)]
-        return any(map(self._is_unforeseen, fed))
+        feeds = [feed for i, feed in enumerate(self._feeds[leaf]) if feed and leaf.HasDirectFeedthrough(i, number)]
+        return any(map(self._is_unforeseen, feeds))
 
-    def _found_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
-        """The outputs that follow at once from an input, itself included, and the blocks that read them."""
+    def _find_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
+        """Outputs that depend directly on an input, itself included, and the blocks that read them."""
         outputs, readers, pending = dict[Output, None](), dict[Key, None](), list[Output]([(key, 0)])
-        fed = {(leaf, i): each for leaf, feeds in self._feeds.items() for i, each in enumerate(feeds)}
+        feeds_by_input = {(leaf, i): feed for leaf, feeds in self._feeds.items() for i, feed in enumerate(feeds)}
         while pending:
             output = pending.pop()
             if output in outputs:
                 continue
             outputs[output] = None
-            for leaf, number in [each for each, source in fed.items() if source == output]:
+            for leaf, number in [feed for feed, source in feeds_by_input.items() if source == output]:
                 assert not isinstance(leaf, str)
                 readers[leaf] = None
                 ports = range(leaf.num_output_ports())
@@ -355,21 +357,21 @@ class Network:
     # Time.
 
     def begin(self, rows: Rows | None = None, seeds: Sequence[int] = ()) -> None:
-        """Sets the states in which a run begins: of some environments, with new seeds; None: of all, with their own."""
+        """Sets initial states: of some environments, with new seeds; None: of all, with their own."""
         if rows is None:
             rows = np.arange(self.count)
         else:
-            self._draw_anew(rows, seeds)
+            self._redraw(rows, seeds)
         for block in self._blocks.values():
             block.clear(rows)
         self.plants.look()
-        held, others = dict(self._known[_HELD]), np.setdiff1d(np.arange(self.count), rows)
+        kept_values, other_rows = dict(self._values[_KEPT_FOR_SAMPLE]), np.setdiff1d(np.arange(self.count), rows)
         self._changed()
         for leaf, block in self._blocks.items():
             block.begin(self._reader(leaf), rows)
         self._commit(list(self._blocks))
-        for output, value in held.items() if len(others) else ():
-            self._value(output)[others] = value[others]
+        for output, value in kept_values.items() if len(other_rows) else ():
+            self._value(output)[other_rows] = value[other_rows]
 
     def give(self, name: str, value: Array) -> None:
         """Sets an input of the diagram, or the output of a source in it, (E, size)."""
@@ -377,7 +379,7 @@ class Network:
         self._blocks[key] = Streams(value[None])
         outputs, readers = self._following(key)
         for output in outputs:
-            self._known[self._valid_for(output)].pop(output, None)
+            self._values[self._valid_for(output)].pop(output, None)
         self._forget(readers)
 
     def read(self, name: str) -> Array:
@@ -386,22 +388,22 @@ class Network:
         return self._value(self._outputs[name])
 
     def drive(self, time: float) -> None:
-        """Takes the states of the plants at a time, s, drives them, and prepares updates of the drive."""
+        """Reads the states of the plants at a time, s, drives them, and prepares updates of the drive."""
         self._look()
         self._drive(time)
 
     def step(self, times: Sequence[float], keeps: bool = False) -> None:
-        """Steps the plants between samples, from these times, s; those whose drives are foreseen, at once."""
+        """Steps the plants between samples, from these times, s; all at once if their drives are foreseen."""
         for group in [times] if self._is_foreseen else [[time] for time in times]:
             self._look()
             for time in group:
                 self._drive(time)
                 self.plants.schedule()
-                self._commit(self._by_step)
+                self._commit(self._step_blocks)
             self.plants.step(keeps)
 
     def _look(self) -> None:
-        """Takes the states of the plants, and forgets what followed from those before."""
+        """Reads the states of the plants, and discards values of the states before."""
         self.plants.look()
         self._stepped()
 
@@ -409,22 +411,22 @@ class Network:
         self._time = time
         for model, torque, desired in self._driven:
             self.plants.drive(model, self._value(torque), None if desired is None else self._value(desired))
-        self._advance(self._by_step)
+        self._advance(self._step_blocks)
 
     def logged(self) -> Iterator[tuple[int, Array]]:
-        """Values that the logs take but patches, (E, size) or (1, size), by the number of their input."""
+        """Yields logged values except patches, (E, size) or (1, size), with the number of the log's input."""
         for number, output in enumerate(self._logged):
             assert output is not None
             if not isinstance(output[0], TrueContact):
                 yield number, self._value(output)
 
     def sample(self) -> None:
-        """Takes all samples and updates of a time, once the plants have made their first step from it."""
+        """Makes all samples and updates of a time, once the plants have made their first step from it."""
         for block in self._blocks.values():
             if isinstance(block, Streams):
                 block.draw()
-        self._advance(self._by_sample)
-        self._commit([*self._by_sample, *self._by_step])
+        self._advance(self._sample_blocks)
+        self._commit([*self._sample_blocks, *self._step_blocks])
 
     @property
     def phases(self) -> Array | None:
@@ -444,24 +446,24 @@ class Network:
     def _commit(self, leaves: Sequence[Key]) -> None:
         for leaf in leaves:
             self._blocks[leaf].commit()
-        if leaves is self._by_step:
+        if leaves is self._step_blocks:
             self._stepped()
         else:
             self._changed()
 
     def _stepped(self) -> None:
-        """Forgets values that were valid for a step of the plant."""
-        self._known[_STEP].clear()
-        self._forget(self._changing)
+        """Discards values that were valid for a step of the plant."""
+        self._values[_VALID_FOR_STEP].clear()
+        self._forget(self._changing_blocks)
 
     def _changed(self) -> None:
-        """Forgets all values."""
-        for known in self._known:
-            known.clear()
+        """Discards all values."""
+        for values in self._values:
+            values.clear()
         self._forget(self._blocks)
 
     def _forget(self, leaves: Iterable[Key]) -> None:
-        """Blocks keep what they have computed until they are told to forget it."""
+        """Lets blocks discard the values they have computed."""
         for leaf in leaves:
             self._blocks[leaf].forget()
 
@@ -469,15 +471,15 @@ class Network:
         """Draws of every random source in environments with these seeds, (T, E, size), by its name."""
         return _streams(self._first.diagram, self._first.scenario, seeds)
 
-    def _draw_anew(self, rows: Rows, seeds: Sequence[int]) -> None:
-        drawn = self._draw(seeds)
+    def _redraw(self, rows: Rows, seeds: Sequence[int]) -> None:
+        draws = self._draw(seeds)
         for leaf, block in self._blocks.items():
             if isinstance(block, Streams) and isinstance(leaf, RandomSource):
-                block.give(drawn[leaf.get_name()], rows)
+                block.give(draws[leaf.get_name()], rows)
 
 
 def _levels(diagram: Diagram) -> dict[LeafSystem, Level]:
-    """The leaf systems of a diagram, and where they are."""
+    """Leaf systems of a diagram, and their levels."""
     root = Level(diagram.connection_map())
     return {leaf: level for part in diagram.GetSystems() for leaf, level in leaf_systems(part, root)}
 
@@ -485,40 +487,40 @@ def _levels(diagram: Diagram) -> dict[LeafSystem, Level]:
 def _diagrams(wired: Sequence[Wired]) -> list[tuple[list[LeafSystem], list[int]]]:
     """The leaf systems of each diagram, in the order of their counterparts, and its environments."""
     rows: dict[Diagram, list[int]] = {}
-    for row, each in enumerate(wired):
-        rows.setdefault(each.diagram, []).append(row)
-    return [([*_levels(diagram)], of_diagram) for diagram, of_diagram in rows.items()]
+    for row, station in enumerate(wired):
+        rows.setdefault(station.diagram, []).append(row)
+    return [([*_levels(diagram)], diagram_rows) for diagram, diagram_rows in rows.items()]
 
 
-def _given(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:
-    """Which inputs of blocks are inputs of the whole diagram, and the names of these."""
+def _exported_inputs(diagram: Diagram) -> Iterator[tuple[tuple[System, int], str]]:
+    """Yields inputs of blocks that are inputs of the whole diagram, and the names of these."""
     for port in map(diagram.get_input_port, range(diagram.num_input_ports())):
         for system, number in diagram.GetInputPortLocators(port.get_index()):
             yield (system, int(number)), port.get_name()
 
 
 def _streams(diagram: Diagram, scenario: Scenario, seeds: Sequence[int]) -> dict[str, Array]:
-    """Draws of the random sources of a diagram, (T, E, size), by name, in a run of its scenario with each seed.
+    """Draws of the random sources of a diagram, (T, E, size), by name, in runs with each seed.
 
-    A source draws one number after the other, so that one with T times as many draws those of T samples at once.
+    A source draws number after number, so one with T times as many outputs draws T samples at once.
     """
     builder, samples = DiagramBuilder(), round(scenario.duration / scenario.sensor.period) + 3
     sources = {
-        each.get_name(): builder.AddNamedSystem(each.get_name(), _over_time(each, samples))
-        for each in diagram.GetSystems()
-        if isinstance(each, RandomSource)
+        system.get_name(): builder.AddNamedSystem(system.get_name(), _repeated_source(system, samples))
+        for system in diagram.GetSystems()
+        if isinstance(system, RandomSource)
     }
     if not sources:
         return {}
-    drawing = builder.Build()
-    context, found = drawing.CreateDefaultContext(), {name: list[Array]() for name in sources}
+    source_diagram = builder.Build()
+    context, draws = source_diagram.CreateDefaultContext(), {name: list[Array]() for name in sources}
     for seed in seeds:
-        seed_random_sources(drawing, context, seed)
+        seed_random_sources(source_diagram, context, seed)
         for name, source in sources.items():
-            drawn = source.get_output_port().Eval(source.GetMyContextFromRoot(context))
-            found[name].append(drawn.reshape(samples, -1))
-    return {name: np.stack(each, axis=1) for name, each in found.items()}
+            values = source.get_output_port().Eval(source.GetMyContextFromRoot(context))
+            draws[name].append(values.reshape(samples, -1))
+    return {name: np.stack(system, axis=1) for name, system in draws.items()}
 
 
-def _over_time(source: RandomSource, samples: int) -> RandomSource:
+def _repeated_source(source: RandomSource, samples: int) -> RandomSource:
     return RandomSource(RandomDistribution.kGaussian, samples * source.get_output_port().size(), 1.0)

@@ -1,4 +1,4 @@
-"""Many copies of a plant in MuJoCo, with the ports of Drake's plant: environments as the leading axis of every array.
+"""Copies of a plant in MuJoCo, with the ports of Drake's plant; environments are the leading axis of every array.
 
 The copies are those of stations of one structure, whose objects may differ. E environments, nq positions and nv
 velocities in the order of Drake's plant, in which a free body has [q_w .. z] and [angular, linear] velocities in the
@@ -33,7 +33,7 @@ if TYPE_CHECKING:  # it is optional
 
 
 class Layout:
-    """Where MuJoCo keeps the positions, velocities and actuators of Drake's plant."""
+    """Indices in MuJoCo of the positions, velocities and actuators of Drake's plant."""
 
     def __init__(self, plant: MultibodyPlant, model: "mujoco.MjModel"):
         self.plant = plant
@@ -42,26 +42,26 @@ class Layout:
         for joint in map(plant.get_joint, plant.GetJointIndices()):
             if not joint.num_velocities():
                 continue
-            there = model.joint(scoped_name(joint))
-            q, v, at_q, at_v = joint.position_start(), joint.velocity_start(), *_starts(there)
+            mujoco_joint = model.joint(scoped_name(joint))
+            q, v, q_start, v_start = joint.position_start(), joint.velocity_start(), *_starts(mujoco_joint)
             if joint.num_velocities() == 1:
-                self.qpos[q], self.qvel[v] = at_q, at_v
+                self.qpos[q], self.qvel[v] = q_start, v_start
                 continue
-            self.qpos[q : q + 7] = at_q + np.array([3, 4, 5, 6, 0, 1, 2])
-            self.qvel[v : v + 6] = at_v + np.array([3, 4, 5, 0, 1, 2])
+            self.qpos[q : q + 7] = q_start + np.array([3, 4, 5, 6, 0, 1, 2])
+            self.qvel[v : v + 6] = v_start + np.array([3, 4, 5, 0, 1, 2])
             self.turns.append((slice(q, q + 4), slice(v, v + 3)))
 
     def state(self, qpos: Array, qvel: Array) -> Array:
         """The state of Drake's plant, (E, nq + nv)."""
         q = qpos[:, self.qpos]
-        return np.concatenate([q, self.in_world(q, qvel)], axis=1)
+        return np.concatenate([q, self.to_world(q, qvel)], axis=1)
 
-    def in_world(self, q: Array, vector: Array) -> Array:
-        """Velocities, or forces along them, of MuJoCo in the order and frames of Drake's plant, (E, nv)."""
-        found = vector[:, self.qvel]
+    def to_world(self, q: Array, vector: Array) -> Array:
+        """Converts velocities, or forces along them, of MuJoCo to the order and frames of Drake's plant, (E, nv)."""
+        velocities = vector[:, self.qvel]
         for quaternion, angular in self.turns:
-            found[:, angular] = _rotated(q[:, quaternion], found[:, angular])
-        return found
+            velocities[:, angular] = _rotate(q[:, quaternion], velocities[:, angular])
+        return velocities
 
     def dofs(self, model: ModelInstanceIndex) -> NDArray[np.int_]:
         """The degrees of freedom of the actuators of a model in MuJoCo, in their order in Drake."""
@@ -81,11 +81,11 @@ def _starts(joint: Any) -> tuple[int, int]:
     return int(joint.qposadr[0]), int(joint.dofadr[0])
 
 
-def _rotated(quaternion: Array, vector: Array) -> Array:
-    """Vectors (E, 3) turned by unit quaternions [w, x, y, z], (E, 4)."""
+def _rotate(quaternion: Array, vector: Array) -> Array:
+    """Rotates vectors, (E, 3), by unit quaternions [w, x, y, z], (E, 4)."""
     w, axis = quaternion[:, :1], quaternion[:, 1:]
-    across = vector_product(axis, vector)
-    return vector + 2 * (w * across + vector_product(axis, across))
+    cross = vector_product(axis, vector)
+    return vector + 2 * (w * cross + vector_product(axis, cross))
 
 
 def _value(model: "mujoco.MjModel", name: str) -> Array:
@@ -99,8 +99,8 @@ def actuators(plant: MultibodyPlant, model: ModelInstanceIndex) -> list[JointAct
     return [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(model)]
 
 
-_NOTHING = 0  # mjSTAGE_NONE: nothing is computed
-_SENSORS = 1 << 13  # mjDSBL_SENSOR
+_STAGE_NONE = 0  # mjSTAGE_NONE: nothing is computed
+_DISABLE_SENSORS = 1 << 13  # mjDSBL_SENSOR
 
 
 class _Arm(NamedTuple):
@@ -119,16 +119,19 @@ class Exported(NamedTuple):
     touching: TouchSensors | NormalForces
 
 
-def in_mujoco(
-    station: Station, step: float, listed: Collection[str] = (), touching: TouchSensors | NormalForces | None = None
+def export_to_mujoco(
+    station: Station,
+    step: float,
+    paired_models: Collection[str] = (),
+    touching: TouchSensors | NormalForces | None = None,
 ) -> Exported:
-    """A station in MuJoCo, without the drive of its fingers.
+    """Exports a station to MuJoCo, without the drive of its fingers.
 
     Args:
         station: made with contact at points.
         step: of MuJoCo, s.
-        listed: models that touch others in pairs, see `station_mjcf`.
-        touching: sensors of contact; None: as it is recorded.
+        paired_models: models that touch others in pairs, see `station_mjcf`.
+        touching: sensors of contact; None: those for recordings.
 
     Raises:
         InputError: as `load_mujoco` and `station_mjcf`, or if MuJoCo refuses the models.
@@ -137,32 +140,32 @@ def in_mujoco(
     import mujoco
 
     # The integrator implicitfast lets slender links that touch chatter, in steps of 0.5 ms too.
-    found = station_mjcf(station, step, False, listed)
-    root = ET.fromstring(found.text)
+    export = station_mjcf(station, step, False, paired_models)
+    root = ET.fromstring(export.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
     for part in ("tendon", "keyframe"):
         root.remove(_part(root, part))
-    driven = _part(root, "actuator")
-    for actuator in [each for each in driven if each.attrib["name"] not in arm]:
-        driven.remove(actuator)
+    actuator_element = _part(root, "actuator")
+    for actuator in [element for element in actuator_element if element.attrib["name"] not in arm]:
+        actuator_element.remove(actuator)
     touching = touching or TouchSensors(station)
     touching.add_to(root)
-    assets = {f"meshes/{name}": path.read_bytes() for name, path in found.meshes.items()}
+    assets = {f"meshes/{name}": path.read_bytes() for name, path in export.meshes.items()}
     try:
         model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
     except ValueError as error:
         reason = f"MuJoCo cannot read the models: {first_line(error)}"
         raise InputError("scenario", "engine", "mujoco", reason) from None
-    disabled = mujoco.mjtDisableBit
-    model.opt.disableflags |= disabled.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
-    model.opt.disableflags |= disabled.mjDSBL_ISLAND  # objects that do not touch each other are few: it takes longer
+    disable_bits = mujoco.mjtDisableBit
+    model.opt.disableflags |= disable_bits.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
+    model.opt.disableflags |= disable_bits.mjDSBL_ISLAND  # slower, as few objects do not touch each other
     touching.bind(model)
-    if _only_in_pairs(model):
-        model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would look for others at every step
-    return Exported(model, found, touching)
+    if _touches_only_in_pairs(model):
+        model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would search for others at every step
+    return Exported(model, export, touching)
 
 
-def _only_in_pairs(model: "mujoco.MjModel") -> bool:
+def _touches_only_in_pairs(model: "mujoco.MjModel") -> bool:
     """Whether all shapes that touch are listed as pairs."""
     bits = (model.geom_contype[:, None] & model.geom_conaffinity) != 0
     touching = bits | bits.T
@@ -172,13 +175,13 @@ def _only_in_pairs(model: "mujoco.MjModel") -> bool:
 
 
 def _part(root: ET.Element, name: str) -> ET.Element:
-    found = root.find(name)
-    assert found is not None
-    return found
+    element = root.find(name)
+    assert element is not None
+    return element
 
 
 class Plants:
-    """The plants of E runs of stations that differ in their objects alone."""
+    """Plants of E runs of stations that differ in their objects alone."""
 
     def __init__(
         self,
@@ -187,39 +190,40 @@ class Plants:
         models: "Sequence[mujoco.MjModel]",
         begins: Array,
         threads: int = 1,
-        of_one_file: bool = True,
+        is_one_file: bool = True,
     ):
         """
         Args:
             station: the first one.
             touching: its sensors of contact.
             models: of all stations, in MuJoCo, with steps that divide those of Drake's plant.
-            begins: positions in which the runs begin, (E, nq).
-            threads: that step them.
-            of_one_file: whether the models were read from one file, and numbers were changed, see `varied`.
+            begins: positions at the beginning of the runs, (E, nq).
+            threads: number of threads that step them.
+            is_one_file: whether the models were read from one file, and numbers were changed, see `varied`.
         """
         from mujoco import mjtState, mjtWarning
         from mujoco.batch import Batch
 
-        self._own = set[str]()  # fields of the model of which environments have their own
+        self._own_fields = set[str]()  # names of fields of the model that differ between environments
         substeps = np.array([round(station.plant.time_step() / model.opt.timestep) for model in models])
-        self._alike = [(int(each), np.flatnonzero(substeps == each)) for each in np.unique(substeps)]
+        self._rows_by_substeps = [(int(count), np.flatnonzero(substeps == count)) for count in np.unique(substeps)]
         self.station, self.touching = station, touching
         self.plant, self.layout, self._model = station.plant, Layout(station.plant, models[0]), models[0]
         self.batch = Batch(models[0], len(models), threads)
-        if of_one_file:
+        if is_one_file:
             self._set_models(np.arange(len(models)), models)
         else:
             self.batch.set_models(models)
-        self._flags = self.batch.expand("opt.disableflags") if of_one_file else None
+        self._flags = self.batch.expand("opt.disableflags") if is_one_file else None
         self._qpos, self._qvel = self.batch.bind("qpos"), self.batch.bind("qvel")
         self._applied, self._ctrl = self.batch.bind("qfrc_applied"), self.batch.bind("ctrl")
         self._contact, self._driven = self.batch.bind("qfrc_constraint"), self.batch.bind("qfrc_actuator")
         self._xpos, self._xmat = self.batch.bind("xpos"), self.batch.bind("xmat")
         self._sensed = self.batch.bind("sensordata")
         self._driving = int(mjtState.mjSTATE_CTRL | mjtState.mjSTATE_QFRC_APPLIED)
-        self._bad = [int(mjtWarning.mjWARN_BADQPOS), int(mjtWarning.mjWARN_BADQVEL), int(mjtWarning.mjWARN_BADQACC)]
-        self._scheduled, self._kept = list[Array](), list[Array]()  # (E, nu + nv) for each step; (E, K, sensors)
+        warnings = mjtWarning.mjWARN_BADQPOS, mjtWarning.mjWARN_BADQVEL, mjtWarning.mjWARN_BADQACC
+        self._divergence_warnings = [*map(int, warnings)]
+        self._scheduled, self._readings = list[Array](), list[Array]()  # (E, nu + nv) for each step; (E, K, sensors)
         self._qpos[:, self.layout.qpos] = begins
         self.batch.forward()
         self.active = np.arange(len(models))
@@ -229,25 +233,25 @@ class Plants:
         self.look()
 
     def reset(self, rows: Rows, models: "Sequence[mujoco.MjModel]", begins: Array) -> None:
-        """Lets some environments begin anew, with their models, (rows,), and positions, (rows, nq)."""
+        """Restarts some environments with their models, (rows,), and positions, (rows, nq)."""
         self._set_models(rows, models)
-        self.batch.reset(rows, stage=_NOTHING)
+        self.batch.reset(rows, stage=_STAGE_NONE)
         places = np.ix_(rows, self.layout.qpos)
         self._qpos[places] = begins
         self.batch.forward(rows)
 
     def _set_models(self, rows: Rows, models: "Sequence[mujoco.MjModel]") -> None:
-        """Lets some environments have models of their own; what alone differs takes less memory than whole models."""
+        """Sets the models of some environments; only differing fields are stored, to save memory."""
         for row, model in zip(rows, models, strict=True):
             for name, usual in self._usual.items():
                 value = _value(model, name)
-                if name in self._own or value.tobytes() != usual:
-                    self._own.add(name)
+                if name in self._own_fields or value.tobytes() != usual:
+                    self._own_fields.add(name)
                     self.batch.expand(name)[row] = value
 
     @cached_property
     def _usual(self) -> dict[str, bytes]:
-        """The fields of the model of the batch that an environment may have for itself: integers are its structure."""
+        """Fields of the model that may differ between environments, as bytes; integers are structure and may not."""
         from mujoco.batch import MODEL_FIELDS
 
         usual = {name: _value(self._model, name) for name in MODEL_FIELDS}
@@ -258,11 +262,12 @@ class Plants:
         arm = self.station.parts.arm
         if arm is None:
             return None
-        gains = {each.joint.name(): each for each in arm_actuators(self.station)}
+        gains = {actuator.joint.name(): actuator for actuator in arm_actuators(self.station)}
         joints: list[Joint] = [actuator.joint() for actuator in actuators(self.plant, arm.model)]
         ctrl = np.array([self._model.actuator(scoped_name(joint)).id for joint in joints])
-        found = [gains[joint.name()] for joint in joints]
-        return _Arm(ctrl, *(np.array([getattr(each, name) for each in found]) for name in ("stiffness", "damping")))
+        in_order = [gains[joint.name()] for joint in joints]
+        stiffness, damping = ([getattr(actuator, name) for actuator in in_order] for name in ("stiffness", "damping"))
+        return _Arm(ctrl, np.array(stiffness), np.array(damping))
 
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
         """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
@@ -278,64 +283,65 @@ class Plants:
         self._scheduled.append(np.concatenate([self._ctrl, self._applied], axis=1))
 
     def step(self, keeps: bool = False) -> None:
-        """Makes all steps that are scheduled; contacts are unknown, but for those that it `keeps`."""
+        """Makes all scheduled steps; contacts are unknown unless it `keeps` them."""
         self._make(len(self._scheduled), 0, keeps)
         self._scheduled.clear()
 
     def begin_step(self, keeps: bool = False) -> None:
-        """Makes the first of the steps into which a step of Drake's plant is divided; it may keep the contacts.
+        """Makes the first substep of a step of Drake's plant; it may keep the contacts.
 
-        What follows from a state is then that of the state before.
+        Values that follow from the state are then those of the state before.
         """
         self._sense(True)
         self.batch.step(self.active, 1)
         self._forces = None
         if keeps:
-            self._kept.append(self._sensed[:, None].copy())
+            self._readings.append(self._sensed[:, None].copy())
 
     def finish_step(self, keeps: bool = False) -> None:
-        """Makes the other steps; contacts are those in the first, but for those that it `keeps`."""
+        """Makes the other substeps; contacts are those in the first, unless it `keeps` others."""
         self._make(1, 1, keeps)
 
     def _make(self, steps: int, made: int, keeps: bool) -> None:
-        """Makes some steps of Drake's plant, of which so many steps of MuJoCo are made."""
+        """Makes steps of Drake's plant, of which `made` steps of MuJoCo are done."""
         self._sense(keeps)
         self._forces = None
-        for substeps, rows in self._alike:
-            active = self.active if len(self._alike) == 1 else np.intersect1d(rows, self.active)
-            left = steps * substeps - made
-            if not left or not len(active):
+        for substeps, rows in self._rows_by_substeps:
+            active = self.active if len(self._rows_by_substeps) == 1 else np.intersect1d(rows, self.active)
+            remaining = steps * substeps - made
+            if not remaining or not len(active):
                 continue
             if steps == 1 and not keeps:
-                self.batch.step(active, left)
+                self.batch.step(active, remaining)
                 continue
-            driven = [each[active] for each in self._scheduled for _ in range(substeps)]
-            control, kept = np.stack(driven, axis=1) if driven else None, ["sensordata"] if keeps else []
-            self._kept += self.batch.rollout(left, control, self._driving, kept, active).values()
-            self._qvel[self.batch.warning[:, self._bad, 1].any(axis=1)] = np.nan  # it stops where states diverge
+            controls = [scheduled[active] for scheduled in self._scheduled for _ in range(substeps)]
+            control, recorded_fields = np.stack(controls, axis=1) if controls else None, ["sensordata"] if keeps else []
+            self._readings += self.batch.rollout(remaining, control, self._driving, recorded_fields, active).values()
+            has_diverged = self.batch.warning[:, self._divergence_warnings, 1].any(axis=1)
+            self._qvel[has_diverged] = np.nan  # the rollout stops there
 
     def _sense(self, senses: bool) -> None:
-        """Lets sensors of contact be computed or not, which takes a tenth of a step."""
+        """Turns the computation of contact sensors on or off; it takes a tenth of a step."""
         if self._flags is not None:
             flags = int(self._model.opt.disableflags)
-            self._flags[:] = flags if senses else flags | _SENSORS
+            self._flags[:] = flags if senses else flags | _DISABLE_SENSORS
 
     def look(self) -> None:
-        """Takes the states as they are now."""
-        self._seen, self._state = (self._qpos.copy(), self._qvel.copy()), None
+        """Copies the present states."""
+        self._viewed, self._state = (self._qpos.copy(), self._qvel.copy()), None
         self._forces = None
 
     @property
     def state(self) -> Array:
-        """The states of Drake's plants when they were looked at, (E, nq + nv)."""
+        """States of Drake's plants at the last `look`, (E, nq + nv)."""
         if self._state is None:
-            self._state = self.layout.state(*self._seen)
+            self._state = self.layout.state(*self._viewed)
         return self._state
 
     def contact_forces(self) -> Array:
         """Generalized forces of all contacts, (E, nv)."""
         if self._forces is None:
-            self._forces = self.layout.in_world(self.state[:, : self.plant.num_positions()], self._contact)
+            self._forces = self.layout.to_world(self.state[:, : self.plant.num_positions()], self._contact)
         return self._forces
 
     def net_actuation(self, model: ModelInstanceIndex) -> Array:
@@ -352,23 +358,23 @@ class Plants:
         assert isinstance(self.touching, TouchSensors)
         return self.touching.read(self._sensed, self._xpos, self._xmat)
 
-    def kept(self, every: int) -> Array:
-        """The readings of sensors of contact in steps of MuJoCo that were kept since the last call, (E, K, n).
+    def take_readings(self, every: int) -> Array:
+        """Returns and clears the contact readings kept since the last call, (E, K, n).
 
-        These are each so many steps, from the first on, and the last one.
+        They are those of each `every`-th step, from the first on, and of the last one.
         """
-        begins = accumulate((each.shape[1] for each in self._kept[:-1]), initial=0)
-        chosen = [each[:, -begin % every :: every] for each, begin in zip(self._kept, begins, strict=True)]
-        found = np.concatenate([*chosen, self._kept[-1][:, -1:]], axis=1)
-        self._kept.clear()
-        return found
+        begins = accumulate((readings.shape[1] for readings in self._readings[:-1]), initial=0)
+        parts = [part[:, -begin % every :: every] for part, begin in zip(self._readings, begins, strict=True)]
+        joined = np.concatenate([*parts, self._readings[-1][:, -1:]], axis=1)
+        self._readings.clear()
+        return joined
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
-        """The output ports of a model, by what follows its name: what computes them."""
+        """Functions that compute a model's output ports, by port name without the model's."""
         q, v = self.layout.positions(model), self.layout.velocities(model)
-        of_state = np.concatenate([q, self.plant.num_positions() + v])
+        state_indices = np.concatenate([q, self.plant.num_positions() + v])
         return {
-            "state": lambda: self.state[:, of_state],
+            "state": lambda: self.state[:, state_indices],
             "generalized_contact_forces": lambda: self.contact_forces()[:, v],
             "net_actuation": lambda: self.net_actuation(model),
         }

@@ -1,4 +1,4 @@
-"""Runs in MuJoCo may share one station, one model, or the blocks around models of their own.
+"""Keys of stations, plants and blocks that runs in MuJoCo share, and changes of models between runs.
 
 Pose, mass and friction of free objects are numbers in MuJoCo's model and state, and a task is planned anew for the
 pose of its object, so that runs that differ in them share a station. A mesh of another size is another model: such runs
@@ -38,7 +38,7 @@ if TYPE_CHECKING:  # it is optional
     import mujoco
 
 Key = tuple[str, ...]
-_ANY = "package://soft_gripper/package.xml"  # in the place of the file of an object
+_ANY_FILE = "package://soft_gripper/package.xml"  # instead of the file of an object
 
 
 Content = Callable[[Path], str | None]
@@ -47,14 +47,14 @@ Content = Callable[[Path], str | None]
 def station_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Equal for scenarios that one station serves; None: it serves no other, see `build_key`."""
     plain = plain_objects(scenario)
-    models = [replace(each, X_PC=Transform()) if each.free else each for each in plain.models]
-    return build_key(replace(plain, description="", models=models, task=_without_places(scenario)), content_of)
+    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
+    return build_key(replace(plain, description="", models=models, task=_clear_places(scenario)), content_of)
 
 
 def plain_objects(scenario: Scenario) -> Scenario:
-    """The scenario of a station that serves a scenario: given masses and frictions of free objects are set in MuJoCo.
+    """Scenario of the station that serves a scenario: given masses and frictions of free objects are set in MuJoCo.
 
-    They are 1, so that a run does not depend, not even in its rounding, on the one that a station was first made for.
+    They are 1 here, so that a run does not depend, even in rounding, on the scenario that a station was first made for.
     """
     models = [_plain(model) if model.free else model for model in scenario.models]
     return replace(scenario, models=models)
@@ -71,26 +71,27 @@ def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | No
 
 def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
-    models = [ModelConfig(name=model.name, file=_ANY, free=True) if model.free else model for model in scenario.models]
+    any_object = partial(ModelConfig, file=_ANY_FILE, free=True)
+    models = [any_object(name=model.name) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
-    built = replace(scenario, description=files, models=models, task=_without_places(scenario))
+    built = replace(scenario, description=files, models=models, task=_clear_places(scenario))
     return build_key(built, content_of)
 
 
-def _without_places(scenario: Scenario) -> TaskConfig | None:
-    """The task of a scenario, whatever the places between which it carries an object."""
+def _clear_places(scenario: Scenario) -> TaskConfig | None:
+    """Task of a scenario, without the poses between which it carries an object."""
     task = scenario.task
     return None if task is None else replace(task, X_WGoal=Transform(), pose_error=PoseErrorConfig())
 
 
 def _plain(model: ModelConfig) -> ModelConfig:
-    mass, friction = (None if given is None else 1.0 for given in (model.mass, model.friction))
+    mass, friction = (None if value is None else 1.0 for value in (model.mass, model.friction))
     return replace(model, mass=mass, friction=friction)
 
 
 @dataclass(frozen=True)
 class Variation:
-    """How the objects of a scenario differ from those of the station that serves it; by the names of models."""
+    """Differences of a scenario's objects from those of the station that serves it, by the names of models."""
 
     poses: Mapping[str, RigidTransform] = field(default_factory=dict)
     masses: Mapping[str, float] = field(default_factory=dict)  # kg
@@ -105,83 +106,83 @@ class Variation:
 
 
 def variation(scenario: Scenario, base: Scenario) -> Variation:
-    """How a scenario differs from another one with the same `station_key`."""
+    """Differences of a scenario from another one with the same `station_key`."""
     poses, masses, frictions = {}, {}, {}
-    for model, other in zip(scenario.models, base.models, strict=True):
+    for model, base_model in zip(scenario.models, base.models, strict=True):
         if model.free:
-            X, X_base = (each.X_PC.GetDeterministicValue() for each in (model, other))
+            X, X_base = (config.X_PC.GetDeterministicValue() for config in (model, base_model))
             if not X.IsExactlyEqualTo(X_base):
                 poses[model.name] = X
-            if model.mass is not None and model.mass != other.mass:
+            if model.mass is not None and model.mass != base_model.mass:
                 masses[model.name] = model.mass
-            if model.friction is not None and model.friction != other.friction:
+            if model.friction is not None and model.friction != base_model.friction:
                 frictions[model.name] = model.friction
     return Variation(poses, masses, frictions)
 
 
-def begin(plant: MultibodyPlant, of: Variation) -> Array:
-    """The positions in which a run begins, (nq,)."""
+def begin_positions(plant: MultibodyPlant, differences: Variation) -> Array:
+    """Positions at the beginning of a run, (nq,)."""
     q = np.array(plant.GetDefaultPositions())
-    for name, X_WB in of.poses.items():
+    for name, X_WB in differences.poses.items():
         first = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
-        place = first.floating_positions_start()
-        q[place : place + 7] = [*X_WB.rotation().ToQuaternion().wxyz(), *X_WB.translation()]
+        start = first.floating_positions_start()
+        q[start : start + 7] = [*X_WB.rotation().ToQuaternion().wxyz(), *X_WB.translation()]
     return q
 
 
-def varied(
-    model: "mujoco.MjModel", exported: Mjcf, plant: MultibodyPlant, of: Variation, points: int
+def vary_model(
+    model: "mujoco.MjModel", exported: Mjcf, plant: MultibodyPlant, differences: Variation, points: int
 ) -> "mujoco.MjModel":
-    """A model of MuJoCo with other objects; inertia grows with the mass, and with the square of the size.
+    """Copies a model of MuJoCo with other objects; inertia grows with the mass, and with the square of the size.
 
     Args:
         model: in which the models that differ touch others in pairs.
-        exported: the file from which it was made.
+        exported: its file.
         plant: of Drake.
-        of: how it differs.
+        differences: of its objects.
         points: on either side of a link.
     """
-    if not of.touched:
+    if not differences.touched:
         return model
-    found, growth = copy(model), {}
-    for name in {*of.masses, *of.sizes}:
+    changed, growth = copy(model), {}
+    for name in {*differences.masses, *differences.sizes}:
         bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.GetModelInstanceByName(name))]
-        mass, size = sum(body.default_mass() for body in bodies), of.sizes.get(name, 1.0)
-        growth[name] = of.masses.get(name, mass) / mass
-        for number in (found.body(str(body.scoped_name())).id for body in bodies):
-            found.body_mass[number] *= growth[name]
-            found.body_inertia[number] *= growth[name] * size**2
-            found.body_ipos[number] *= size
-            for lengths in (found.geom_size, found.geom_pos, found.geom_rbound, found.geom_aabb):
-                lengths[found.geom_bodyid == number] *= size
+        mass, size = sum(body.default_mass() for body in bodies), differences.sizes.get(name, 1.0)
+        growth[name] = differences.masses.get(name, mass) / mass
+        for number in (changed.body(str(body.scoped_name())).id for body in bodies):
+            changed.body_mass[number] *= growth[name]
+            changed.body_inertia[number] *= growth[name] * size**2
+            changed.body_ipos[number] *= size
+            for lengths in (changed.geom_size, changed.geom_pos, changed.geom_rbound, changed.geom_aabb):
+                lengths[changed.geom_bodyid == number] *= size
     if growth:
         import mujoco
 
-        mujoco.mj_setConst(found, mujoco.MjData(found))
-    contact = cache(partial(_contact, of=of, growth=growth, points=points))  # many pairs are alike
-    touched, friction, solref = of.touched, found.pair_friction, found.pair_solref
+        mujoco.mj_setConst(changed, mujoco.MjData(changed))
+    contact = cache(partial(_contact, differences=differences, growth=growth, points=points))  # many pairs are alike
+    touched, friction, solref = differences.touched, changed.pair_friction, changed.pair_solref
     for pair in exported.pairs:
         if touched.intersection(pair.models):
-            number = found.pair(pair.name).id
+            number = changed.pair(pair.name).id
             friction[number], solref[number, 0] = contact(pair.models, pair.surfaces)
-    return found
+    return changed
 
 
 def _contact(
     models: tuple[str, str],
     surfaces: tuple[ShapeSurface, ShapeSurface],
-    of: Variation,
+    differences: Variation,
     growth: Mapping[str, float],
     points: int,
 ) -> tuple[list[float], float]:
-    """Friction and time constant of a pair of shapes of two models that differ."""
-    one, other = (
+    """Friction and time constant of a pair of shapes of two changed models."""
+    first, second = (
         ShapeSurface(
-            of.frictions.get(name, surface.friction),
-            1 / of.stiffnesses[name] if name in of.stiffnesses else surface.compliance,
+            differences.frictions.get(name, surface.friction),
+            1 / differences.stiffnesses[name] if name in differences.stiffnesses else surface.compliance,
             surface.mobility / growth.get(name, 1.0),
         )
         for name, surface in zip(models, surfaces, strict=True)
     )
-    contact = touch(one, other)
+    contact = touch(first, second)
     return friction_of(contact, 2, points), contact.time

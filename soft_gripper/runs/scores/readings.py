@@ -16,7 +16,7 @@ from soft_gripper.estimators.driving_torque import driving_port, recorded_drivin
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at, samples_at
 from soft_gripper.estimators.free_motion import base_acceleration
 from soft_gripper.estimators.named_estimators import estimator_function
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -44,7 +44,7 @@ class ReadAgain:
     @property
     def gravity(self) -> Array:
         """Gravity in B, (N, 3) m/s^2."""
-        return in_base(self.X_WB, self.gravity_world)
+        return to_base(self.X_WB, self.gravity_world)
 
     def shape(self, estimator: str = "arcs", rows: NDArray[np.int_] | None = None) -> ShapeEstimate:
         """The estimate of a built-in estimator at some times of the recording, (M), by their numbers, or at all T."""
@@ -82,7 +82,7 @@ class ReadAgain:
     def _pull(self) -> Array:
         """Gravity less the acceleration of the base, in B, (N, 3) m/s^2."""
         acceleration = base_acceleration(self.X_WB, self.layout.finger.length, self.period)
-        return in_base(self.X_WB, self.gravity_world - acceleration)
+        return to_base(self.X_WB, self.gravity_world - acceleration)
 
 
 def read_again(
@@ -115,7 +115,7 @@ def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -
     if name not in recording or recording[name].size != layout.readings * len(recording.sample_numbers):
         return None
     readings = recording.samples(name).reshape(-1, layout.readings)
-    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.ways]
+    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.deformations]
     still = np.zeros((len(readings), joints))
     torques = [recording.samples(port) if port in recording else still for port in ports]
     return replace(_measured(station, recording, finger, readings), torque=np.concatenate(torques, axis=-1))

@@ -154,6 +154,6 @@ def _energy(held: RecordedObject) -> float:
             continue
         pressure = held.recording.values(f"{finger.name}.pressure")[:until].reshape(until, -1)
         gains = finger.finger.pressure_gains
-        growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_ways]
+        growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_deformations]
         energy += pump_energy(pressure, np.sum(growth, axis=0))
     return energy

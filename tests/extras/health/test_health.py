@@ -77,7 +77,7 @@ def read(layout, pressure, errors, seed):
 def test_a_cut_may_begin_at_every_half_of_a_section_and_nowhere_else(layout):
     """Four sections of three joints each."""
     hypotheses = Hypotheses(layout)
-    assert hypotheses.joint[hypotheses.of("cut")].tolist() == [0, 1, 3, 4, 6, 7, 9, 10]
+    assert hypotheses.joint[hypotheses.indices_of("cut")].tolist() == [0, 1, 3, 4, 6, 7, 9, 10]
 
 
 @pytest.mark.slow
@@ -159,7 +159,7 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     """By finite differences of the readings of a finger that is softer from a joint on, by its part of the state."""
     health, q = HealthFilter(layout), np.linspace(0.03, 0.02, layout.finger.segments)
     hypotheses, values = health.hypotheses, len(layout.matrix)
-    cut = hypotheses.of("cut")[3]
+    cut = hypotheses.indices_of("cut")[3]
     state = np.zeros((2, len(hypotheses.kind), 2 * values + layout.readings + 3))
     load, softer, more = np.linspace(-0.02, 0.05, values), 1.4, 0.1
     f, g = values + layout.readings, values + layout.readings + 2
@@ -179,12 +179,12 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     window = window._replace(measured=readings(load, softer))
     found, step = health._observation(state, window, q, health._bend_map(q, driving)), 1e-6
     by_load = [(readings(load + step * e, softer) - window.measured) / step for e in np.eye(values)]
-    np.testing.assert_allclose(found.by_state[0, cut][:, :values], np.transpose(by_load), atol=1e-6)
+    np.testing.assert_allclose(found.state_map[0, cut][:, :values], np.transpose(by_load), atol=1e-6)
     by_size = (readings(load, softer + step) - window.measured) / step
-    np.testing.assert_allclose(found.by_state[0, cut][:, f], by_size, atol=1e-6)
+    np.testing.assert_allclose(found.state_map[0, cut][:, f], by_size, atol=1e-6)
     by_more = (readings(load, softer, more + step) - window.measured) / step
-    np.testing.assert_allclose(found.by_state[0, cut][:, g], by_more, atol=1e-6)
-    left = found.values[0, cut] - found.by_state[0, cut] @ state[0, cut]
+    np.testing.assert_allclose(found.state_map[0, cut][:, g], by_more, atol=1e-6)
+    left = found.values[0, cut] - found.state_map[0, cut] @ state[0, cut]
     np.testing.assert_allclose(left, 0, atol=1e-12)
     expected = health.uncertainty.reading**2 / WINDOW_SAMPLES + (1e-4 * hypotheses.full_scale) ** 2
     np.testing.assert_allclose(np.diagonal(found.noise[0]), expected)
@@ -223,7 +223,7 @@ def test_what_is_dropped_counts_for_nothing(layout):
     estimate = GaussianShape(layout, assumed)
     found, spoilt, whole = (estimate(values, driving, np.zeros(3)) for values in (dropped, wrong, readings))
     q1, kept = estimate.guess(estimate.read(dropped), driving, np.zeros(3)), np.arange(8) != 5
-    prior = estimate.mechanics.prior(estimate.mechanics.posture(q1), q1, driving)
+    prior = estimate.mechanics.prior(estimate.mechanics.bent_finger(q1), q1, driving)
     A, sensitivity = np.tile(layout.matrix, (2, 1))[kept], layout.sensitivity.ravel()[kept]
     z = layout.inverse(layout.measured(readings).reshape(2, 4)).ravel()[kept]
     noise = np.diag((assumed.reading / sensitivity) ** 2)
@@ -321,9 +321,12 @@ def of_contact(layout, load, softer=None):
     memory, evidence = health.begin(), np.ones(len(health.hypotheses.kind))
     mean = np.zeros_like(memory.mean)
     mean[0, :values] = load
-    mean[health.hypotheses.of("held"), :values] = load
+    mean[health.hypotheses.indices_of("held"), :values] = load
     if softer is not None:
-        mean[health.hypotheses.of("cut"), :values], mean[health.hypotheses.of("cut"), values + layout.readings] = (
+        (
+            mean[health.hypotheses.indices_of("cut"), :values],
+            mean[health.hypotheses.indices_of("cut"), values + layout.readings],
+        ) = (
             load,
             softer,
         )
@@ -337,8 +340,8 @@ def test_the_evidence_of_a_load_is_that_of_one_look_a_second(layout):
     misfits, held = [], []
     for size in np.geomspace(1e-3, 1.0, 24):
         hypotheses, found = of_contact(layout, size * np.array([1.0, -1.0, 1.0, -1.0]))
-        misfits += [2 * found[hypotheses.of("offset")[0]]]
-        held += [found[hypotheses.of("held")[0]]]
+        misfits += [2 * found[hypotheses.indices_of("offset")[0]]]
+        held += [found[hypotheses.indices_of("held")[0]]]
     misfits, held = np.array(misfits), np.array(held)
     by_chance, hardly = misfits < chdtri(2, 0.05), misfits > chdtri(2, 1e-3)
     assert by_chance.sum() > 2
@@ -352,7 +355,7 @@ def test_a_load_may_be_further_from_one_contact_the_more_a_cut_changes(layout):
     hypotheses, *found = of_contact(layout, 0.03 * np.array([1.0, -1.0, 1.0, -1.0]), 0.0)
     for softer in (0.5, 1.0):
         found += [of_contact(layout, 0.03 * np.array([1.0, -1.0, 1.0, -1.0]), softer)[1]]
-    as_healthy, less, more = np.array(found)[:, hypotheses.of("cut")]
+    as_healthy, less, more = np.array(found)[:, hypotheses.indices_of("cut")]
     np.testing.assert_allclose(as_healthy, 0, atol=1e-9)
     assert (less > 0.1).all()
     assert (more > less).all()
@@ -399,7 +402,7 @@ def test_a_constant_changes_at_rest_as_little_as_a_working_reading_does(layout):
     B, load, lasting = hypotheses.load_response, slice(0, values), slice(values, f)
     working = np.diagonal(B @ walk[0, load, load] @ B.T + walk[0, lasting, lasting])
     for name in ("dead", "saturated"):
-        numbers = hypotheses.of(name)
+        numbers = hypotheses.indices_of(name)
         np.testing.assert_allclose(walk[numbers, f, f], working[hypotheses.reading[numbers]], rtol=1e-6)
 
 

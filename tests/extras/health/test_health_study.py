@@ -7,8 +7,8 @@ from command_line import soft_gripper
 
 from soft_gripper.extras.health.commands import health
 from soft_gripper.extras.health.study import (
+    BELIEF_INTERVAL,
     DECLARED,
-    EVERY,
     EXACT,
     KINDS,
     Belief,
@@ -42,7 +42,7 @@ def test_runs_are_counted_by_belief_and_fault():
 
 
 def test_one_of_some_runs_with_every_fault_is_monitored_with_other_beliefs():
-    jobs = list(_jobs(8 * EVERY, KINDS, DECLARED))
+    jobs = list(_jobs(8 * BELIEF_INTERVAL, KINDS, DECLARED))
     chosen = [kind for _, kind, beliefs in jobs if len(beliefs) > 1]
     assert sorted(chosen) == sorted(KINDS)
     assert all(beliefs[0] == EXACT for *_, beliefs in jobs)

@@ -16,7 +16,7 @@ from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.extras.learning import station as module
 from soft_gripper.extras.learning.config import ActionConfig, ObservedConfig, load_environment
 from soft_gripper.extras.learning.station import (
-    LARGEST,
+    MAX_OBSERVED,
     TipTarget,
     add_action,
     add_observation,
@@ -120,7 +120,7 @@ def test_entries_are_chosen_and_scaled_in_order():
 
 def test_what_is_out_of_range_is_at_its_limit_and_what_is_unknown_is_zero():
     values = scaled(np.array([[1e9, -np.inf], [np.nan, 1.0]]), np.array([1.0, 2.0]))
-    np.testing.assert_array_equal(values, [[LARGEST, -LARGEST], [0.0, 0.5]])
+    np.testing.assert_array_equal(values, [[MAX_OBSERVED, -MAX_OBSERVED], [0.0, 0.5]])
 
 
 @pytest.mark.parametrize(

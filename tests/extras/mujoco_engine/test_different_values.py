@@ -34,13 +34,13 @@ VALUES = {
 @pytest.fixture
 def networks(monkeypatch):
     """The number of environments of each network that is stepped."""
-    counts, simulated = [], engine.simulated
+    counts, simulate = [], engine.simulate_network
 
     def counted(station, network):
         counts.append(network.count)
-        return simulated(station, network)
+        return simulate(station, network)
 
-    monkeypatch.setattr(engine, "simulated", counted)
+    monkeypatch.setattr(engine, "simulate_network", counted)
     return counts
 
 
@@ -71,7 +71,7 @@ def test_a_plant_is_read_once_for_all_pressures(monkeypatch):
     read, add_plant = [], stations.add_plant
     monkeypatch.setattr(stations, "add_plant", lambda *arguments: read.append(0) or add_plant(*arguments))
     monkeypatch.setattr(engine, "_stations", type(engine._stations)())
-    monkeypatch.setattr(engine, "_copied", type(engine._copied)())
+    monkeypatch.setattr(engine, "_plant_sources", type(engine._plant_sources)())
     changes = [{"pressure.steps": {"all": [pressure]}} for pressure in (50e3, 60e3, 70e3)]
     runs = list(run_many([changed_scenario("box_grasp", SHORT | each) for each in changes]))
     assert len(read) == 1

@@ -7,7 +7,7 @@ from drake_plants import DrakePlants
 from soft_gripper.diagrams.recording import make_recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.extras.mujoco_engine.lockstep import simulated
+from soft_gripper.extras.mujoco_engine.lockstep import simulate_network
 from soft_gripper.extras.mujoco_engine.network import Network
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -32,10 +32,10 @@ def test_every_signal_is_that_of_the_simulator(name):
     scenario = changed_scenario(name, CASES[name] | REALISTIC)
     station = make_private_station(scenario, composed=False)
     network = Network([station], DrakePlants(station), station.logs)
-    logs, (length,), failed = simulated(station, network)
+    logs, (length,), failed = simulate_network(station, network)
     assert not failed
     time = np.arange(length) * scenario.sensor.period
-    found = make_recording(station.logs.labels, station.logs.make_samples(time, logs.of(0, length))).data
+    found = make_recording(station.logs.labels, station.logs.make_samples(time, logs.samples_of(0, length))).data
     expected = simulate(scenario).data
     assert found["time"].values == pytest.approx(expected["time"].values)
     assert set(found) == set(expected)

@@ -8,8 +8,8 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 
 mujoco = pytest.importorskip("mujoco")
 
-from soft_gripper.extras.mujoco_engine.plants import in_mujoco  # noqa: E402
-from soft_gripper.extras.mujoco_engine.variation import begin, blocks_key, station_key, variation, varied  # noqa: E402
+from soft_gripper.extras.mujoco_engine.plants import export_to_mujoco  # noqa: E402
+from soft_gripper.extras.mujoco_engine.variation import begin_positions, blocks_key, station_key, variation, vary_model  # noqa: E402
 
 BASE = {"engine": "mujoco"}
 OTHER = BASE | {
@@ -25,14 +25,14 @@ def test_masses_frictions_and_poses_are_numbers_of_one_model():
     assert station_key(base) == station_key(other)
     stations = [make_private_station(scenario, composed=False) for scenario in (base, other)]
     of = variation(other, base)
-    one, two = (in_mujoco(station, 0.005, ["box"]) for station in stations)
-    found = varied(one.model, one.file, stations[0].plant, of, base.contact_points)
+    one, two = (export_to_mujoco(station, 0.005, ["box"]) for station in stations)
+    found = vary_model(one.model, one.file, stations[0].plant, of, base.contact_points)
     for field in ("body_mass", "body_inertia", "body_invweight0", "dof_invweight0", "pair_friction", "pair_solref"):
         expected = getattr(two.model, field)
         np.testing.assert_allclose(getattr(found, field), expected, rtol=1e-9, atol=1e-12, err_msg=field)
         assert field.startswith("dof") or not np.allclose(getattr(one.model, field), expected, rtol=1e-6)
     context = stations[1].plant.CreateDefaultContext()
-    assert begin(stations[0].plant, of) == pytest.approx(stations[1].plant.GetPositions(context))
+    assert begin_positions(stations[0].plant, of) == pytest.approx(stations[1].plant.GetPositions(context))
 
 
 def test_what_one_station_cannot_serve_has_another_key():

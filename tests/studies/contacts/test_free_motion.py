@@ -63,7 +63,7 @@ def test_a_finger_on_an_accelerated_base_hangs_as_under_another_weight(shipped_f
     gravity = np.tile([0.0, 0.0, -G], (400, 1))
     q, _, _, rest = motion.over_time(np.zeros((400, 12)), gravity, gravity - found)[-1]
     mechanics = motion.mechanics
-    bent = mechanics.weight(mechanics.posture(q), np.array([-acceleration, 0.0, -G])) / shipped_finger.stiffness
+    bent = mechanics.weight(mechanics.bent_finger(q), np.array([-acceleration, 0.0, -G])) / shipped_finger.stiffness
     np.testing.assert_allclose(q, bent, atol=1e-6)
     assert np.abs(q - rest).max() > 1e-3
 

@@ -9,7 +9,7 @@ from here_executor import HereExecutor
 from study_line import study_line
 
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.row_table import read_csv
 from soft_gripper.fingers.kinematics import as_planar, gravity_torque
@@ -72,7 +72,7 @@ def test_a_stiffness_that_varies_along_the_finger_is_no_contact_and_intervals_co
     believing = ContactShape(SensorLayout(read_finger(), 4), Uncertainty(bend_variation=0.0))
     driving = driving_torque(contacts.finger, ("bending",), contacts.pressure)
     known = believing.posterior(believing.layout.read(contacts.q), driving, contacts.gravity)
-    assert np.mean(known.probability > DETECTED) > 0.5
+    assert np.mean(known.probability > DETECTION_PROBABILITY) > 0.5
 
 
 def test_a_border_that_is_off_is_that_of_the_sensors_alone():

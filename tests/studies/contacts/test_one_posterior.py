@@ -48,7 +48,7 @@ def test_in_the_plane(shipped_finger, sections, place, force):
     given = readings[None], driving[None], np.array([[0.0, 0.0, 9.81]])
     contact, known = shape(*given).contact, shape.posterior(*given)
     assert contact.force != 0
-    found = shape._explained(shape._gaussian(*given).q, *given)[0].found
+    found = shape._explain(shape._gaussian(*given).q, *given)[0].cell_fits
     forces, density = dense(found, shape.contact.mechanics.usual_force, ASSUMED.largest_force)
     check(density, forces, found.cells.side, contact.force[0], contact.force_std[0], known.force_interval[0])
 
@@ -65,7 +65,7 @@ def test_in_space():
     checked = 0
     for i in np.flatnonzero(np.linalg.norm(contact.vector, axis=-1) > 0):
         sample = tuple(values[i : i + 1] for values in given)
-        found = shape._explained(shape._gaussian(*sample).q, *sample)[0].found
+        found = shape._explain(shape._gaussian(*sample).q, *sample)[0].cell_fits
         forces, density = dense(found, shape.contact.mechanics.usual_force, ASSUMED.largest_force)
         number = density.max(axis=0).argmax()
         assert known.force_interval[i, 0] <= forces[number] * 1.001

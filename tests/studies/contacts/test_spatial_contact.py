@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.contact import ContactShape, _about_best, _forces
+from soft_gripper.estimators.contact import ContactShape, _force_vectors, _vector_with_covariance
 from soft_gripper.estimators.contact_cells import SurfaceCells
 from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
@@ -62,9 +62,9 @@ LINK = 9
 def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
     """By torques of dead loads at the joints, one after the other; so do friction and another place."""
     shape, finger = estimator(), finger_in_space()
-    q, surface = 0.05 * bent(36), SurfaceCells.of(finger, WAYS, 0.9)
-    left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
-    cells = shape.contact.cells(left.q, left.at, left.slopes)
+    q, surface = 0.05 * bent(36), SurfaceCells.from_finger(finger, WAYS, 0.9)
+    left, _ = shape._linearize(q, shape.layout.read(q), np.zeros(36), GRAVITY)
+    cells = shape.contact.cells(left.q, left.bent, left.slopes)
     (number,) = np.flatnonzero((surface.side == side) & (surface.place == 37) & ~surface.rough)
     assert surface.link[number] == LINK
     normal = np.array(normal) / np.linalg.norm(normal)
@@ -76,19 +76,19 @@ def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
     point = outline + np.array([middle, 0, s - finger.joint_arc_lengths[LINK - 1]])
     expected = changed_by(shape, q, point, -normal)
     np.testing.assert_allclose(cells.response[number], expected, rtol=1e-9, atol=1e-15)
-    rub = cells.spreads[number, 0] / changed_by(shape, q, point, Z)
+    rub = cells.deviations[number, 0] / changed_by(shape, q, point, Z)
     np.testing.assert_allclose(rub, rub[0], rtol=1e-9)
     assert rub[0] == pytest.approx(0.01)
     step = finger.length / (surface.place.max() + 1) / np.sqrt(12)
     moved = changed_by(shape, q, point + step * Z, -normal) - expected
-    np.testing.assert_allclose(cells.spreads[number, 2], moved, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(cells.deviations[number, 2], moved, rtol=1e-9, atol=1e-15)
     width = 2 * np.abs(across) @ half / np.sqrt(12) * (side % 2)
     moved = changed_by(shape, q, point + width * across, -normal) - expected
-    np.testing.assert_allclose(cells.spreads[number, 3], moved, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(cells.deviations[number, 3], moved, rtol=1e-9, atol=1e-15)
 
 
 def test_prior_and_places_of_the_cells(bent):
-    surface = SurfaceCells.of(finger_in_space(), WAYS, 0.9)
+    surface = SurfaceCells.from_finger(finger_in_space(), WAYS, 0.9)
     assert surface.prior.sum() == pytest.approx(1)
     assert (np.diff(surface.side) >= 0).all()
     assert set(surface.side) == set(range(1, 9))
@@ -194,8 +194,8 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     contacts = contacts_in_space(6, 0.2, seed)
     sample = contacts.at(np.array([int(np.argmax(contacts.arc_length))]))
     given, largest = read(found, sample, 1e-3), found.uncertainty.largest_force
-    fit = found._explained(found._gaussian(*given).q, *given)[0].found
-    r, c, spreads, prior = fit.r[0], fit.cells.response[0], fit.cells.spreads[0], fit.cells.prior
+    fit = found._explain(found._gaussian(*given).q, *given)[0].cell_fits
+    r, c, spreads, prior = fit.r[0], fit.cells.response[0], fit.cells.deviations[0], fit.cells.prior
     forces = largest * np.logspace(-3, 0, 1201)
     inside, density = spreads.swapaxes(-1, -2) @ spreads, np.empty(len(forces))
     for i, force in enumerate(forces):
@@ -226,8 +226,8 @@ def test_deviations_of_a_vector_are_those_of_its_size_and_friction():
     step = 1e-6
     by_z = np.transpose([(vector(force, z + step * e) - vector(force, z)) / step for e in np.eye(5)])
     by_force = (vector(force + step, z + step * turn) - vector(force, z)) / step  # a larger force takes back friction
-    local = _forces(directions[None], force[None], std[None], z[None], of_z[None], turn[None])
-    found, covariance = _about_best(np.ones(1), local @ R.T)
+    local = _force_vectors(directions[None], force[None], std[None], z[None], of_z[None], turn[None])
+    found, covariance = _vector_with_covariance(np.ones(1), local @ R.T)
     np.testing.assert_allclose(found, vector(force, z), rtol=1e-12)
     np.testing.assert_allclose(covariance, by_z @ of_z @ by_z.T + std**2 * np.outer(by_force, by_force), rtol=1e-6)
 
@@ -240,9 +240,9 @@ def test_a_place_is_as_uncertain_as_readings_leave_it_within_the_cell_that_is_pr
     (number,) = np.flatnonzero((surface.side == INNER) & (surface.place == 37) & ~surface.rough)
     one = {field.name: getattr(surface, field.name)[[number]] for field in fields(surface)}
     vars(shape.contact)["surface"] = replace(surface, **one)
-    left, _ = shape._unexplained(q, shape.layout.read(q), np.zeros(36), GRAVITY)
-    left = left._replace(residual=shape.contact.cells(left.q, left.at, left.slopes).response[0])
-    contact, *_ = shape.contact.best(shape.contact.explain(left))
+    left, _ = shape._linearize(q, shape.layout.read(q), np.zeros(36), GRAVITY)
+    left = left._replace(residual=shape.contact.cells(left.q, left.bent, left.slopes).response[0])
+    contact, *_ = shape.contact.best_contact(shape.contact.explain(left))
     length = shape.layout.finger.length / (surface.place.max() + 1)
     if reading > 1:
         assert contact.arc_length_std == pytest.approx(length / np.sqrt(12), rel=1e-6)

@@ -5,7 +5,7 @@ import pytest
 
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import force_along
-from soft_gripper.estimators.force_posterior import DETECTED
+from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import read_finger
 from studies.contacts.found_contact import driving_torque
@@ -35,9 +35,9 @@ def test_its_errors_are_small_and_its_interval_is_true(contacts, sections, borde
     case, transverse = Case(sections, realistic, model), contacts.transverse_force
     layout = SensorLayout(read_finger(), sections, borders=borders)
     shape, readings = ContactShape(layout, case.assumed), _read(layout, contacts.q, case, np.random.default_rng(1))
-    given = readings, driving_torque(layout.finger, layout.ways, contacts.pressure), contacts.gravity
+    given = readings, driving_torque(layout.finger, layout.deformations, contacts.pressure), contacts.gravity
     contact, known = shape(*given).contact, shape.posterior(*given)
-    counted = (contacts.arc_length > FAR * layout.finger.length) & (known.probability > DETECTED)
+    counted = (contacts.arc_length > FAR * layout.finger.length) & (known.probability > DETECTION_PROBABILITY)
     assert counted.sum() > 140
     error = np.abs(contact.transverse_force / transverse - 1)[counted]
     of_normal = np.abs(np.abs(contact.force) / contacts.normal_force - 1)[counted]
@@ -65,10 +65,10 @@ def test_two_deviations_hold_a_component_as_often_as_the_page_says(along_the_fin
     contacts, case = along_the_finger, Case(sections, True, NOMINAL)
     layout, angle = SensorLayout(read_finger(), sections), np.radians(degrees)
     shape, readings = ContactShape(layout, case.assumed), _read(layout, contacts.q, case, np.random.default_rng(1))
-    given = readings, driving_torque(layout.finger, layout.ways, contacts.pressure), contacts.gravity
+    given = readings, driving_torque(layout.finger, layout.deformations, contacts.pressure), contacts.gravity
     contact, axis = shape(*given).contact, np.array([-np.cos(angle), 0.0, np.sin(angle)])
     estimate, std = force_along(contact.vector, contact.vector_covariance, axis)
-    detected = shape.posterior(*given).probability > DETECTED
+    detected = shape.posterior(*given).probability > DETECTION_PROBABILITY
     far, holds = contacts.arc_length > FAR * layout.finger.length, np.abs(contacts.force @ axis - estimate) < 1.96 * std
     assert holds[detected & far].mean() > 0.92
     if sections == 2:

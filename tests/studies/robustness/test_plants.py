@@ -114,7 +114,7 @@ def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
     for segments in (12, 24, 48):
         finger = replace(shipped_finger, segments=segments)
         chain = forward_kinematics(np.full(segments, bend / segments), finger.segment_length)
-        errors.append(np.abs(chain.at(s).points - arc).max())
+        errors.append(np.abs(chain.sites(s).points - arc).max())
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
     assert errors[1] / errors[2] == pytest.approx(4, rel=0.25)
 

@@ -153,7 +153,7 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
     q = pulled_positions(_loaded(model.finger, states.load), pulled, states.gravity)
     if model.setup.dry_friction == 0:
         return q
-    ways = np.array(spatial_chain(model.finger).ways)
+    ways = np.array(spatial_chain(model.finger).deformations)
     bends = ways == "bending", *([ways == "sideways"] if "sideways" in ways else [])
     lag = model.setup.dry_friction / model.finger.segments
     lagging = _lagging(np.stack([q[:, bend] for bend in bends], axis=-1), lag)
@@ -204,7 +204,7 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
     places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
     markers = at.origins[:, frames] + (at.rotations[:, frames] @ places[..., None])[..., 0]
     turning, moving = at.screws[..., None, :3], at.screws[..., None, 3:]
-    carried = (frames > np.arange(len(chain.ways))[:, None])[..., None]
+    carried = (frames > np.arange(len(chain.deformations))[:, None])[..., None]
     return markers, carried * (np.cross(turning, markers[:, None]) + moving)
 
 

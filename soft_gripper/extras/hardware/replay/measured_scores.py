@@ -237,7 +237,7 @@ def _compared(
     q = signals[f"{name}.{ANGLES}"].values
     chain = forward_kinematics(q, finger.segment_length)
     place = np.nan_to_num(measured.place)[:, None]
-    site = chain.at(place)
+    site = chain.sites(place)
     torque, none = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
     if kind == "angle":
         turn = np.take_along_axis(chain.headings, chain.link_at(place), axis=-1)[:, 0]
@@ -288,13 +288,13 @@ def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanic
     finger, states = mechanics.layout.finger, mechanics.layout.calibrated
     covariance = signals[f"{name}.joint_angle_covariance"].values
     if states is not None:
-        covariance = covariance - mechanics.of_scale(signals[f"{name}.{ANGLES}"].values)
+        covariance = covariance - mechanics.scale_covariance(signals[f"{name}.{ANGLES}"].values)
     elastic = finger.stiffness**2 * np.diagonal(covariance, axis1=-2, axis2=-1)
     torque = finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))
     driving = ((mechanics.bend_changes[:, : finger.segments] * torque[:, None]) ** 2).sum(axis=1)
     if states is not None:
         drive, sections = np.split(signals[f"{name}.{DISTANCE}"].values, [1], axis=-1)
-        away = mechanics.away_by(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
+        away = mechanics.extrapolation_at(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
         driving = driving + (away.pressure[:, None] * finger.pressure_gain) ** 2
     std: Array = np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
     return std

@@ -83,7 +83,7 @@ def test_a_common_scale_of_finger_and_sensors_is_no_error_of_a_torque(shipped_fi
     mechanics = Mechanics(replace(layout, calibrated=states), Uncertainty(bend_per_pressure=0.0))
     known = 1e-3**2 * np.eye(12)
     data = {
-        "finger.joint_angle_covariance": (("time", "joint", "joint2"), known + mechanics.of_scale(q)),
+        "finger.joint_angle_covariance": (("time", "joint", "joint2"), known + mechanics.scale_covariance(q)),
         "finger.estimated_joint_angles": (("time", "joint"), q),
         "finger.state_distance": (("time", "part"), np.zeros((2, 3))),
         "sampled_pressure": (("time",), np.full(2, 80e3)),
