@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.scoring import groups_left_out
+from soft_gripper.extras.hardware.scoring import leave_groups_out
 
 
 def grasp_features(angles: Array, torques: Array) -> Array:
@@ -119,7 +119,7 @@ def train_object_classifier(
         return ObjectClassifier(shapes, *discriminant, limit)
 
     outside = np.full(len(angles), np.nan)
-    for (rest,) in groups_left_out([folds.astype(str)]):
+    for (rest,) in leave_groups_out([folds.astype(str)]):
         if all((names[rest] == shape).sum() > 1 for shape in shapes):
             outside[~rest] = trained(rest, 1.0).outside(angles[~rest], torques[~rest])
     limit = np.nanquantile(outside, 1 - LOST) if np.isfinite(outside).any() else _UNTESTED

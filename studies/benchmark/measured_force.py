@@ -18,7 +18,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
-from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, given_log, nominal_layout, read_finger_logs, steady
+from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, load_log, nominal_layout, read_finger_logs, steady
 from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
 from soft_gripper.fingers.statics import resting_angles
@@ -67,7 +67,7 @@ def _task(folder: Path) -> Task:
 
 
 def _log(folder: Path) -> Log:
-    log = given_log(str(folder / SCENARIO), folder / BENCH, None, "benchmark")
+    log = load_log(str(folder / SCENARIO), folder / BENCH, None, "benchmark")
     assert log is not None
     assert isinstance(log.described, BenchConfig)
     fingers = log.described.fingers

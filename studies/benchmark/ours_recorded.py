@@ -25,7 +25,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     resting_positions,
 )
 from soft_gripper.extras.hardware.recording_schema import PRESSURE, RecordingConfig, load_description
-from soft_gripper.extras.hardware.recordings import axes_of, read_recording
+from soft_gripper.extras.hardware.recordings import frame_axes, read_recording
 from soft_gripper.extras.hardware.replay.arm_estimation import (
     ArmRecording,
     ReplayInputs,
@@ -219,7 +219,7 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
         return _moved(found, place, q)
 
     def errors(x: Array) -> Array:
-        model = free.at(x).finger
+        model = free.build_model(x).finger
         away = [
             (mean(model, recorded.inputs, _THINNED) - recorded.outputs[::_THINNED]) / np.abs(recorded.outputs).max()
             for recorded in train
@@ -228,7 +228,7 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
 
     bounds = free.bounds
     start = np.clip(free.start, *bounds)
-    model = free.at(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
+    model = free.build_model(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
     by_pressure = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
     pressures = [float(recorded.inputs.max()) for recorded in by_pressure]
     away = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
@@ -281,10 +281,10 @@ class _Pulled:
         return SettledStates(
             "benchmark",
             self.pulled(inputs),
-            outputs.reshape(len(outputs), -1, 3) @ axes_of(self.description),
+            outputs.reshape(len(outputs), -1, 3) @ frame_axes(self.description),
             np.array(list(markers.places.values())),
             np.full(len(inputs), ""),
-            gravity @ axes_of(self.description),
+            gravity @ frame_axes(self.description),
             np.array([markers.at.get(name, 1.0) for name in markers.places]),
             load,
         )
@@ -294,7 +294,7 @@ class _Pulled:
         free = free_parameters(self.finger, keys, [])
         model = fit_states(free, states).model
         away = [of.markers - _markers(model, of) for of in states]
-        return model, np.concatenate(away).mean(axis=(0, 1)) @ axes_of(self.description).T
+        return model, np.concatenate(away).mean(axis=(0, 1)) @ frame_axes(self.description).T
 
 
 def _markers(model: Model, states: SettledStates) -> Array:
@@ -325,7 +325,7 @@ def _balance(
 
     def mean(inputs: Array) -> Array:
         unseen = np.zeros((len(inputs), states[0].markers[0].size))
-        found: Array = _markers(model, body.states(inputs, unseen, load)) @ axes_of(body.description).T + base
+        found: Array = _markers(model, body.states(inputs, unseen, load)) @ frame_axes(body.description).T + base
         return found.reshape(len(inputs), -1)
 
     return _with_training_errors(mean, fitted)

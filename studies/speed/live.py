@@ -27,7 +27,7 @@ import yaml
 import soft_gripper as sg
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 
 SCENARIO, PERIOD = "tip_distance_steps", 0.01
 LOOPBACK, START = "127.0.0.1", 60.0  # s that the command may take until it listens
@@ -60,7 +60,7 @@ def recorded_messages(changes: list[str]) -> list[dict[str, Any]]:
 
 def write_bench(file: Path, sizes: Mapping[str, int], ports: tuple[int, int]) -> None:
     """The description of the hardware that this script stands for."""
-    config = described(sizes, f"udp://:{ports[0]}")
+    config = bench_from_inputs(sizes, f"udp://:{ports[0]}")
     fingers = {n: {"readings": f.readings, "pressures": f.pressures} for n, f in config.fingers.items()}
     text = {"source": config.source, "sink": f"udp://:{ports[1]}", "count": "count", "time": "time", "fingers": fingers}
     file.write_text(yaml.safe_dump(text), encoding="utf-8")
