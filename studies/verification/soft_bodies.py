@@ -23,7 +23,7 @@ from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.extras.soft.adds import SoftMesh
 from soft_gripper.extras.soft.objects.make_soft import block
 from soft_gripper.extras.soft.soft_kind import SoftKind
-from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 from studies.verification.tables import Row, Table
 
@@ -114,7 +114,7 @@ def ball(cells: int) -> Tetrahedra:
     cube = block((2.0, 2.0, 2.0), (cells, cells, cells))
     layer, distance = np.abs(cube.vertices).max(axis=1), np.linalg.norm(cube.vertices, axis=1)
     scale = np.divide(layer, distance, out=np.zeros_like(layer), where=distance > 0)
-    found = oriented(Tetrahedra(cube.vertices * scale[:, None], cube.cells))
+    found = orient_cells(Tetrahedra(cube.vertices * scale[:, None], cube.cells))
     return found.scaled(RADIUS * float(4 / 3 * np.pi / found.volumes.sum()) ** (1 / 3))
 
 
