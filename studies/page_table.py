@@ -1,11 +1,11 @@
-"""Tables of pages that a study writes."""
+"""Writes the tables of a study into pages of the documentation."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 
 def write_table(page: Path, table: Sequence[str]) -> None:
-    """Puts a table, lines of Markdown, in the place of the one that a page has under its heading."""
+    """Replaces a table of a page, lines of Markdown, by one with the same heading."""
     lines = page.read_text(encoding="utf-8").splitlines()
     start = lines.index(table[0])
     end = next(number for number in range(start, len(lines)) if not lines[number].startswith("|"))

@@ -17,7 +17,7 @@ import yaml
 from browser import open_url
 
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.scenario.scenario_file import load_scenario
 
 HARDWARE = Path(__file__).parents[2] / "examples" / "bench" / "simulated_hardware.py"
@@ -36,7 +36,7 @@ HELD = 4.0  # s of contact
 
 def main(file: Path) -> None:
     """Writes the picture."""
-    config = described(Bench(load_scenario(SCENARIO, CHANGES)).inputs, SOURCE)
+    config = bench_from_inputs(Bench(load_scenario(SCENARIO, CHANGES)).inputs, SOURCE)
     config.sink, config.stale_after = SINK, STALE_AFTER
     scenario = [SCENARIO, *(part for change in CHANGES for part in ("--set", change))]
     live = [sys.executable, "-c", "from soft_gripper.commands import main; main()", "live", *scenario, "--page"]

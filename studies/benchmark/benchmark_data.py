@@ -1,4 +1,4 @@
-"""The simulated contacts and grasps of the benchmark, made again."""
+"""Simulates the contacts and grasps of the benchmark again, and writes their files."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""Single contacts of a simulated finger, which are in the repository.
+"""Single contacts of a simulate_file finger, which are in the repository.
 
 The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
 length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.
@@ -22,28 +22,28 @@ from studies.contacts.contacts import Contacts, read_finger
 from studies.contacts.estimates import HELD, REALISTIC, contact_readings, preset_errors
 from studies.contacts.peg import as_arrays, run_contacts
 
-FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
+FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # seeds of the contacts by file
 TRANSVERSE = {file: file.replace("contacts", "transverse") for file in FILES}  # files of the same draws
 FOLDER = Path(__file__).parent / "data"
-NUMBER = 300  # of each
-PLACES = 0.1, 1.0  # shares of the length
+CONTACTS = 300  # of each
+PLACE_RANGE = 0.1, 1.0  # shares of the length
 BORDERS = (1 / 3,)  # of the two sections of the sensors
 
 
 def layout() -> SensorLayout:
-    """The sensors: two sections on both sides."""
+    """Sensors: two sections on both sides."""
     return SensorLayout(read_finger(), 2, borders=BORDERS)
 
 
-def simulated(seed: int) -> Contacts:
-    """The contacts of a file."""
-    with tqdm(total=NUMBER, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
-        return as_arrays(run_contacts(NUMBER, seed, executor, bar.update, places=PLACES))
+def simulate_file(seed: int) -> Contacts:
+    """Simulates the contacts of a file."""
+    with tqdm(total=CONTACTS, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
+        return as_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
 
 
 @dataclass(frozen=True)
 class Measured:
-    """What is measured of a contact, the first columns of every file."""
+    """Measurements of a contact, the first columns of every file."""
 
     reading_0: float
     reading_1: float
@@ -71,22 +71,22 @@ class TransverseSample(Measured):
     transverse_force: float  # N, size of the part at right angles to the line from the base to the contact
 
 
-def measured(contacts: Contacts, readings: Array) -> Array:
-    """What is measured of contacts, (M, 7); `readings` (M, 4)."""
+def measured_columns(contacts: Contacts, readings: Array) -> Array:
+    """Measurements of contacts, (M, 7); `readings` (M, 4)."""
     return np.column_stack([readings, contacts.pressure, contacts.gravity[:, ::2]])
 
 
 def samples(contacts: Contacts, readings: Array) -> list[ContactSample]:
-    """The rows of contacts, sorted by place; `readings` (M, 4)."""
+    """Rows of contacts, sorted by location; `readings` (M, 4)."""
     tips = as_points(forward_kinematics(contacts.q, contacts.finger.segment_length).points[:, -1])
     across = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
-    table = np.column_stack([measured(contacts, readings), tips, across, contacts.arc_length])
+    table = np.column_stack([measured_columns(contacts, readings), tips, across, contacts.arc_length])
     return [ContactSample(*row) for row in _rows(table, contacts)]
 
 
 def transverse_samples(contacts: Contacts, readings: Array) -> list[TransverseSample]:
-    """The rows of contacts with their transverse force, sorted by place; `readings` (M, 4)."""
-    table = np.column_stack([measured(contacts, readings), contacts.transverse_force])
+    """Rows of contacts with their transverse force, sorted by location; `readings` (M, 4)."""
+    table = np.column_stack([measured_columns(contacts, readings), contacts.transverse_force])
     return [TransverseSample(*row) for row in _rows(table, contacts)]
 
 
@@ -97,7 +97,7 @@ def _rows(table: Array, contacts: Contacts) -> list[list[float]]:
 def write_samples() -> None:
     """Simulates the contacts and writes the files."""
     for number, (file, seed) in enumerate(FILES.items()):
-        contacts = simulated(seed)
-        read = contact_readings(layout(), contacts, preset_errors(REALISTIC), len(FILES), HELD).pressed[number]
-        write_csv(FOLDER / file, samples(contacts, read))
-        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, read))
+        contacts = simulate_file(seed)
+        readings = contact_readings(layout(), contacts, preset_errors(REALISTIC), len(FILES), HELD).pressed[number]
+        write_csv(FOLDER / file, samples(contacts, readings))
+        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, readings))

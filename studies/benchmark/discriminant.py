@@ -1,4 +1,4 @@
-"""Which object is held: regularised quadratic discriminant analysis of a grasp, on principal components."""
+"""Recognizes a grasped object by regularised quadratic discriminant analysis on principal components of a grasp."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.scoring import groups_left_out
+from soft_gripper.extras.hardware.scoring import leave_groups_out
 
 
 def grasp_features(angles: Array, torques: Array) -> Array:
-    """The features of grasps, (..., 4 L N): means over the fingers, and standard deviations between them.
+    """Features of grasps, (..., 4 L N): means over the fingers, and standard deviations between them.
 
     Args:
         angles: estimated joint angles at every level of pressure, rad, (..., L, F, N).
         torques: estimated external torques, N m, (..., L, F, N).
     """
-    both = np.concatenate([angles, torques], axis=-1)  # (..., L, F, 2N)
-    found = np.concatenate([both.mean(axis=-2), both.std(axis=-2)], axis=-1)
-    return found.reshape(*found.shape[:-2], -1)
+    signals = np.concatenate([angles, torques], axis=-1)  # (..., L, F, 2N)
+    features = np.concatenate([signals.mean(axis=-2), signals.std(axis=-2)], axis=-1)
+    return features.reshape(*features.shape[:-2], -1)
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class ObjectClassifier:
 
     @property
     def answers(self) -> tuple[str, ...]:
-        """Answers that are possible: the shapes, and then `UNKNOWN`."""
-        return (*self.shapes, UNKNOWN)
+        """Possible answers: the shapes, and then `NO_SHAPE`."""
+        return (*self.shapes, NO_SHAPE)
 
     def probabilities(self, angles: Array, torques: Array) -> Array:
         """Probabilities of the `answers`, (..., C + 1), from the arguments of `grasp_features`; NaN if one is."""
@@ -51,18 +51,18 @@ class ObjectClassifier:
         outside = np.full((*scores.shape[:-1], 1), -0.5 * (self.limit + self._volumes.min()))
         scores = np.concatenate([scores, outside], axis=-1)
         likelihoods = np.exp(scores - scores.max(axis=-1, keepdims=True))
-        found: Array = likelihoods / likelihoods.sum(axis=-1, keepdims=True)
-        return np.where(np.isnan(scores).any(axis=-1, keepdims=True), np.nan, found)
+        probabilities_: Array = likelihoods / likelihoods.sum(axis=-1, keepdims=True)
+        return np.where(np.isnan(scores).any(axis=-1, keepdims=True), np.nan, probabilities_)
 
     def scores(self, angles: Array, torques: Array) -> Array:
         """Logarithms of the densities of the shapes, up to a constant, (..., C)."""
-        parts = (grasp_features(angles, torques) - self.center) @ self.components.T
-        from_means = parts[..., None, :] - self.means
-        distances = ((from_means[..., None, :] @ self._precisions)[..., 0, :] * from_means).sum(axis=-1)
+        projections = (grasp_features(angles, torques) - self.center) @ self.components.T
+        differences = projections[..., None, :] - self.means
+        distances = ((differences[..., None, :] @ self._precisions)[..., 0, :] * differences).sum(axis=-1)
         return np.asarray(-0.5 * (distances + self._volumes))
 
     def outside(self, angles: Array, torques: Array) -> Array:
-        """The least limit with which a grasp is of a known shape, (...)."""
+        """Least limit with which a grasp has a known shape, (...)."""
         return np.asarray(-2 * self.scores(angles, torques).max(axis=-1) - self._volumes.min())
 
     @cached_property
@@ -74,13 +74,13 @@ class ObjectClassifier:
         return np.linalg.inv(self.covariances)
 
 
-UNKNOWN = "unknown"  # the answer for an object of another shape
-LOST = 0.05  # of grasps of known shapes that are taken for unknown
-_UNTESTED = 1e3  # limit if there are too few grasps to leave any out
-_FOLDS = 5  # of the training grasps, each left out once to find the limit
-COMPONENTS = 24  # principal ones of the standardised features, at most
+NO_SHAPE = "unknown"  # the answer for an object of another shape
+LOST_SHARE = 0.05  # of grasps of known shapes that are taken for unknown
+_UNTESTED_LIMIT = 1e3  # limit if there are too few grasps to leave any out
+_FOLD_COUNT = 5  # of the training grasps, each left out once to find the limit
+MAX_COMPONENTS = 24  # principal ones of the standardised features, at most
 SHRINKAGE = 0.1  # of the covariance of a shape, toward that of all
-_LEAST_VARIANCE = 1e-6  # variance within a shape, of the whole along a component
+_MIN_VARIANCE = 1e-6  # variance within a shape, of the whole along a component
 
 
 def train_object_classifier(
@@ -89,9 +89,9 @@ def train_object_classifier(
     torques: Array,
     grasps: Sequence[int] | None = None,
 ) -> ObjectClassifier:
-    """The quadratic discriminant of M samples of grasps.
+    """Trains the quadratic discriminant on M samples of grasps.
 
-    The limit is such that `LOST` of the samples would be unknown to a discriminant trained without their grasps.
+    The limit is such that `LOST_SHARE` of the samples would be unknown to a discriminant trained without their grasps.
 
     Args:
         labels: the shape of each sample, (M).
@@ -112,31 +112,31 @@ def train_object_classifier(
     if not np.isfinite(features).all():
         bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
         raise InputError("object classifier", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
-    folds = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLDS
+    folds = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLD_COUNT
 
-    def trained(chosen: NDArray[np.bool_], limit: float) -> ObjectClassifier:
+    def train(chosen: NDArray[np.bool_], limit: float) -> ObjectClassifier:
         discriminant = _discriminant(features[chosen], names[chosen], shapes)
         return ObjectClassifier(shapes, *discriminant, limit)
 
     outside = np.full(len(angles), np.nan)
-    for (rest,) in groups_left_out([folds.astype(str)]):
-        if all((names[rest] == shape).sum() > 1 for shape in shapes):
-            outside[~rest] = trained(rest, 1.0).outside(angles[~rest], torques[~rest])
-    limit = np.nanquantile(outside, 1 - LOST) if np.isfinite(outside).any() else _UNTESTED
-    return trained(np.ones(len(angles), dtype=bool), max(float(limit), 1.0))
+    for (fitted_rows,) in leave_groups_out([folds.astype(str)]):
+        if all((names[fitted_rows] == shape).sum() > 1 for shape in shapes):
+            outside[~fitted_rows] = train(fitted_rows, 1.0).outside(angles[~fitted_rows], torques[~fitted_rows])
+    limit = np.nanquantile(outside, 1 - LOST_SHARE) if np.isfinite(outside).any() else _UNTESTED_LIMIT
+    return train(np.ones(len(angles), dtype=bool), max(float(limit), 1.0))
 
 
 def _discriminant(features: Array, names: Array, shapes: Sequence[str]) -> tuple[Array, Array, Array, Array]:
     """Centre and components of the features, and the means and covariances of the shapes."""
     center, components = principal_components(features)
-    parts = (features - center) @ components.T
-    means = np.array([parts[names == shape].mean(axis=0) for shape in shapes])
-    residuals = parts - means[[list(shapes).index(name) for name in names]]
+    projections = (features - center) @ components.T
+    means = np.array([projections[names == shape].mean(axis=0) for shape in shapes])
+    residuals = projections - means[[list(shapes).index(name) for name in names]]
     covariances = np.array([_covariance(residuals[names == shape]) for shape in shapes])
-    shrunk = (
-        (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _LEAST_VARIANCE * np.eye(len(components))
+    shrunk_covariances = (
+        (1 - SHRINKAGE) * covariances + SHRINKAGE * _covariance(residuals) + _MIN_VARIANCE * np.eye(len(components))
     )
-    return center, components, means, shrunk
+    return center, components, means, shrunk_covariances
 
 
 def principal_components(features: Array) -> tuple[Array, Array]:
@@ -148,12 +148,12 @@ def principal_components(features: Array) -> tuple[Array, Array]:
     center, scale = features.mean(axis=0), features.std(axis=0)
     scale[scale < 1e-12 * np.abs(features).max()] = np.inf
     _, sizes, directions = np.linalg.svd((features - center) / scale, full_matrices=False)
-    number = min(COMPONENTS, int((sizes > 1e-9 * sizes[0]).sum()))
+    number = min(MAX_COMPONENTS, int((sizes > 1e-9 * sizes[0]).sum()))
     deviations = sizes[:number, None] / np.sqrt(len(features))
     return center, directions[:number] / deviations / scale
 
 
 def _covariance(residuals: Array) -> Array:
     """Covariance of residuals (M, D) about a mean, (D, D)."""
-    found: Array = residuals.T @ residuals / len(residuals)
-    return found
+    covariance: Array = residuals.T @ residuals / len(residuals)
+    return covariance

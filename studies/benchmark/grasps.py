@@ -1,4 +1,4 @@
-"""Simulated grasps of objects of four shapes, which are in the repository.
+"""Simulates grasps of objects of four shapes for the benchmark: mean readings at every pressure, in `data`.
 
 Two fingers close on an object, and press harder twice (`probing_grasp`, see `random_objects`). A row has the
 mean readings at the end of every pressure, by realistic sensors drawn anew for every grasp.
@@ -22,18 +22,18 @@ from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
 from studies.benchmark.random_objects import (
-    SAMPLES,
-    SENSORS,
+    MEAN_SAMPLES,
+    SENSOR_STREAM,
     SETS,
     SHAPES,
+    disturb_readings,
     draw,
-    with_errors,
-    with_object,
+    replace_object,
 )
 
 SCENARIO, SECTIONS = "probing_grasp", 2
 PRESSURES = (75e3, 112.5e3, 150e3)  # Pa, as in the scenario
-FINGERS, READINGS = ("left", "right"), 4  # of each finger: inner and outer side, two sections each
+FINGERS, READINGS = ("left", "right"), 4  # readings of a finger: two sections on the inner and on the outer side
 FOLDER = Path(__file__).parent / "data"
 FILES = {"grasps_train.csv": ("train", 60), "grasps_test.csv": ("test", 50)}  # numbers of every shape
 _SEED = 21
@@ -47,17 +47,17 @@ def columns() -> list[str]:
 
 def readings(set: str, number: int, shape: str) -> Array:
     """Simulates a grasp and reads it, (columns,)."""
-    scenario = with_object(load_scenario(SCENARIO), shape, draw(_SEED, set, number, shape))
+    scenario = replace_object(load_scenario(SCENARIO), shape, draw(_SEED, set, number, shape))
     station = make_private_station(scenario)
     recording = run_station(station)
-    rng = np.random.default_rng([_SEED, SETS.index(set), number, *shape.encode(), SENSORS])
+    rng = np.random.default_rng([_SEED, SETS.index(set), number, *shape.encode(), SENSOR_STREAM])
     errors = strain_errors(scenario.sensor)
     assert errors is not None
-    found = []
+    means = []
     for finger in station.fingers:
-        again = with_errors(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
-        found.append(held_samples(scenario, recording, again.readings[again.numbers])[:, -SAMPLES:].mean(axis=1))
-    return np.stack(found, axis=1).ravel()
+        again = disturb_readings(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
+        means.append(held_samples(scenario, recording, again.readings[again.numbers])[:, -MEAN_SAMPLES:].mean(axis=1))
+    return np.stack(means, axis=1).ravel()
 
 
 def write_samples() -> None:
@@ -65,6 +65,6 @@ def write_samples() -> None:
     for file, (set, count) in FILES.items():
         keys = [(set, number, shape) for shape in SHAPES for number in range(count)]
         with tqdm(total=len(keys), desc=file, unit="grasp") as bar, open_executor() as executor:
-            found = results(executor, readings, {key: key for key in keys}, lambda _: bar.update())
-        rows = ([shape, *(f"{value:.5g}" for value in values)] for (_, _, shape), values in found.items())
+            means_by_grasp = results(executor, readings, {key: key for key in keys}, lambda _: bar.update())
+        rows = ([shape, *(f"{value:.5g}" for value in values)] for (_, _, shape), values in means_by_grasp.items())
         write_rows(FOLDER / file, ["shape", *columns()], rows)

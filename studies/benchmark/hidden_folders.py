@@ -26,23 +26,23 @@ def hide(paths: Collection[Path]) -> bool:
     if sys.platform != "linux":
         return False
     call = ctypes.CDLL(None).syscall
-    handled = struct.pack("=Q", _FILE_ACCESS)
-    rules = call(_CREATE_RULESET, handled, ctypes.c_size_t(len(handled)), 0)
+    attributes = struct.pack("=Q", _FILE_ACCESS)
+    rules = call(_CREATE_RULESET, attributes, ctypes.c_size_t(len(attributes)), 0)
     if rules < 0:
         return False
-    for path in _beside({path.resolve() for path in paths}):
+    for path in _open_paths({path.resolve() for path in paths}):
         with suppress(OSError):  # gone, or not ours
-            place = os.open(path, os.O_PATH | os.O_NOFOLLOW)
-            call(_ADD_RULE, rules, _PATH_BENEATH, struct.pack("=Qi", _FILE_ACCESS, place), 0)
-            os.close(place)
+            descriptor = os.open(path, os.O_PATH | os.O_NOFOLLOW)
+            call(_ADD_RULE, rules, _PATH_BENEATH, struct.pack("=Qi", _FILE_ACCESS, descriptor), 0)
+            os.close(descriptor)
     ctypes.CDLL(None).prctl(_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
     is_hidden: bool = call(_RESTRICT_SELF, rules, 0) == 0
     os.close(rules)
     return is_hidden
 
 
-def _beside(hidden: Collection[Path]) -> Iterator[str]:
-    """What is in the folders that lead to paths, but for the paths and these folders; links count where they lead."""
+def _open_paths(hidden: Collection[Path]) -> Iterator[str]:
+    """Yields the contents of the folders that lead to paths, without the paths, these folders and links."""
     outermost = {path for path in hidden if not any(parent in hidden for parent in path.parents)}
     leading = {Path("/"), *(parent for path in outermost for parent in path.parents)}
     for folder in leading:

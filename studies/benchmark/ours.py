@@ -1,4 +1,4 @@
-"""Our estimators as those of the benchmark, by task and name."""
+"""Lists our estimators by task and name, with the protocol of the benchmark."""
 
 from studies.benchmark.benchmark_task import Estimator, Task
 from studies.benchmark.measured_force import measured_force
@@ -14,18 +14,18 @@ from studies.benchmark.ours_recorded import (
 )
 from studies.benchmark.ours_simulated import contact_force, contact_place, contact_tip, contact_transverse, grasp_shape
 
-_SHAPES = ("arcs", "gaussian", "contact")
-_OVER_TIME = ("arcs", "gaussian", "recursive")
+_SHAPE_ESTIMATORS = ("arcs", "gaussian", "contact")
+_TIME_ESTIMATORS = ("arcs", "gaussian", "recursive")
 
-_OURS: dict[str, dict[str, Estimator]] = {
-    "contact_tip": {name: contact_tip(name) for name in _SHAPES},
+_OUR_ESTIMATORS: dict[str, dict[str, Estimator]] = {
+    "contact_tip": {name: contact_tip(name) for name in _SHAPE_ESTIMATORS},
     "contact_force": {"contact": contact_force},
     "contact_place": {"contact": contact_place},
     "contact_transverse": {"contact": contact_transverse},
     "grasp_shape": {"fitted": grasp_shape},
     "grasp_new": {"fitted": grasp_shape},
-    "arm_tip": {name: arm_tip(name) for name in _OVER_TIME},
-    "beam_tip": {name: beam_tip(name) for name in _OVER_TIME},
+    "arm_tip": {name: arm_tip(name) for name in _TIME_ESTIMATORS},
+    "beam_tip": {name: beam_tip(name) for name in _TIME_ESTIMATORS},
     "beam_load": {"fitted": beam_load},
     "segment_tip": {"fitted": segment_tip},
     "tendons_v4_tip": {"fitted": tendons_tip},
@@ -37,5 +37,5 @@ _OURS: dict[str, dict[str, Estimator]] = {
 
 
 def ours(task: Task) -> dict[str, Estimator]:
-    """The estimators of a task; of measured forces, whatever the finger, `contact`."""
-    return _OURS.get(task.name, {"contact": measured_force})
+    """Our estimators of a task; `contact` for all tasks of measured forces."""
+    return _OUR_ESTIMATORS.get(task.name, {"contact": measured_force})

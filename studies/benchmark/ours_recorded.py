@@ -1,4 +1,4 @@
-"""Our estimators and models on recordings of hardware, fitted to the training set and to nothing else.
+"""Fits our estimators and models to the training recordings of hardware, for the tasks of the benchmark.
 
 The bands of a fitted model are those of its errors in the training set.
 """
@@ -25,7 +25,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     resting_positions,
 )
 from soft_gripper.extras.hardware.recording_schema import PRESSURE, RecordingConfig, load_description
-from soft_gripper.extras.hardware.recordings import axes_of, read_recording
+from soft_gripper.extras.hardware.recordings import frame_axes, read_recording
 from soft_gripper.extras.hardware.replay.arm_estimation import (
     ArmRecording,
     ReplayInputs,
@@ -41,14 +41,14 @@ from soft_gripper.fingers.kinematics import as_points, forward_kinematics, gravi
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-from studies.benchmark.baselines import Mean, errors_of, with_errors
+from studies.benchmark.baselines import Mean, add_stds, error_function
 from studies.benchmark.benchmark_task import Estimator, Predict, Predicted, Question, Recorded
-from studies.benchmark.ours_simulated import with_tip_std
+from studies.benchmark.ours_simulated import add_tip_std
 from studies.benchmark.tasks import tip_motion
 
 
 def _finger(description: str) -> Finger:
-    """The first guess of the finger of a shipped description."""
+    """First guess of the finger of a shipped description."""
     return read_finger(model_path(f"package://soft_gripper/recordings/{description}.urdf"))
 
 
@@ -61,59 +61,59 @@ def _period(task: Question) -> float:
     return task.period
 
 
-def _with_training_errors(mean: Mean, train: Sequence[Recorded]) -> Predict:
-    """A fitted model, with the standard deviations of its errors in the training set."""
-    return with_errors(mean, map(errors_of(mean), train))
+def _add_training_stds(mean: Mean, train: Sequence[Recorded]) -> Predict:
+    """Adds the standard deviations of the training errors to a fitted model."""
+    return add_stds(mean, map(error_function(mean), train))
 
 
-_ARM = "two_segment_arm"
+_ARM_NAME = "two_segment_arm"
 _RADIUS_95 = 2.448  # deviations along an axis, within which 95 % of a planar normal distribution lie
 
 
 @lru_cache(maxsize=1)
 def _fitted_arm(paths: tuple[Path, ...]) -> tuple[Fitted, ArmRecording]:
-    """The arm that is fitted to recordings, and the first of these."""
-    description = load_description(_ARM)
+    """Arm fitted to recordings, and the first recording."""
+    description = load_description(_ARM_NAME)
     recordings = [read_recording(path, description) for path in paths]
     gravity = recordings[0].gravity
     assert gravity is not None
     arms = [arm_recording(recording) for recording in recordings]
-    return fit_arm(arms, _finger(_ARM), gravity), arms[0]
+    return fit_arm(arms, _finger(_ARM_NAME), gravity), arms[0]
 
 
 def arm_tip(name: str) -> Estimator:
-    """The tip of the arm by an estimator of the shape with two sensors per side, as `replay` runs it.
+    """Estimates the tip of the arm by an estimator of the shape with two sensors per side, as `replay` does.
 
-    The band of `arcs` is that of `replay`, which widens away from what was fitted.
+    The band of `arcs` is that of `replay`, which widens away from the fitted states.
     """
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
-        description, (fitted, like) = load_description(_ARM), _fitted_arm(tuple(_paths(train)))
+        description, (fitted, template) = load_description(_ARM_NAME), _fitted_arm(tuple(_paths(train)))
 
         def mean(inputs: Array) -> Array:
             wires, pressures = _arm_readings(description, np.vstack([inputs, inputs[-1:]]))
-            unseen = np.full((len(wires), 2, 2), np.nan)
-            replay = ReplayInputs(_period(task), wires, pressures, like.bodies, unseen)
+            no_poses = np.full((len(wires), 2, 2), np.nan)
+            replay = ReplayInputs(_period(task), wires, pressures, template.bodies, no_poses)
             signals = estimate_recording(fitted.arm, replay, {name: (name, 2)}, {})
             tip: Array = signals.samples(f"{name}.body_positions")[:, -1]
             return tip * [1, -1]  # the arm hangs
 
-        def with_band(inputs: Array) -> tuple[Array, Array]:
+        def predict(inputs: Array) -> tuple[Array, Array]:
             wires, pressures = _arm_readings(description, inputs)
-            unseen = np.full(wires.shape[:2], np.nan)
+            no_poses = np.full(wires.shape[:2], np.nan)
             recording = replace(
-                like,
+                template,
                 time=_period(task) * np.arange(len(wires)),
                 inner=wires[:, 0],
                 outer=wires[:, 1],
                 pressures=pressures,
-                positions=unseen.astype(np.complex128),
-                headings=unseen,
+                positions=no_poses.astype(np.complex128),
+                headings=no_poses,
             )
-            found = body_band(fitted.band, fitted.geometry, recording, _finger(_ARM)).radius[:, -1:] / _RADIUS_95
-            return mean(inputs), np.broadcast_to(found, (len(found), 2))
+            std = body_band(fitted.band, fitted.geometry, recording, _finger(_ARM_NAME)).radius[:, -1:] / _RADIUS_95
+            return mean(inputs), np.broadcast_to(std, (len(std), 2))
 
-        return with_band if name == "arcs" else _with_training_errors(mean, train)
+        return predict if name == "arcs" else _add_training_stds(mean, train)
 
     return estimator
 
@@ -128,31 +128,31 @@ def _arm_readings(description: RecordingConfig, inputs: Array) -> tuple[Array, A
     return wires, PRESSURE["psi"] * inputs[:, 4:]
 
 
-_BEAM = "clamped_beam"
+_BEAM_NAME = "clamped_beam"
 _TURN_NOISE = 2e-3  # rad, of the turn by three markers
 _USUAL_LOAD = 0.1  # N m at its base: 100 g at its tip
 # A chamber that is never under pressure, since estimators relate usual loads to the torque of a pressure.
 _SMALL_CHAMBER = 1e-3  # m
-_DOWN = 9.81j  # m/s^2: the beam is horizontal, and sags toward its inner side
+_BEAM_GRAVITY = 9.81j  # m/s^2: the beam is horizontal, and sags toward its inner side
 
 
 def _marker_place(train: Sequence[Recorded], description: str, finger: Finger) -> complex:
-    """Where the middle of the markers is beyond the tip, in its frame, m, z + i x."""
+    """Middle of the markers in the frame of the tip, m, z + i x."""
     middles = [tip_motion(description, path)[0].reference.mean() for path in _paths(train)]
     return complex(np.mean(middles)) - finger.length
 
 
-def _moved(finger: Finger, place: complex, q: Array) -> Array:
+def _displaced(finger: Finger, place: complex, q: Array) -> Array:
     """Displacement of markers at a place beyond the tip from the straight finger, (..., N) rad -> (..., 2) m."""
     chain = forward_kinematics(q, finger.segment_length)
-    beyond = chain.tip + rotated(np.array(place), chain.headings[..., -1])
-    return as_points(beyond - finger.length - place)
+    position = chain.tip + rotated(np.array(place), chain.headings[..., -1])
+    return as_points(position - finger.length - place)
 
 
 def beam_tip(name: str) -> Estimator:
-    """The tip of the beam by an estimator of the shape; the turn of its end is the reading of a sensor along it all.
+    """Estimates the tip of the beam; the rotation of its end is the reading of a sensor along its whole length.
 
-    Its dimensions and its material, by the data sheet, are known.
+    Its dimensions and its material are those of the data sheet.
     """
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
@@ -161,108 +161,108 @@ def beam_tip(name: str) -> Estimator:
             "chamber_thickness": _SMALL_CHAMBER,
             "chamber_center": -_SMALL_CHAMBER,
         }
-        finger = _finger(_BEAM).with_sections(lambda part: replace(part, **chamber))
-        sensors, place = SensorLayout(finger, 1), _marker_place(train, _BEAM, finger)
+        finger = _finger(_BEAM_NAME).with_sections(lambda part: replace(part, **chamber))
+        sensors, place = SensorLayout(finger, 1), _marker_place(train, _BEAM_NAME, finger)
         noise = _TURN_NOISE * float(np.abs(sensors.offsets).max()) / finger.length
         load = _USUAL_LOAD / float(finger.pressure_gain.max())
         function = estimator_function(name, sensors, Uncertainty(reading=noise, load_pressure=load), _period(task))
 
         def predict(inputs: Array) -> Predicted:
             readings = sensors.response.reading(extension_ratios(sensors, sensors.shared_equally(inputs)))
-            found: ShapeEstimate = function(
-                readings, np.zeros((len(inputs), finger.segments)), in_space(np.array(_DOWN))
+            estimate: ShapeEstimate = function(
+                readings, np.zeros((len(inputs), finger.segments)), in_space(np.array(_BEAM_GRAVITY))
             )
-            return with_tip_std(_moved(finger, place, found.q), finger, found)
+            return add_tip_std(_displaced(finger, place, estimate.q), finger, estimate)
 
         return predict
 
     return estimator
 
 
-_SAG = 1  # column of the inputs: displacement of the tip across the beam
-_HEAVIEST, _MASSES = 0.25, 26  # kg on a beam at most, and how many are computed
+_SAG_COLUMN = 1  # column of the inputs: displacement of the tip across the beam
+_MAX_LOAD, _MASS_COUNT = 0.25, 26  # kg on a beam at most, and how many are computed
 
 
 def beam_load(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The mass under which a beam at rest sags as far; its modulus is fitted to the training set."""
-    nominal, masses = _finger(_BEAM), np.linspace(0.0, _HEAVIEST, _MASSES)
-    hung, place = load_description(_BEAM).load_place, _marker_place(train, _BEAM, nominal)
-    assert hung is not None
+    """Estimates the mass that explains the sag of a beam at rest; its modulus is fitted to the training set."""
+    nominal, masses = _finger(_BEAM_NAME), np.linspace(0.0, _MAX_LOAD, _MASS_COUNT)
+    load_place, place = load_description(_BEAM_NAME).load_place, _marker_place(train, _BEAM_NAME, nominal)
+    assert load_place is not None
 
     def sags(modulus: float) -> Array:
-        """Under every mass, m."""
+        """Sag under every mass, m."""
         finger = nominal.with_sections(lambda part: replace(part, youngs_modulus=modulus))
-        loaded = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *hung)) for mass in masses[1:])]
-        return np.array([_moved(each, place, resting_angles(each, 0.0, _DOWN))[0] for each in loaded])
+        loaded = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *load_place)) for mass in masses[1:])]
+        return np.array([_displaced(beam, place, resting_angles(beam, 0.0, _BEAM_GRAVITY))[0] for beam in loaded])
 
-    sag = np.array([recorded.inputs[:, _SAG].mean() for recorded in train])
+    sag = np.array([recorded.inputs[:, _SAG_COLUMN].mean() for recorded in train])
     mass = np.array([1e-3 * recorded.outputs.mean() for recorded in train])
     start = np.log(nominal.base.youngs_modulus)
     fitted = least_squares(lambda x: np.interp(mass, masses, sags(np.exp(x[0]))) - sag, [start]).x
-    known = sags(float(np.exp(fitted[0])))
-    return _with_training_errors(lambda inputs: 1e3 * np.interp(inputs[:, [_SAG]], known, masses), train)
+    fitted_sags = sags(float(np.exp(fitted[0])))
+    return _add_training_stds(lambda inputs: 1e3 * np.interp(inputs[:, [_SAG_COLUMN]], fitted_sags, masses), train)
 
 
-_SEGMENT = "pneumatic_segment"
-_FREE = ("pressure_law", "creep.share")
-_THINNED = 5  # of so many samples one is fitted
+_SEGMENT_NAME = "pneumatic_segment"
+_SEGMENT_KEYS = ("pressure_law", "creep.share")
+_STRIDE = 5  # one in so many samples is fitted
 
 
 def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
-    """A finger in balance with pressure, weight and creep; pressure law and creep are fitted to the training set."""
-    finger, period = _finger(_SEGMENT), _period(task)
-    place = _marker_place(train, _SEGMENT, finger)
-    free = free_parameters(finger, _FREE, [1e3 * float(recorded.inputs.max()) for recorded in train])
+    """Balances pressure, weight and creep of a finger; pressure law and creep are fitted to the training set."""
+    finger, period = _finger(_SEGMENT_NAME), _period(task)
+    place = _marker_place(train, _SEGMENT_NAME, finger)
+    free = free_parameters(finger, _SEGMENT_KEYS, [1e3 * float(recorded.inputs.max()) for recorded in train])
 
-    def mean(found: Finger, inputs: Array, every: int = 1) -> Array:
-        q = _crept(found, 1e3 * inputs[::every, 0], every * period)
-        return _moved(found, place, q)
+    def mean(finger_: Finger, inputs: Array, stride: int = 1) -> Array:
+        q = _creeping_angles(finger_, 1e3 * inputs[::stride, 0], stride * period)
+        return _displaced(finger_, place, q)
 
     def errors(x: Array) -> Array:
-        model = free.at(x).finger
-        away = [
-            (mean(model, recorded.inputs, _THINNED) - recorded.outputs[::_THINNED]) / np.abs(recorded.outputs).max()
+        model = free.build_model(x).finger
+        differences = [
+            (mean(model, recorded.inputs, _STRIDE) - recorded.outputs[::_STRIDE]) / np.abs(recorded.outputs).max()
             for recorded in train
         ]
-        return np.vstack(away).ravel()
+        return np.vstack(differences).ravel()
 
     bounds = free.bounds
     start = np.clip(free.start, *bounds)
-    model = free.at(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
+    model = free.build_model(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
     by_pressure = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
     pressures = [float(recorded.inputs.max()) for recorded in by_pressure]
-    away = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
-    stds = np.array([np.sqrt((of**2).mean(axis=0)) for of in away])
+    differences = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
+    stds = np.array([np.sqrt((recording_errors**2).mean(axis=0)) for recording_errors in differences])
 
-    def with_band(inputs: Array) -> tuple[Array, Array]:
+    def predict(inputs: Array) -> tuple[Array, Array]:
         """Errors grow with the pressure: the band is that of the highest so far, between those of the training set."""
         highest = np.maximum.accumulate(inputs[:, 0])
         return mean(model, inputs), np.stack([np.interp(highest, pressures, std) for std in stds.T], axis=-1)
 
-    return with_band
+    return predict
 
 
-def _crept(finger: Finger, pressures: Array, period: float) -> Array:
+def _creeping_angles(finger: Finger, pressures: Array, period: float) -> Array:
     """Joint angles of a hanging finger under pressures (T,) Pa that are held for a period, (T, N) rad; no inertia."""
-    found: Array = np.zeros((len(pressures), finger.segments))
+    angles: Array = np.zeros((len(pressures), finger.segments))
     q: Array = np.zeros(finger.segments)
     z: Array = np.zeros((len(finger.creep), finger.segments))
-    for row, pressure in zip(found, pressures, strict=True):
+    for row, pressure in zip(angles, pressures, strict=True):
         driving = finger.pressure_torque(pressure) + memory_torque(finger, z, pressure)
-        q = finger.angle(driving + gravity_torque(finger, q, np.array(abs(_DOWN))), pressure)
-        held = q / finger.softening(pressure)
-        z = advance(finger.creep, z, held, held, period)
+        q = finger.angle(driving + gravity_torque(finger, q, np.array(abs(_BEAM_GRAVITY))), pressure)
+        bend = q / finger.softening(pressure)
+        z = advance(finger.creep, z, bend, bend, period)
         row[:] = q
-    return found
+    return angles
 
 
 @dataclass(frozen=True)
-class _Pulled:
-    """A finger that rests where its tendons, springs and weight balance, and how recordings of it are described."""
+class _TendonBody:
+    """A finger that rests where its tendons, springs and weight balance, and the description of its recordings."""
 
     finger: Finger
     description: RecordingConfig
-    columns: tuple[str, ...]  # of what pulls its tendons, in the order of the inputs
+    columns: tuple[str, ...]  # of its tendons, in the order of the inputs
 
     def pulled(self, inputs: Array) -> Array:
         """Lengths of its tendons that are pulled in, m, from inputs (T, columns)."""
@@ -281,123 +281,126 @@ class _Pulled:
         return SettledStates(
             "benchmark",
             self.pulled(inputs),
-            outputs.reshape(len(outputs), -1, 3) @ axes_of(self.description),
+            outputs.reshape(len(outputs), -1, 3) @ frame_axes(self.description),
             np.array(list(markers.places.values())),
             np.full(len(inputs), ""),
-            gravity @ axes_of(self.description),
+            gravity @ frame_axes(self.description),
             np.array([markers.at.get(name, 1.0) for name in markers.places]),
             load,
         )
 
     def fitted(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
-        """The model with keys fitted to states, and where its base is in the axes of the recording, (3,) m."""
+        """Fits keys to states: the model, and the position of its base in the axes of the recording, (3,) m."""
         free = free_parameters(self.finger, keys, [])
         model = fit_states(free, states).model
-        away = [of.markers - _markers(model, of) for of in states]
-        return model, np.concatenate(away).mean(axis=(0, 1)) @ axes_of(self.description).T
+        differences = [recording.markers - _markers(model, recording) for recording in states]
+        return model, np.concatenate(differences).mean(axis=(0, 1)) @ frame_axes(self.description).T
 
 
 def _markers(model: Model, states: SettledStates) -> Array:
-    """Predicted markers in B, (T, M, 3) m; where the finger finds no balance, those of the row before.
+    """Predicted markers in B, (T, M, 3) m; rows without a balance repeat those before.
 
     Raises:
         SimulationDivergedError: if the finger finds no balance in any row.
     """
     markers = predicted_markers(model.finger, states, resting_positions(model, states))[0]
-    found = np.isfinite(markers).all(axis=(1, 2))
-    if not found.any():
+    is_balanced = np.isfinite(markers).all(axis=(1, 2))
+    if not is_balanced.any():
         raise SimulationDivergedError("the finger finds no shape in balance with its tendons")
-    last = np.maximum.accumulate(np.where(found, np.arange(len(found)), found.argmax()))
-    held: Array = markers[last]
-    return held
+    last = np.maximum.accumulate(np.where(is_balanced, np.arange(len(is_balanced)), is_balanced.argmax()))
+    filled: Array = markers[last]
+    return filled
 
 
 def _balance(
-    body: _Pulled, keys: Sequence[str], train: Sequence[Recorded], every: int = 1, load: float = 0.0
+    body: _TendonBody, keys: Sequence[str], train: Sequence[Recorded], stride: int = 1, load: float = 0.0
 ) -> Predict:
-    """Markers predicted by a model whose keys are fitted to every so many rows of the training set, under a load, kg.
+    """Predicts markers by a model whose keys are fitted to one in `stride` training rows, under a load, kg.
 
-    Of a test it does not know the load, and takes that of the training set.
+    Tests are predicted with the load of the training set.
     """
-    fitted = [Recorded(recorded.inputs[::every], recorded.outputs[::every]) for recorded in train]
-    states = [body.states(recorded.inputs, recorded.outputs, load) for recorded in fitted]
+    thinned = [Recorded(recorded.inputs[::stride], recorded.outputs[::stride]) for recorded in train]
+    states = [body.states(recorded.inputs, recorded.outputs, load) for recorded in thinned]
     model, base = body.fitted(keys, states)
 
     def mean(inputs: Array) -> Array:
-        unseen = np.zeros((len(inputs), states[0].markers[0].size))
-        found: Array = _markers(model, body.states(inputs, unseen, load)) @ axes_of(body.description).T + base
-        return found.reshape(len(inputs), -1)
+        no_markers = np.zeros((len(inputs), states[0].markers[0].size))
+        markers: Array = _markers(model, body.states(inputs, no_markers, load)) @ frame_axes(body.description).T + base
+        return markers.reshape(len(inputs), -1)
 
-    return _with_training_errors(mean, fitted)
+    return _add_training_stds(mean, thinned)
 
 
 def tendons_tip(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The balance of a robot's springs and tendons, as `identify` fits it."""
+    """Balances a robot's springs and tendons, as `identify` does."""
     name = f"tendon_robot_{task.name.split('_')[1]}"
     description = load_description(name)
     assert description.tendons is not None
-    body = _Pulled(_finger(name), description, tuple(description.tendons.columns.values()))
+    body = _TendonBody(_finger(name), description, tuple(description.tendons.columns.values()))
     return _balance(body, ("tendon.angle", "tendon.slack", "tendon.stiffness", "dry_friction"), train)
 
 
-_TENDONS = ("youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness")
-_SHAPES = 100  # how many rows of the training set are fitted
-_OF_LOAD = 240  # of so many rows of the training set one is fitted
-_WEIGHED, _WINDOW = 10, 300  # of so many rows one is weighed; the last so many of them count: 30 s
+_TRUNK_KEYS = ("youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness")
+_FITTED_ROWS = 100  # rows of the training set that are fitted
+_LOAD_STRIDE = 240  # one in so many training rows is fitted
+_WEIGHED, _WINDOW_ROWS = 10, 300  # one in so many rows is weighed; last weighed rows that count: 30 s
 
 
-def _trunk(description: str = "soft_trunk", motor: str = "phi") -> _Pulled:
+def _trunk(description: str = "soft_trunk", motor: str = "phi") -> _TendonBody:
     motors = tuple(f"{motor}{number}" for number in range(1, 7))
-    return _Pulled(_finger(description), load_description(description), motors)
+    return _TendonBody(_finger(description), load_description(description), motors)
 
 
 def trunk_shape(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The balance of the trunk's springs, tendons and weight, as `identify` fits it."""
-    return _balance(_trunk(), _TENDONS, train, _every_shape(train))
+    """Balances the trunk's springs, tendons and weight, as `identify` does."""
+    return _balance(_trunk(), _TRUNK_KEYS, train, _shape_stride(train))
 
 
 _TRAINED_LOAD = 0.2  # kg, at the tip of the trunk with other motors
 
 
 def trunk_dc_shape(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The balance of a trunk with other motors and a load, without the delay of its description, which looks ahead."""
-    return _balance(_trunk("trunk_dc", "u"), _TENDONS, train, _every_shape(train), _TRAINED_LOAD)
+    """Balances a trunk with other motors and a load, without the delay of its description, which looks ahead."""
+    return _balance(_trunk("trunk_dc", "u"), _TRUNK_KEYS, train, _shape_stride(train), _TRAINED_LOAD)
 
 
-def _every_shape(train: Sequence[Recorded]) -> int:
-    return max(sum(len(recorded.inputs) for recorded in train) // _SHAPES, 1)
+def _shape_stride(train: Sequence[Recorded]) -> int:
+    return max(sum(len(recorded.inputs) for recorded in train) // _FITTED_ROWS, 1)
 
 
 def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The mass with which the fitted trunk agrees with the disks of the last 30 s best, as `weigh` finds it."""
+    """Estimates the mass with which the fitted trunk agrees best with the disks of the last 30 s, as `weigh` does."""
     body, masses = _trunk(), [1e-3 * float(recorded.outputs[0, 0]) for recorded in train]
-    every = slice(None, None, _OF_LOAD)
+    stride = slice(None, None, _LOAD_STRIDE)
     states = [
-        body.states(recorded.inputs[every, _DISKS:], recorded.inputs[every, :_DISKS], mass)
+        body.states(recorded.inputs[stride, _DISKS:], recorded.inputs[stride, :_DISKS], mass)
         for recorded, mass in zip(train, masses, strict=True)
     ]
-    model, base = body.fitted(("density", *_TENDONS), states)
+    model, base = body.fitted(("density", *_TRUNK_KEYS), states)
     middle, half = (max(masses) + min(masses)) / 2, (max(masses) - min(masses)) / 2
 
     def mean(inputs: Array) -> Array:
         disks = inputs[::_WEIGHED, :_DISKS] - np.tile(base, _DISKS // 3)
-        seen = body.states(inputs[::_WEIGHED, _DISKS:], disks)
-        light, even, heavy = (_markers(model, replace(seen, load=middle + u * half)) for u in (-1, 0, 1))
-        found = middle + half * _agreeing(seen.markers - even, (heavy - light) / 2, (heavy + light) / 2 - even)
-        return 1e3 * np.repeat(np.maximum(found, 0.0), _WEIGHED)[: len(inputs), None]
+        tested = body.states(inputs[::_WEIGHED, _DISKS:], disks)
+        light, even, heavy = (_markers(model, replace(tested, load=middle + u * half)) for u in (-1, 0, 1))
+        masses_ = middle + half * _best_load_shift(
+            tested.markers - even, (heavy - light) / 2, (heavy + light) / 2 - even
+        )
+        return 1e3 * np.repeat(np.maximum(masses_, 0.0), _WEIGHED)[: len(inputs), None]
 
-    return _with_training_errors(mean, train)
+    return _add_training_stds(mean, train)
 
 
-_STEPS = 4  # of Gauss and Newton
+_NEWTON_STEPS = 4  # of Gauss and Newton
 
 
-def _agreeing(error: Array, slope: Array, curving: Array) -> Array:
-    """The u with which  error = slope u + curving u^2  holds best in the window before every row, (T, ...) -> (T,)."""
-    bb, bc, cc = _last(slope**2), _last(slope * curving), _last(curving**2)
-    be, ce = _last(slope * error), _last(curving * error)
+def _best_load_shift(error: Array, slope: Array, curving: Array) -> Array:
+    """Least-squares u of  error = slope u + curving u^2  in the window before every row, (T, ...) -> (T,)."""
+    # Window sums of the products of slope b, curving c and error e.
+    bb, bc, cc = _window_sums(slope**2), _window_sums(slope * curving), _window_sums(curving**2)
+    be, ce = _window_sums(slope * error), _window_sums(curving * error)
     u: Array = np.zeros(len(error))
-    for _ in range(_STEPS):
+    for _ in range(_NEWTON_STEPS):
         descent = be + u * (2 * ce - bb) - 3 * bc * u**2 - 2 * cc * u**3
         u = u + descent / (bb + 4 * bc * u + 4 * cc * u**2)
     return u
@@ -406,8 +409,8 @@ def _agreeing(error: Array, slope: Array, curving: Array) -> Array:
 _DISKS = 9  # coordinates
 
 
-def _last(values: Array) -> Array:
-    """Sums over the rows of a window that ends with each, (T, ...) -> (T,)."""
+def _window_sums(values: Array) -> Array:
+    """Sums over the window that ends with each row, (T, ...) -> (T,)."""
     total = np.concatenate([[0.0], values.sum(axis=(1, 2)).cumsum()])
     ends = np.arange(1, len(total))
-    return total[ends] - total[np.maximum(ends - _WINDOW, 0)]
+    return total[ends] - total[np.maximum(ends - _WINDOW_ROWS, 0)]

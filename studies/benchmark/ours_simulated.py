@@ -1,4 +1,4 @@
-"""Our estimators on simulated contacts and grasps, whose fingers are known to them."""
+"""Applies our estimators to simulated contacts and grasps, with exact models of the fingers."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -28,88 +28,88 @@ from studies.contacts.contacts import G
 _UNCERTAINTY = Uncertainty(reading=1.5e-3, bend_per_pressure=EXACT)
 
 
-def _known(inputs: Array) -> tuple[Array, Array, Array]:
+def _contact_inputs(inputs: Array) -> tuple[Array, Array, Array]:
     """Readings (T, 4), driving torque (T, N) N m and gravity (T, 3) of the inputs of contacts."""
     driving = layout().finger.pressure_torque(inputs[:, 4])
     return inputs[:, :4], driving, np.insert(inputs[:, 5:7], 1, 0.0, axis=-1)
 
 
-def with_tip_std(mean: Array, finger: Finger, found: ShapeEstimate) -> Predicted:
-    """The tip, (T, 2) m, with the standard deviation of an estimate of the shape, if it has one, for both axes."""
-    if found.covariance is None:
+def add_tip_std(mean: Array, finger: Finger, estimate: ShapeEstimate) -> Predicted:
+    """Adds the standard deviation of an estimate of the shape, if it has one, to tips, (T, 2) m."""
+    if estimate.covariance is None:
         return mean
-    std = position_std(finger, found.q, found.covariance)[:, -1:]
+    std = position_std(finger, estimate.q, estimate.covariance)[:, -1:]
     return mean, np.broadcast_to(std, mean.shape)
 
 
 def contact_tip(name: str) -> Estimator:
-    """The tip, by an estimator of the shape."""
+    """Estimates the tip by an estimator of the shape."""
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
         sensors = layout()
         function = estimator_function(name, sensors, _UNCERTAINTY)
 
         def predict(inputs: Array) -> Predicted:
-            found: ShapeEstimate = function(*_known(inputs))
-            return with_tip_std(as_points(found.points(sensors.finger)[:, -1]), sensors.finger, found)
+            estimate: ShapeEstimate = function(*_contact_inputs(inputs))
+            return add_tip_std(as_points(estimate.points(sensors.finger)[:, -1]), sensors.finger, estimate)
 
         return predict
 
     return estimator
 
 
-def _contact(of: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
-    """An estimator of the contact, by `contact`."""
+def _contact_estimator(estimate: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
+    """Makes an estimator of a quantity of the contact, by `contact`."""
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
-        found = ContactShape(layout(), _UNCERTAINTY)
-        return lambda inputs: of(found, inputs)
+        contact_shape = ContactShape(layout(), _UNCERTAINTY)
+        return lambda inputs: estimate(contact_shape, inputs)
 
     return estimator
 
 
-def _force(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
-    """The normal force; 0 where nothing is detected."""
-    known = _known(inputs)
-    contact = found(*known).contact
+def _force(shape: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """Normal force; 0 where nothing is detected."""
+    contact_inputs = _contact_inputs(inputs)
+    contact = shape(*contact_inputs).contact
     assert contact is not None
-    return _with_interval(contact.force, found.posterior(*known).force_interval)
+    return _add_interval_std(contact.force, shape.posterior(*contact_inputs).force_interval)
 
 
-def _transverse(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
-    """The transverse force; 0 where nothing is detected."""
-    known = _known(inputs)
-    contact = found(*known).contact
+def _transverse(shape: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """Transverse force; 0 where nothing is detected."""
+    contact_inputs = _contact_inputs(inputs)
+    contact = shape(*contact_inputs).contact
     assert contact is not None
     assert contact.transverse_force is not None
-    return _with_interval(contact.transverse_force, found.posterior(*known).transverse_force_interval)
+    return _add_interval_std(contact.transverse_force, shape.posterior(*contact_inputs).transverse_force_interval)
 
 
-def _with_interval(force: Array, interval: Array) -> tuple[Array, Array]:
-    """Forces, (T) N, with bands as wide as 95 % intervals of their sizes, (T, 3), need."""
+def _add_interval_std(force: Array, interval: Array) -> tuple[Array, Array]:
+    """Forces, (T) N, with the standard deviations of 95 % intervals of their sizes, (T, 3)."""
     mean, (low, _, high) = np.nan_to_num(force), np.nan_to_num(interval, nan=0.0).T
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / NORMAL_95
 
 
-def _place(found: ContactShape, inputs: Array) -> tuple[Array, Array]:
-    """The location, with a band as wide as its likelihood set; the middle, and all of it, where nothing is detected."""
-    length, known = layout().finger.length, _known(inputs)
-    contact = found(*known).contact
+def _place(shape: ContactShape, inputs: Array) -> tuple[Array, Array]:
+    """Location, with a band as wide as its likelihood set; the whole finger where nothing is detected."""
+    length, contact_inputs = layout().finger.length, _contact_inputs(inputs)
+    contact = shape(*contact_inputs).contact
     assert contact is not None
-    place, likely = contact.arc_length, found.posterior(*known).arc_length_set
-    ends = np.where(np.isfinite(likely), likely, [0.0, length])
+    place, arc_length_set = contact.arc_length, shape.posterior(*contact_inputs).arc_length_set
+    ends = np.where(np.isfinite(arc_length_set), arc_length_set, [0.0, length])
     mean = np.where(np.isfinite(place), place, ends.mean(axis=1))
     return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / NORMAL_95
 
 
-contact_force = _contact(_force)
-contact_place = _contact(_place)
-contact_transverse = _contact(_transverse)
+contact_force = _contact_estimator(_force)
+contact_place = _contact_estimator(_place)
+contact_transverse = _contact_estimator(_transverse)
 
 
 @cache
 def _gripper_finger() -> Finger:
-    """Either finger of the gripper that holds the objects."""
+    """Finger of the gripper that holds the objects."""
     return expand_urdf(model_path("package://soft_gripper/grippers/two_finger.urdf")).fingers[0]
 
 
@@ -124,10 +124,10 @@ def _grasp_estimates(inputs: Array) -> tuple[Array, Array]:
 
 
 def grasp_shape(task: Question, train: Sequence[Recorded]) -> Predict:
-    """The discriminant, trained on the estimates of the training grasps."""
+    """Trains the discriminant on the estimates of the training grasps."""
     angles, torques = _grasp_estimates(np.vstack([recorded.inputs for recorded in train]))
-    held = np.vstack([recorded.outputs for recorded in train]).argmax(axis=1)
-    labels = [task.outputs[shape].name for shape in held]
+    classes = np.vstack([recorded.outputs for recorded in train]).argmax(axis=1)
+    labels = [task.outputs[shape].name for shape in classes]
     model = train_object_classifier(labels, angles, torques)
     order = [model.shapes.index(channel.name) for channel in task.outputs]
     return lambda inputs: model.probabilities(*_grasp_estimates(inputs))[:, order]

@@ -1,4 +1,4 @@
-"""Published numbers, quoted beside those of the benchmark: of other bodies, sensors and contacts, so for scale only."""
+"""Quotes published numbers beside those of the benchmark: other bodies, sensors and contacts, so for scale only."""
 
 from collections.abc import Set
 from dataclasses import dataclass
@@ -60,6 +60,6 @@ PUBLISHED = (
 )
 
 
-def published_beside(tasks: Set[str]) -> list[Published]:
+def comparable_numbers(tasks: Set[str]) -> list[Published]:
     """Published numbers that may be compared with one of these tasks."""
-    return [each for each in PUBLISHED if not tasks.isdisjoint(each.tasks)]
+    return [number for number in PUBLISHED if not tasks.isdisjoint(number.tasks)]

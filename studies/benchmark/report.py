@@ -1,4 +1,4 @@
-"""Results of the benchmark: a document that can be compared, and a figure."""
+"""Writes and reads results of the benchmark: scores -> a document that can be compared, and a figure."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -17,41 +17,41 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import read_json
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
 from studies.benchmark.benchmark_task import VERSION, Task
-from studies.benchmark.published import published_beside
+from studies.benchmark.published import comparable_numbers
 from studies.benchmark.scores import Score
 from studies.benchmark.tasks import TASKS
 
-SHOWN = {"m": (1e3, "mm")}  # factor and unit in figures and tables
+SHOWN_UNITS = {"m": (1e3, "mm")}  # factor and unit in figures and tables
 
 
 def document(scores: Sequence[Score], tasks: Sequence[Task]) -> dict[str, Any]:
-    """The contents of a results file: versions, checksums of tasks, scores, and published numbers beside them."""
+    """Contents of a results file: versions, checksums of tasks, scores, and published numbers."""
     scored = {score.task for score in scores}
     return {
         "benchmark": VERSION,
         "soft_gripper": version("soft-gripper"),
         "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored},
         "scores": [asdict(score) for score in scores],
-        "published": [asdict(each) for each in published_beside(scored)],
+        "published": [asdict(number) for number in comparable_numbers(scored)],
     }
 
 
 def load_scores(file: Path) -> list[Score]:
-    """The scores of a results file.
+    """Reads the scores of a results file.
 
     Raises:
         InputError: if it is none, or of other data.
     """
-    found = read_json(file)
+    content = read_json(file)
     try:
-        stated, rows, checksums = found.get("benchmark"), list(found["scores"]), dict(found["sha256"])
+        found_version, rows, checksums = (content.get("benchmark"), list(content["scores"]), dict(content["sha256"]))
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(file, "file", file.name, "was not written by python -m studies benchmark") from None
-    if stated != VERSION:
-        raise InputError(file, "benchmark", stated, f"must be {VERSION}: score again with this version")
+    if found_version != VERSION:
+        raise InputError(file, "benchmark", found_version, f"must be {VERSION}: score again with this version")
     for task in TASKS:
-        of_task = checksums.get(task.name, task.sha256)
-        if not isinstance(of_task, dict) or any(of_task.get(name) != value for name, value in task.sha256.items()):
+        sums = checksums.get(task.name, task.sha256)
+        if not isinstance(sums, dict) or any(sums.get(name) != value for name, value in task.sha256.items()):
             raise InputError(file, "sha256", task.name, "was scored on other data, and cannot be compared")
     return [_score(file, row) for row in rows]
 
@@ -84,47 +84,47 @@ def _score(file: Path, row: Any) -> Score:
 
 def by_region(scores: Sequence[Score]) -> Mapping[tuple[str, str], Mapping[str, Score]]:
     """Scores by task and region, and by estimator, in their order."""
-    found: dict[tuple[str, str], dict[str, Score]] = {}
+    grouped: dict[tuple[str, str], dict[str, Score]] = {}
     for score in scores:
-        found.setdefault((score.task, score.region), {})[score.estimator] = score
-    return found
+        grouped.setdefault((score.task, score.region), {})[score.estimator] = score
+    return grouped
 
 
 def figure(scores: Sequence[Score]) -> Figure:
-    """The mean error of every estimator in every region, a panel for each task."""
+    """Plots the mean error of every estimator in every region, a panel for each task."""
     names, tasks = list(dict.fromkeys(s.estimator for s in scores)), list(dict.fromkeys(s.task for s in scores))
-    looks = {name: _look(place, name) for place, name in enumerate(names)}
+    styles = {name: _marker_style(place, name) for place, name in enumerate(names)}
     columns = min(3, len(tasks))
     rows = -(-len(tasks) // columns)
     with plt.rc_context(STYLE):
-        made, panels = plt.subplots(
+        figure_, panels = plt.subplots(
             rows, columns, figsize=(3.6 * columns, 2.5 * rows + 0.6), squeeze=False, constrained_layout=True
         )
         for panel, task in zip(panels.flat, tasks, strict=False):
-            _draw(panel, [score for score in scores if score.task == task], looks)
+            _draw(panel, [score for score in scores if score.task == task], styles)
         for panel in panels.flat[len(tasks) :]:
             panel.set_axis_off()
-        handles = [Line2D([], [], **look) for look in looks.values()]
-        made.legend(handles, names, loc="outside upper center", ncols=min(len(names), 5), frameon=False)
-    plt.close(made)
-    return made
+        handles = [Line2D([], [], **look) for look in styles.values()]
+        figure_.legend(handles, names, loc="outside upper center", ncols=min(len(names), 5), frameon=False)
+    plt.close(figure_)
+    return figure_
 
 
-def _look(place: int, name: str) -> dict[str, Any]:
+def _marker_style(place: int, name: str) -> dict[str, Any]:
     """Marker of an estimator; it is hollow where the colours repeat."""
     hollow = {"mfc": "none", "mew": 1.5} if place >= len(ESTIMATOR_COLORS) else {}
     return estimator_style(place, name) | {"ls": "", "ms": 6} | hollow
 
 
-def _draw(panel: Axes, scores: Sequence[Score], looks: Mapping[str, dict[str, Any]]) -> None:
-    """Errors on a logarithmic scale, or the share of wrong answers."""
-    regions, names = (list(dict.fromkeys(getattr(s, of) for s in scores)) for of in ("region", "estimator"))
-    factor, unit = SHOWN.get(scores[0].unit, (1.0, scores[0].unit))
-    apart = 0.7 / len(names)
+def _draw(panel: Axes, scores: Sequence[Score], styles: Mapping[str, dict[str, Any]]) -> None:
+    """Draws errors on a logarithmic scale, or the percentage of wrong answers."""
+    regions, names = (list(dict.fromkeys(getattr(s, field) for s in scores)) for field in ("region", "estimator"))
+    factor, unit = SHOWN_UNITS.get(scores[0].unit, (1.0, scores[0].unit))
+    spacing = 0.7 / len(names)
     for i, name in enumerate(names):
-        own = [score for score in scores if score.estimator == name]
-        places = [regions.index(score.region) + (i - (len(names) - 1) / 2) * apart for score in own]
-        panel.plot(places, [factor * score.mean for score in own], **looks[name])
+        estimator_scores = [score for score in scores if score.estimator == name]
+        positions = [regions.index(score.region) + (i - (len(names) - 1) / 2) * spacing for score in estimator_scores]
+        panel.plot(positions, [factor * score.mean for score in estimator_scores], **styles[name])
     is_share = unit == "%"
     panel.set(title=scores[0].task, ylabel="wrong [%]" if is_share else f"mean error [{unit}]")
     panel.set(xlim=(-0.5, len(regions) - 0.5), yscale="linear" if is_share else "log")

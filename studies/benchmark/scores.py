@@ -1,4 +1,4 @@
-"""Scores of estimates."""
+"""Scores estimates by the truth, (T, m) each: errors, coverage of bands and proper scores by region of a task."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from studies.benchmark.benchmark_task import Task, Tested
 from studies.benchmark.estimates import Answers
 from studies.contacts.contact_coverage import interval_score
 
-_SET = 0.95  # of the probability, that a set of answers holds
+_SET_PROBABILITY = 0.95  # of the probability, that a set of answers holds
 
 
 @dataclass(frozen=True)
@@ -40,62 +40,64 @@ class Score:
     interval_score: float | None = None  # mean of single outputs, in the unit; None in recognition, or without a band
 
 
-def scores(task: Task, name: str, stated: Answers, tested: Tested) -> Iterator[Score]:
-    """The scores of an estimator in every region of which it states something."""
-    scored = _recognized if task.recognition else _measured
-    for region, found in stated.items():
+def scores(task: Task, name: str, answers: Answers, tested: Tested) -> Iterator[Score]:
+    """Yields the scores of an estimator in every region with estimates."""
+    score_fields = _recognition_score if task.recognition else _error_score
+    for region, estimates in answers.items():
         truth = np.vstack([recorded.outputs for recorded in tested[region]])
-        mean = np.vstack([each.mean for each in found])
-        bands = [each.std for each in found if each.std is not None]
-        found_std = np.vstack(bands) if bands else None
-        yield Score(task.name, region, name, len(truth), **scored(task, truth, mean, found_std))
+        mean = np.vstack([estimate.mean for estimate in estimates])
+        bands = [estimate.std for estimate in estimates if estimate.std is not None]
+        std = np.vstack(bands) if bands else None
+        yield Score(task.name, region, name, len(truth), **score_fields(task, truth, mean, std))
 
 
 def crps(error: Array, std: Array) -> Array:
     """Continuous ranked probability score of normal estimates, in the unit of their errors.
 
-    It is least in the mean for an estimator that states what it knows (Gneiting and Raftery, *JASA* 102, 2007, section
+    Its mean is least for an estimator with true standard deviations (Gneiting and Raftery, *JASA* 102, 2007, section
     4.2), and the size of the error if the standard deviation is 0.
     """
     size = np.abs(error)
     with np.errstate(divide="ignore", invalid="ignore"):
         z = np.where(std > 0, size / std, np.inf)
         density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
-    found: Array = size * (2 * ndtr(z) - 1) + std * (2 * density - 1 / np.sqrt(np.pi))
-    return found
+    score: Array = size * (2 * ndtr(z) - 1) + std * (2 * density - 1 / np.sqrt(np.pi))
+    return score
 
 
-def _measured(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
-    """The fields of a score from its unit on."""
+def _error_score(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+    """Fields of a score of numbers, from its unit on."""
     errors = mean - truth
     distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
     proper = float(crps(errors, np.zeros_like(errors) if std is None else std).mean())
-    within = None if std is None else percent_within(errors, NORMAL_95 * std)
+    coverage = None if std is None else percent_within(errors, NORMAL_95 * std)
     band = None if std is None else NORMAL_95 * std
     width = None if band is None else 2 * float(band.mean())
-    missed = None if band is None else float(interval_score(np.stack([-band, band], axis=-1), errors).mean())
-    found = {"proper": proper, "within_band_percent": within, "band": width, "interval_score": missed}
-    return distances | found | {"unit": task.outputs[0].unit}
+    interval = None if band is None else float(interval_score(np.stack([-band, band], axis=-1), errors).mean())
+    fields = {"proper": proper, "within_band_percent": coverage, "band": width, "interval_score": interval}
+    return distances | fields | {"unit": task.outputs[0].unit}
 
 
-def _recognized(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
-    """Scores of recognition, as those of numbers; standard deviations are not used."""
-    stated, true = with_unknown(mean), with_unknown(truth)
-    held = true.argmax(axis=1)
-    order = np.argsort(-stated, axis=1, kind="stable")
-    before = np.cumsum(np.take_along_axis(stated, order, axis=1), axis=1) - np.take_along_axis(stated, order, axis=1)
-    counted = before < _SET - 1e-9  # the fewest of the likeliest answers
-    place = (order == held[:, None]).argmax(axis=1)
-    within = 100 * float(np.take_along_axis(counted, place[:, None], axis=1).mean())
-    wrong, unknown = (100 * float(found.mean()) for found in (place > 0, order[:, 0] == mean.shape[1]))
-    brier = float(((stated - true) ** 2).sum(axis=1).mean())
-    band = float(counted.sum(axis=1).mean())
+def _recognition_score(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+    """Fields of a score of recognition; standard deviations are not used."""
+    probabilities, true = add_unknown(mean), add_unknown(truth)
+    true_class = true.argmax(axis=1)
+    order = np.argsort(-probabilities, axis=1, kind="stable")
+    mass_before = np.cumsum(np.take_along_axis(probabilities, order, axis=1), axis=1) - np.take_along_axis(
+        probabilities, order, axis=1
+    )
+    is_in_set = mass_before < _SET_PROBABILITY - 1e-9  # the fewest of the likeliest answers
+    rank = (order == true_class[:, None]).argmax(axis=1)
+    within = 100 * float(np.take_along_axis(is_in_set, rank[:, None], axis=1).mean())
+    wrong, unknown = (100 * float(is_wrong.mean()) for is_wrong in (rank > 0, order[:, 0] == mean.shape[1]))
+    brier = float(((probabilities - true) ** 2).sum(axis=1).mean())
+    band = float(is_in_set.sum(axis=1).mean())
     counts = {"mean": wrong, "proper": brier, "within_band_percent": within, "band": band, "unknown_percent": unknown}
     return counts | {"unit": "%", "median": None, "percentile_95": None}
 
 
-def with_unknown(stated: Array) -> Array:
+def add_unknown(probabilities: Array) -> Array:
     """Probabilities (T, C) of classes, and then that of no class; negative ones count as 0, sums above 1 are scaled."""
-    known = np.maximum(stated, 0.0)
-    total = known.sum(axis=1, keepdims=True)
-    return np.hstack([known / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])
+    positive = np.maximum(probabilities, 0.0)
+    total = positive.sum(axis=1, keepdims=True)
+    return np.hstack([positive / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])

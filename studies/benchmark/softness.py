@@ -1,8 +1,8 @@
-"""How soft is what is held: blocks of four materials, told apart by what the sensors of two fingers estimate.
+"""Recognizes the softness of a grasped block, of four materials, by the estimates of two fingers.
 
 Two fingers close on a block, and press harder. The narrowest gap between their estimated inner surfaces becomes smaller
-as the estimated force grows; the ratio is the compliance of the grasp. Some grasps show which compliances a material
-has; the others are recognized by it. The shape is estimated by `gaussian` with an exact nominal model, from realistic
+as the estimated force grows; the ratio is the compliance of the grasp. Some grasps train the compliances of a material,
+the others are recognized by them. The shape is estimated by `gaussian` with an exact nominal model, from realistic
 sensors, whose readings are averaged for two seconds at each pressure.
 """
 
@@ -33,10 +33,10 @@ from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors
-from studies.benchmark.random_objects import SENSORS, SETS, draw, free_model, with_errors, with_mesh
+from studies.benchmark.random_objects import SENSOR_STREAM, SETS, disturb_readings, draw, free_model, replace_mesh
 
 MATERIALS = {"20 kPa": 2e4, "60 kPa": 6e4, "200 kPa": 2e5, "wood": 1e8}  # Pa, moduli
-_LEAST_SHARE = 0.5  # %, of those that are listed
+_MIN_LISTED_PERCENT = 0.5  # %, of those that are listed
 SECTIONS = (2, 4)
 BLOCK = "package://soft_objects/objects/soft_block.vtk"
 PRESSURES = [50e3, 200e3]  # Pa
@@ -47,27 +47,27 @@ _CHANGES = (
     "plant_config.discrete_contact_approximation=sap",
     f"estimator.uncertainty.bend_per_pressure={EXACT}",
 )
-YAW, SIZE = 3.0, 10  # degrees, as poses are reported in grasp trials; percent
+MAX_YAW, MAX_SIZE = 3.0, 10  # degrees, as poses are reported in grasp trials; percent
 _ESTIMATOR = "gaussian"
 
 
 def block_scenario(material: str, drawn: RandomObject) -> Scenario:
-    """Two fingers close on a block, and press harder."""
-    scenario = with_mesh(load_scenario(_SCENARIO, _CHANGES), BLOCK, 1.0, drawn)
+    """Scenario in which two fingers close on a block, and press harder."""
+    scenario = replace_mesh(load_scenario(_SCENARIO, _CHANGES), BLOCK, 1.0, drawn)
     cast(SoftMesh, free_model(scenario).mesh).youngs_modulus = MATERIALS[material]
     return scenario
 
 
 @dataclass(frozen=True)
 class Compliance:
-    """Compliance in one grasp, as estimated, m/N."""
+    """Estimated compliance in one grasp, m/N."""
 
     realistic: Array  # (E,) of each draw of the sensors
     ideal: float  # with ideal sensors
 
 
-def gaps_and_forces(gripper: Gripper, fingers: Sequence[Finger], angles: Array, torques: Array) -> tuple[Array, Array]:
-    """Narrowest gap between two fingers, and the force with which they press there.
+def grip_gaps(gripper: Gripper, fingers: Sequence[Finger], angles: Array, torques: Array) -> tuple[Array, Array]:
+    """Narrowest gap between two fingers, and their normal force there.
 
     Args:
         gripper, fingers: the two.
@@ -80,18 +80,18 @@ def gaps_and_forces(gripper: Gripper, fingers: Sequence[Finger], angles: Array, 
     surfaces = [InnerSurface(finger) for finger in fingers]
     gaps, forces = np.empty(len(angles)), np.empty(len(angles))
     for level, (q, torque) in enumerate(zip(angles, torques, strict=True)):
-        points = [surface.points(each) for surface, each in zip(surfaces, q, strict=True)]
-        one, other = (gripper.curve(finger, each) for finger, each in enumerate(points))
-        apart = np.linalg.norm(one[:, None] - other, axis=-1)
-        touching = np.unravel_index(apart.argmin(), apart.shape)
-        gaps[level] = apart[touching]
-        pressing = []
-        for finger, place in enumerate(touching):
+        points = [surface.points(bends) for surface, bends in zip(surfaces, q, strict=True)]
+        left_curve, right_curve = (gripper.curve(finger, bends) for finger, bends in enumerate(points))
+        distances = np.linalg.norm(left_curve[:, None] - right_curve, axis=-1)
+        closest = np.unravel_index(distances.argmin(), distances.shape)
+        gaps[level] = distances[closest]
+        finger_forces = []
+        for finger, station in enumerate(closest):
             joints = forward_kinematics(q[finger], fingers[finger].segment_length).joints
-            lever = np.maximum(points[finger][place].real - joints.real, 0)  # of a force across the base
+            lever = np.maximum(points[finger][station].real - joints.real, 0)  # of a force across the base
             square = float(lever @ lever)
-            pressing.append(-float(torque[finger] @ lever) / square if square > 0 else np.nan)
-        forces[level] = np.mean(pressing)
+            finger_forces.append(-float(torque[finger] @ lever) / square if square > 0 else np.nan)
+        forces[level] = np.mean(finger_forces)
     return gaps, forces
 
 
@@ -102,9 +102,9 @@ def compliance(gaps: Array, forces: Array) -> float:
 
 def grasp_compliance(seed: int, set: str, number: int, material: str) -> dict[int, Compliance]:
     """Simulates a grasp, and estimates its compliance for each number of sections."""
-    station = make_private_station(block_scenario(material, draw(seed, set, number, material, YAW, SIZE)))
+    station = make_private_station(block_scenario(material, draw(seed, set, number, material, MAX_YAW, MAX_SIZE)))
     recording = run_station(station)
-    rng = np.random.default_rng([seed, SETS.index(set), number, *material.encode(), SENSORS])
+    rng = np.random.default_rng([seed, SETS.index(set), number, *material.encode(), SENSOR_STREAM])
     return {sections: _compliance(station, recording, sections, rng) for sections in SECTIONS}
 
 
@@ -112,39 +112,39 @@ def _compliance(station: Station, recording: Recording, sections: int, rng: np.r
     errors = strain_errors(station.scenario.sensor)
     assert errors is not None
     ideal = [read_again(station, recording, finger, sections) for finger in station.fingers]
-    drawn = zip(*[with_errors(each, errors, rng) for each in ideal], strict=True)
-    realistic = [_estimated(station, recording, of_fingers) for of_fingers in drawn]
-    return Compliance(np.array(realistic), _estimated(station, recording, ideal))
+    draws = zip(*[disturb_readings(ideal_readings, errors, rng) for ideal_readings in ideal], strict=True)
+    realistic = [_estimate_compliance(station, recording, draw) for draw in draws]
+    return Compliance(np.array(realistic), _estimate_compliance(station, recording, ideal))
 
 
-def _estimated(station: Station, recording: Recording, sensors: Sequence[ReadAgain]) -> float:
-    """The compliance of a grasp as estimated from the readings of both fingers."""
+def _estimate_compliance(station: Station, recording: Recording, sensors: Sequence[ReadAgain]) -> float:
+    """Estimates the compliance of a grasp from the readings of both fingers."""
     fingers = station.fingers
     angles: list[Array] = []
     torques: list[Array] = []
     for finger, again in zip(fingers, sensors, strict=True):
         torque = external_torque_again(station, recording, finger, again, _ESTIMATOR)
-        for found, values in ((angles, again.shape(_ESTIMATOR).q), (torques, torque)):
-            found.append(held_samples(station.scenario, recording, values).mean(axis=1))
+        for target, values in ((angles, again.shape(_ESTIMATOR).q), (torques, torque)):
+            target.append(held_samples(station.scenario, recording, values).mean(axis=1))
     gripper = Gripper.of_bases([finger.X_WB for finger in fingers])
     models = [finger.finger for finger in fingers]
-    return compliance(*gaps_and_forces(gripper, models, np.stack(angles, axis=1), np.stack(torques, axis=1)))
+    return compliance(*grip_gaps(gripper, models, np.stack(angles, axis=1), np.stack(torques, axis=1)))
 
 
-def likeliest(found: Array, trained: dict[str, Array]) -> list[str]:
-    """The material of each of some compliances, (E,), if those of every material are normally distributed."""
+def likeliest(compliances: Array, trained: dict[str, Array]) -> list[str]:
+    """Most likely material of compliances, (E,), if those of every material are normally distributed."""
     names, means, widths = list(trained), *(np.array([f(v) for v in trained.values()]) for f in (np.mean, np.std))
-    scores = -np.log(widths) - ((found[:, None] - means) / widths) ** 2 / 2
+    scores = -np.log(widths) - ((compliances[:, None] - means) / widths) ** 2 / 2
     return [names[i] for i in scores.argmax(axis=1)]
 
 
 @dataclass(frozen=True)
 class SoftnessRow:
-    """How the test grasps of one material are recognized with so many sections; each draw of sensors is a share.
+    """Recognition of the test grasps of one material; each draw of sensors counts as a fraction of a grasp.
 
     compliance_mm_n, std_mm_n: mean and standard deviation.
     ideal_mm_n, ideal_std_mm_n: with ideal sensors.
-    taken_for: what it is taken for, shares in percent.
+    taken_for: recognized materials, in percent.
     """
 
     sections: int
@@ -167,12 +167,12 @@ def softness_rows(grasps: Grasps) -> list[SoftnessRow]:
 
 
 def _row(grasps: Grasps, sections: int, material: str) -> SoftnessRow:
-    trained = {each: _realistic(grasps, SETS[0], sections, each) for each in MATERIALS}
+    trained = {name: _realistic(grasps, SETS[0], sections, name) for name in MATERIALS}
     tested = _realistic(grasps, SETS[1], sections, material)
-    ideal = [found[sections].ideal for (set, _, name), found in grasps.items() if (set, name) == (SETS[1], material)]
+    ideal = [grasp[sections].ideal for (set, _, name), grasp in grasps.items() if (set, name) == (SETS[1], material)]
     answers = likeliest(tested, trained)
-    shares = {name: 100 * answers.count(name) / len(answers) for name in MATERIALS}
-    taken_for = ", ".join(f"{name} {share:.0f}" for name, share in shares.items() if share >= _LEAST_SHARE)
+    percentages = {name: 100 * answers.count(name) / len(answers) for name in MATERIALS}
+    taken_for = ", ".join(f"{name} {share:.0f}" for name, share in percentages.items() if share >= _MIN_LISTED_PERCENT)
     return SoftnessRow(
         sections,
         material,
@@ -181,19 +181,19 @@ def _row(grasps: Grasps, sections: int, material: str) -> SoftnessRow:
         std_mm_n=1e3 * float(tested.std()),
         ideal_mm_n=1e3 * float(np.mean(ideal)),
         ideal_std_mm_n=1e3 * float(np.std(ideal)),
-        right_percent=shares[material],
+        right_percent=percentages[material],
         taken_for=taken_for,
     )
 
 
 def _realistic(grasps: Grasps, set: str, sections: int, material: str) -> Array:
-    """The compliances of a material with every draw of the sensors."""
-    found = [each[sections].realistic for (where, _, name), each in grasps.items() if (where, name) == (set, material)]
-    return np.concatenate(found)
+    """Compliances of a material with every draw of the sensors."""
+    draws = [grasp[sections].realistic for (part, _, name), grasp in grasps.items() if (part, name) == (set, material)]
+    return np.concatenate(draws)
 
 
 def run_grasps(numbers: Mapping[str, int], seed: int, executor: Executor) -> Grasps:
-    """So many grasps of every material, for each of SETS."""
+    """Simulates grasps of every material, their number for each of SETS."""
     keys = [(set, i, material) for set in SETS for i in range(numbers[set]) for material in MATERIALS]
     return results(executor, grasp_compliance, {key: (seed, *key) for key in keys})
 
@@ -202,9 +202,9 @@ def print_softness(rows: Sequence[SoftnessRow]) -> None:
     """Prints the table."""
     print("sections  material  compliance [mm/N]  ideal sensors  right %  taken for %")
     for row in rows:
-        found = f"{row.compliance_mm_n:.2f} +- {row.std_mm_n:.2f}"
+        real = f"{row.compliance_mm_n:.2f} +- {row.std_mm_n:.2f}"
         ideal = f"{row.ideal_mm_n:.2f} +- {row.ideal_std_mm_n:.2f}"
-        print(f"{row.sections:8}  {row.material:<8} {found:>18} {ideal:>14} {row.right_percent:8.0f}  {row.taken_for}")
+        print(f"{row.sections:8}  {row.material:<8} {real:>18} {ideal:>14} {row.right_percent:8.0f}  {row.taken_for}")
     for sections in SECTIONS:
         right = np.mean([row.right_percent for row in rows if row.sections == sections])
         print(f"{sections} sections: {right:.1f} % right")

@@ -1,6 +1,6 @@
-"""A submission: what an estimator states of every test sample, and of which data.
+"""Writes and reads submissions: the estimates of every test sample, and the checksums of the data.
 
-It is JSON. Whoever has the data can score it, without the code of the estimator.
+They are JSON. With the data they can be scored without the code of the estimator.
 """
 
 import json
@@ -15,9 +15,9 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import read_json
 from soft_gripper.files.output import atomic_file
 from studies.benchmark.benchmark_task import VERSION, Part, Task, Tested
-from studies.benchmark.estimates import Answers, Estimated, checked
+from studies.benchmark.estimates import Answers, Estimated, check_estimate
 
-_DIGITS = 7  # of what is stated
+_SIGNIFICANT_DIGITS = 7  # of an estimate
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ class Submission:
     tasks: Mapping[str, Any]  # their contents, by name
 
     def answers(self, task: Task, tested: Tested) -> Answers:
-        """Its statements about a task, which may lack regions of recordings that were kept back.
+        """Estimates for a task, which may lack regions of recordings that were kept back.
 
         Raises:
             InputError: if it is of other data, or of other samples.
         """
-        found = self._mapping(self.tasks[task.name], task.name)
-        files, regions = (self._mapping(found.get(of), f"{task.name}.{of}") for of in ("sha256", "regions"))
+        content = self._mapping(self.tasks[task.name], task.name)
+        files, regions = (self._mapping(content.get(key), f"{task.name}.{key}") for key in ("sha256", "regions"))
         further = {part.file for region in task.further for part in task.tested[region]}
         for file in files.keys() | (task.sha256.keys() - further):
             if files.get(file) != task.sha256.get(file):
@@ -50,29 +50,31 @@ class Submission:
         field, recordings = f"{task.name}.regions.{region}", tested[region]
         if not isinstance(parts, list) or len(parts) != len(recordings):
             raise InputError(self.file, field, type(parts).__name__, f"must be a list of {len(recordings)} parts")
-        stated = [self._mapping(part, field) for part in parts]
+        parts_ = [self._mapping(part, field) for part in parts]
         return [
-            checked(f"{self.file}, {region}", task.question, len(recorded.inputs), part.get("mean"), part.get("std"))
-            for part, recorded in zip(stated, recordings, strict=True)
+            check_estimate(
+                f"{self.file}, {region}", task.question, len(recorded.inputs), part.get("mean"), part.get("std")
+            )
+            for part, recorded in zip(parts_, recordings, strict=True)
         ]
 
-    def _mapping(self, found: Any, field: str) -> Mapping[str, Any]:
-        if not isinstance(found, dict):
-            raise InputError(self.file, field, type(found).__name__, "must be an object")
-        return found
+    def _mapping(self, value: Any, field: str) -> Mapping[str, Any]:
+        if not isinstance(value, dict):
+            raise InputError(self.file, field, type(value).__name__, "must be an object")
+        return value
 
 
-def write_submission(file: Path, estimator: str, stated: Mapping[Task, Answers]) -> None:
-    """Writes what an estimator states of tasks."""
+def write_submission(file: Path, estimator: str, answers_by_task: Mapping[Task, Answers]) -> None:
+    """Writes the estimates of an estimator for tasks."""
     head = {"benchmark": VERSION, "soft_gripper": version("soft-gripper"), "estimator": estimator}
     tasks = {
         task.name: {
-            "inputs": [f"{each.name} [{each.unit}]" for each in task.inputs],
-            "outputs": [f"{each.name} [{each.unit}]" for each in task.outputs],
+            "inputs": [f"{channel.name} [{channel.unit}]" for channel in task.inputs],
+            "outputs": [f"{channel.name} [{channel.unit}]" for channel in task.outputs],
             "sha256": dict(task.sha256),
             "regions": {region: list(map(_contents, task.tested[region], answers[region])) for region in task.tested},
         }
-        for task, answers in stated.items()
+        for task, answers in answers_by_task.items()
     }
     with atomic_file(file) as partial:
         partial.write_text(json.dumps(head | {"tasks": tasks}) + "\n", encoding="utf-8")
@@ -84,22 +86,22 @@ def read_submission(file: Path) -> Submission:
     Raises:
         InputError: if it is none, or of another version of the benchmark.
     """
-    found = read_json(file)
+    document = read_json(file)
     try:
-        stated, estimator, tasks = found["benchmark"], found["estimator"], dict(found["tasks"])
+        stated_version, estimator, tasks = document["benchmark"], document["estimator"], dict(document["tasks"])
     except (ValueError, KeyError, TypeError):
         raise InputError(file, "file", file.name, "was not written by python -m studies benchmark --submit") from None
-    if stated != VERSION:
-        raise InputError(file, "benchmark", stated, f"must be {VERSION}: tasks and data are others")
+    if stated_version != VERSION:
+        raise InputError(file, "benchmark", stated_version, f"must be {VERSION}: tasks and data are others")
     if not isinstance(estimator, str):
         raise InputError(file, "estimator", estimator, "must be a name")
     return Submission(file, estimator, tasks)
 
 
-def _contents(part: Part, stated: Estimated) -> dict[str, Any]:
-    std = None if stated.std is None else _rounded(stated.std)
-    return {"file": part.file, "begin": part.begin, "end": part.end, "mean": _rounded(stated.mean), "std": std}
+def _contents(part: Part, estimate: Estimated) -> dict[str, Any]:
+    std = None if estimate.std is None else _rounded(estimate.std)
+    return {"file": part.file, "begin": part.begin, "end": part.end, "mean": _rounded(estimate.mean), "std": std}
 
 
 def _rounded(values: Array) -> list[list[float]]:
-    return [[float(f"{value:.{_DIGITS}g}") for value in row] for row in values]
+    return [[float(f"{value:.{_SIGNIFICANT_DIGITS}g}") for value in row] for row in values]

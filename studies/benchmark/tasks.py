@@ -1,4 +1,4 @@
-"""The tasks of the benchmark: simulated contacts and grasps, whose files are in the repository, and recordings."""
+"""Defines the tasks of the benchmark: simulated contacts and grasps, whose files are here, and recordings."""
 
 import csv
 import re
@@ -29,7 +29,7 @@ def _channels(unit: str, names: str) -> tuple[Channel, ...]:
 
 def _read_contacts(kind: type[Measured], outputs: Sequence[str]) -> Callable[[Path], Recorded]:
     def read(path: Path) -> Recorded:
-        names = [each.name for each in fields(kind)]
+        names = [field_.name for field_ in fields(kind)]
         values = np.array([astuple(row) for row in read_csv(path, kind)])
         return Recorded(values[:, : len(fields(Measured))], values[:, [names.index(name) for name in outputs]])
 
@@ -42,7 +42,11 @@ _CONTACT_FILES = {
 }
 _CONTACT_INPUTS = _channels("1", "reading_0 reading_1 reading_2 reading_3")
 _CONTACT_INPUTS += _channels("Pa", "pressure") + _channels("m/s^2", "gravity_x gravity_z")
-_SHARES = {"near base": (0, 1 / 3), "middle": (1 / 3, 2 / 3), "near tip": (2 / 3, 1)}  # of the contacts, by place
+_REGION_FRACTIONS = {
+    "near base": (0, 1 / 3),
+    "middle": (1 / 3, 2 / 3),
+    "near tip": (2 / 3, 1),
+}  # of the contacts, by place
 
 
 _TRANSVERSE_FILES = {
@@ -66,19 +70,19 @@ def _contacts(
         _CONTACT_INPUTS,
         _channels(unit, " ".join(outputs)),
         (Part(train),),
-        {region: (Part(test, *share),) for region, share in _SHARES.items()},
+        {region: (Part(test, *share),) for region, share in _REGION_FRACTIONS.items()},
         _read_contacts(kind, outputs),
         FOLDER,
     )
 
 
 def _read_grasps(known: Sequence[str]) -> Callable[[Path], Recorded]:
-    """Readings, and 1 for the shape that is held; 0 for all if it is not one of the known ones."""
+    """Reader of readings, and 1 for the grasped shape; 0 for all if it is not one of the known ones."""
 
     def read(path: Path) -> Recorded:
         _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
-        held = [[float(row[0] == shape) for shape in known] for row in rows]
-        return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(held))
+        is_held = [[float(row[0] == shape) for shape in known] for row in rows]
+        return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(is_held))
 
     return read
 
@@ -136,7 +140,7 @@ _ARM_FILES = {
     "two_segment_arm/trial_8.txt": "9c026a946856bb16f27b4339a4b1edac601dfa9b71d5a5485887a923ecaf219e",
 }
 _TRIALS = tuple(_ARM_FILES)[:6]
-_CAPTURED = 0.01  # s, between two samples of the motion capture of beam, segment and trunk
+_CAPTURE_PERIOD = 0.01  # s, between two samples of the motion capture of beam, segment and trunk
 _SRL = "https://github.com/srl-ethz/diffPD_sim2real, python/"
 
 
@@ -147,19 +151,19 @@ def tip_motion(description: str, path: Path) -> tuple[MeasuredMotion, np.ndarray
 
 
 def _beam_turn(path: Path) -> tuple[MeasuredMotion, np.ndarray, np.ndarray]:
-    motion, moved = tip_motion("clamped_beam", path)
-    return motion, turned(motion.markers, motion.reference)[:, None], moved
+    motion, displacement = tip_motion("clamped_beam", path)
+    return motion, turned(motion.markers, motion.reference)[:, None], displacement
 
 
 def _read_beam_tip(path: Path) -> Recorded:
-    _, turn, moved = _beam_turn(path)
-    return Recorded(turn, moved)
+    _, turn, displacement = _beam_turn(path)
+    return Recorded(turn, displacement)
 
 
 def _read_beam_load(path: Path) -> Recorded:
-    motion, turn, moved = _beam_turn(path)
+    motion, turn, displacement = _beam_turn(path)
     mass = 0.0 if motion.load is None else 1e3 * motion.load.mass
-    return Recorded(np.hstack([turn, moved]), np.full((len(moved), 1), mass))
+    return Recorded(np.hstack([turn, displacement]), np.full((len(displacement), 1), mass))
 
 
 _BEAM_FILES = {
@@ -176,10 +180,10 @@ _SWINGING_SHARE = 0.4  # share of a recording after which the beam hardly swings
 
 def _read_segment(path: Path) -> Recorded:
     """Pressure (kPa) from the valve's opening to its closing, which are detected in the motion, and the tip."""
-    motion, moved = tip_motion("pneumatic_segment", path)
+    motion, displacement = tip_motion("pneumatic_segment", path)
     assert motion.pressure is not None
-    opened = (motion.time >= motion.events[0]) & (motion.time < motion.events[1])
-    return Recorded(1e-3 * motion.pressure * opened[:, None], moved)
+    is_open = (motion.time >= motion.events[0]) & (motion.time < motion.events[1])
+    return Recorded(1e-3 * motion.pressure * is_open[:, None], displacement)
 
 
 _SEGMENT_FILES = {
@@ -200,9 +204,9 @@ def _read_tendons(path: Path) -> Recorded:
     return Recorded(table[:, :9], 1e-3 * table[:, 9:])
 
 
-_ROWS_BETWEEN = 10  # what is trained on and what is tested: 6 s
+_GAP_ROWS = 10  # between training and tests: 6 s
 # The first row of every family of patterns in which two segments move together: 1 and 2, 1 and 3, 2 and 3.
-_ROWS = {"v4": (1620, 717, 866, 989, 1141, 1300, 1481), "v6": (1019, 529, 556, 648, 729, 827, 920)}
+_FAMILY_ROWS = {"v4": (1620, 717, 866, 989, 1141, 1300, 1481), "v6": (1019, 529, 556, 648, 729, 827, 920)}
 _TENDON_SHA256 = {
     "v4": "1eddfda64b3cf51a7f6cdf3e88f088cbb70baa944be4e5ebb30ef397f76590af",
     "v6": "b54a17c839042e977bb09019385ed10f25bf8bd7bc06fb96db57c9369da7111f",
@@ -211,7 +215,7 @@ _TENDON_SHA256 = {
 
 def _tendons(robot: str) -> Task:
     """Trained on one tendon or one segment at a time; tested on two segments together, bent alike or oppositely."""
-    file, (rows, *begins) = f"tendon_robots/{robot}_train.csv", _ROWS[robot]
+    file, (rows, *begins) = f"tendon_robots/{robot}_train.csv", _FAMILY_ROWS[robot]
     pairs = [Part(file, begin / rows, end / rows) for begin, end in zip(begins, [*begins[1:], rows], strict=True)]
     return Task(
         f"tendons_{robot}_tip",
@@ -219,7 +223,7 @@ def _tendons(robot: str) -> Task:
         {file: _TENDON_SHA256[robot]},
         _channels("mm", " ".join(f"tendon_{i + 1}" for i in range(9))),
         _channels("m", "tip_x tip_y tip_z"),
-        (Part(file, end=(begins[0] - _ROWS_BETWEEN) / rows),),
+        (Part(file, end=(begins[0] - _GAP_ROWS) / rows),),
         {"two alike": tuple(pairs[::2]), "two opposite": tuple(pairs[1::2])},
         _read_tendons,
         period=0.6,
@@ -228,7 +232,7 @@ def _tendons(robot: str) -> Task:
 
 
 _MOTORS, _DISKS = slice(10, 16), slice(1, 10)  # columns
-_LOAD_OF_TRUNK = re.compile(r"_(\d+)g")  # in the name of a file, g
+_TRUNK_LOAD_PATTERN = re.compile(r"_(\d+)g")  # in the name of a file, g
 
 
 def _read_trunk_shape(path: Path) -> Recorded:
@@ -237,10 +241,10 @@ def _read_trunk_shape(path: Path) -> Recorded:
 
 
 def _read_trunk_load(path: Path) -> Recorded:
-    table, named = np.loadtxt(path, delimiter=",", skiprows=1), _LOAD_OF_TRUNK.search(path.name)
-    if named is None:
+    table, match = np.loadtxt(path, delimiter=",", skiprows=1), _TRUNK_LOAD_PATTERN.search(path.name)
+    if match is None:
         raise InputError(path, "name", path.name, "must have the load in g, such as random_200g.csv")
-    return Recorded(table[:, 1:16], np.full((len(table), 1), float(named[1])))
+    return Recorded(table[:, 1:16], np.full((len(table), 1), float(match[1])))
 
 
 def _read_trunk_dc(path: Path) -> Recorded:
@@ -260,8 +264,8 @@ _TRUNK_DC_FILES = {
 }
 _TRUNK = "https://github.com/StanfordASL/trunk-stack, stack/main/data/trajectories/dynamic/"
 _DISK_NAMES = " ".join(f"{axis}{disk}" for disk in (1, 2, 3) for axis in "xyz")
-# The same commands were run with every load. So that none that is tested was trained on, shares of the files are used,
-# and some seconds between them are not.
+# The same commands were run with every load. Training and tests use different fractions of the files,
+# with some seconds between them.
 _TRAINED_SHARE, _TESTED_SHARE = 0.8, 0.85
 _LIGHT, _MIDDLE, _HEAVY = _TRUNK_FILES
 _DC_LIGHT, _DC_HEAVY = _TRUNK_DC_FILES
@@ -299,7 +303,7 @@ TASKS = (
         tuple(Part(file) for file in _LIGHTER),
         {"swinging": (Part(_HEAVIEST, end=_SWINGING_SHARE),), "at rest": (Part(_HEAVIEST, _SWINGING_SHARE),)},
         _read_beam_tip,
-        period=_CAPTURED,
+        period=_CAPTURE_PERIOD,
         kept_back=Part("clamped_beam/*.csv"),
         given=_LIGHTER,
     ),
@@ -312,7 +316,7 @@ TASKS = (
         tuple(Part(file, _SWINGING_SHARE) for file in _LIGHTER),
         {"102 g": (Part(_HEAVIEST, _SWINGING_SHARE),)},
         _read_beam_load,
-        period=_CAPTURED,
+        period=_CAPTURE_PERIOD,
         kept_back=Part("clamped_beam/*.csv", _SWINGING_SHARE),
         given=_LIGHTER,
     ),
@@ -325,7 +329,7 @@ TASKS = (
         tuple(map(Part, _FITTED_PRESSURES)),
         {f"{pressure} kPa": (Part(f"pneumatic_segment/{pressure}kPa.csv"),) for pressure in (15, 20, 35, 40)},
         _read_segment,
-        period=_CAPTURED,
+        period=_CAPTURE_PERIOD,
         kept_back=Part("pneumatic_segment/*.csv"),
         given=_FITTED_PRESSURES,
     ),
@@ -340,7 +344,7 @@ TASKS = (
         (Part(_LIGHT, end=_TRAINED_SHARE),),
         {"100 g": (Part(_MIDDLE, _TESTED_SHARE),), "300 g": (Part(_HEAVY, _TESTED_SHARE),)},
         _read_trunk_shape,
-        period=_CAPTURED,
+        period=_CAPTURE_PERIOD,
         kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
     ),
     Task(
@@ -352,7 +356,7 @@ TASKS = (
         (Part(_LIGHT, end=_TRAINED_SHARE), Part(_HEAVY, end=_TRAINED_SHARE)),
         {"100 g": (Part(_MIDDLE, _TESTED_SHARE),)},
         _read_trunk_load,
-        period=_CAPTURED,
+        period=_CAPTURE_PERIOD,
         kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
     ),
     Task(
@@ -364,7 +368,7 @@ TASKS = (
         (Part(_DC_LIGHT, end=_TRAINED_SHARE),),
         {"400 g": (Part(_DC_HEAVY, _TESTED_SHARE),)},
         _read_trunk_dc,
-        period=_CAPTURED,
+        period=_CAPTURE_PERIOD,
         kept_back=Part("trunk_dc/*.csv", _TESTED_SHARE),
     ),
 )

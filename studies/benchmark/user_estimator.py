@@ -1,8 +1,8 @@
-"""A user's estimator in a process of its own, which is given nothing of what is tested but the inputs.
+"""Runs a user's estimator in a process of its own, which gets the inputs of the tests alone.
 
 The process has its own memory, a short list of variables, no word of the command line, and, after the import of the
-user's module, an empty current folder. Where the system has Landlock, it cannot open the files of the tasks. What it
-answers is JSON, which cannot run code here.
+user's module, an empty current folder. With Landlock it cannot open the files of the tasks. Its answers
+are JSON, which cannot run code here.
 """
 
 import json
@@ -26,15 +26,15 @@ from soft_gripper.errors import InputError, described
 from soft_gripper.registry import OWN
 from soft_gripper.runs.executor import begin
 from studies.benchmark.benchmark_task import Estimator, Predict, Predicted, Question, Recorded
-from studies.benchmark.estimates import checked, mean_and_std
+from studies.benchmark.estimates import check_estimate, mean_and_std
 
-_PATIENCE = 60  # s without an answer, after which that is said
-_MOST_BYTES = 2**30  # of an answer
-_VARIABLES = (
+_SILENT_SECONDS = 60  # s without an answer until a message
+_MAX_ANSWER_BYTES = 2**30  # of an answer
+_KEPT_VARIABLES = (
     *("HOME", "PATH", "LANG", "LC_ALL", "TMPDIR", "LD_LIBRARY_PATH", "CUDA_VISIBLE_DEVICES"),
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"),
 )
-_BEGIN = """
+_CHILD_SCRIPT = """
 import sys
 from multiprocessing.connection import Connection
 parent, line = (Connection(int(end)) for end in sys.argv[1:])
@@ -61,11 +61,11 @@ def user_estimator(name: str, hidden: Collection[Path]) -> Iterator[tuple[Estima
     """
     parent, child = Pipe()
     line, end = Pipe(duplex=False)
-    environment = {key: os.environ[key] for key in _VARIABLES if key in os.environ}
+    environment = {key: os.environ[key] for key in _KEPT_VARIABLES if key in os.environ}
     with TemporaryDirectory(prefix="soft-gripper-", ignore_cleanup_errors=True) as folder, parent, end:
         with child, line:
             process = subprocess.Popen(
-                [sys.executable, "-I", "-u", "-c", _BEGIN, str(child.fileno()), str(line.fileno())],
+                [sys.executable, "-I", "-u", "-c", _CHILD_SCRIPT, str(child.fileno()), str(line.fileno())],
                 env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=2,  # standard output is for the scores
@@ -73,9 +73,9 @@ def user_estimator(name: str, hidden: Collection[Path]) -> Iterator[tuple[Estima
                 start_new_session=True,  # Ctrl-C reaches this process only
             )
         try:
-            asked = _Process(name, process, parent)
-            is_hidden = asked.ask("import", sys.path, [*hidden], (folder, name)).get("is_hidden")
-            yield asked.estimator, is_hidden is True
+            served = _Process(name, process, parent)
+            is_hidden = served.ask("import", sys.path, [*hidden], (folder, name)).get("is_hidden")
+            yield served.estimator, is_hidden is True
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, SIGKILL)
@@ -93,9 +93,9 @@ class _Process:
         self.ask(task.name, (task, train))
 
         def predict(inputs: Array) -> Predicted:
-            found = self.ask(task.name, inputs)
-            stated = checked(self._name, task, len(inputs), found.get("mean"), found.get("std"))
-            return stated.mean if stated.std is None else (stated.mean, stated.std)
+            answer = self.ask(task.name, inputs)
+            estimate = check_estimate(self._name, task, len(inputs), answer.get("mean"), answer.get("std"))
+            return estimate.mean if estimate.std is None else (estimate.mean, estimate.std)
 
         return predict
 
@@ -105,7 +105,7 @@ class _Process:
             for message in messages:
                 self._connection.send(message)
             self._wait(where)
-            answer: dict[str, Any] = dict(json.loads(self._connection.recv_bytes(_MOST_BYTES)))
+            answer: dict[str, Any] = dict(json.loads(self._connection.recv_bytes(_MAX_ANSWER_BYTES)))
             mistake = InputError(*answer["mistake"]) if "mistake" in answer else None
         except (OSError, EOFError):
             raise _failure(self._name, where, self._end()) from None
@@ -117,14 +117,16 @@ class _Process:
 
     def _wait(self, where: str) -> None:
         """Waits for an answer, or for the end of the process; what that has started may hold the connection."""
-        for waited in count(1):
+        for seconds in count(1):
             has_ended = self._process.poll() is not None
             if self._connection.poll(0.0 if has_ended else 1.0):
                 return
             if has_ended:
                 raise EOFError
-            if waited == _PATIENCE:
-                tqdm.write(f"{self._name}: no answer on {where} for {_PATIENCE} s; Ctrl-C ends it", file=sys.stderr)
+            if seconds == _SILENT_SECONDS:
+                tqdm.write(
+                    f"{self._name}: no answer on {where} for {_SILENT_SECONDS} s; Ctrl-C ends it", file=sys.stderr
+                )
 
     def _end(self) -> str:
         try:
@@ -150,14 +152,14 @@ def serve(parent: Connection, line: Connection, is_hidden: bool, folder: str, na
         os.chdir(folder)
         _answer(parent, is_hidden=is_hidden)
         task, train = parent.recv()
-        predict = _called(name, task, estimator, task, train)
+        predict = _call(name, task, estimator, task, train)
         if not callable(predict):
             raise InputError(name, "returned", type(predict).__name__, "must be a function predict(inputs)")
         _answer(parent)
         while True:
             inputs = parent.recv()
-            stated = checked(name, task, len(inputs), *mean_and_std(_called(name, task, predict, inputs)))
-            _answer(parent, mean=stated.mean.tolist(), std=None if stated.std is None else stated.std.tolist())
+            estimate = check_estimate(name, task, len(inputs), *mean_and_std(_call(name, task, predict, inputs)))
+            _answer(parent, mean=estimate.mean.tolist(), std=None if estimate.std is None else estimate.std.tolist())
     except InputError as error:
         hint = "; folders of recordings cannot be read here" if isinstance(error.__cause__, PermissionError) else ""
         _answer(parent, mistake=[str(error.where), error.field, error.value, error.expected + hint])
@@ -167,7 +169,7 @@ def _answer(parent: Connection, **answer: object) -> None:
     parent.send_bytes(json.dumps(answer).encode())
 
 
-def _called(name: str, task: Question, function: Callable[..., object], *arguments: object) -> object:
+def _call(name: str, task: Question, function: Callable[..., object], *arguments: object) -> object:
     try:
         return function(*arguments)
     except BaseException as error:  # Ctrl-C does not reach this process

@@ -45,7 +45,7 @@ def _study(
 
 _SCENARIOS = option("scenarios", "scenario (default: those of the documentation)", "SCENARIO", scenario_name, nargs="*")
 _TIME_STEP = option("--time-step", "time step in MuJoCo (default: that of the scenario)", "S", number(1.0))
-_OWN = "your own estimator, as MODULE:FUNCTION; may be repeated"
+_USER_ESTIMATOR = "your own estimator, as MODULE:FUNCTION; may be repeated"
 _estimates, _records = partial(_study, Group.ESTIMATES), partial(_study, Group.RECORDINGS)
 _engines, _speed = partial(_study, Group.SIMULATORS, "engines"), partial(_study, Group.SPEED, "speed")
 _house = partial(_study, Group.HOUSE, "house")
@@ -68,7 +68,7 @@ COMMANDS = (
             number(0.9),
             default=0.4,
         ),
-        option("--estimator", f"estimator, or {_OWN} (default: contact)", "NAME", action="append"),
+        option("--estimator", f"estimator, or {_USER_ESTIMATOR} (default: contact)", "NAME", action="append"),
         *EXECUTOR,
         option("--contacts", "contacts.nc of an earlier run: evaluate these, simulate none", "FILE", path),
         out("results/contacts"),
@@ -116,7 +116,7 @@ COMMANDS = (
         "repeat an evaluation with sensor errors, wrong nominal models and other plants",
         *(*CONSOLE, out("results/evaluation"), *EXECUTOR, RESUME),
         count("--seeds", "number of random seeds", 20),
-        option("--estimator", _OWN, "NAME", action="append", default=[]),
+        option("--estimator", _USER_ESTIMATOR, "NAME", action="append", default=[]),
         examples=("                after `soft-gripper evaluate`, in its folder", "--seeds 50 --resume"),
     ),
     _estimates("robustness", "sensor-presets", "errors of shape and torque with every preset of sensor errors"),

@@ -36,23 +36,23 @@ def run(options: argparse.Namespace) -> int:
     write_csv(out / f"{ARM}.csv", arm.table)
     with opened as executor:
         beam, segment = (
-            _written(out, experiment, _identified(out, experiment, recordings[experiment.description], executor))
+            _write_results(out, experiment, _identify(out, experiment, recordings[experiment.description], executor))
             for experiment in (BEAM, SEGMENT)
         )
     save_figure(hardware_figure(beam, segment, arm), out / "hardware")
-    found = hardware_claims(beam, segment, arm.table)
-    print_claims(found)
-    options.console.table("claims", found, out / "claims.csv")
+    claims = hardware_claims(beam, segment, arm.table)
+    print_claims(claims)
+    options.console.table("claims", claims, out / "claims.csv")
     suffixes = (".urdf", ".setup.yaml", ".csv")
     fingers = [f"{experiment.description}{suffix}" for experiment in (BEAM, SEGMENT) for suffix in suffixes]
     options.console.wrote(
         *(out / file for file in (*fingers, f"{ARM}.csv", "claims.csv", "hardware.png", "hardware.svg"))
     )
-    return 0 if all(claim.holds for claim in found) else 1
+    return 0 if all(claim.holds for claim in claims) else 1
 
 
-def _identified(out: Path, experiment: Experiment, recordings: Recordings, executor: Executor) -> Identified:
-    """Identifies a finger; what the search has found so far is in its file."""
+def _identify(out: Path, experiment: Experiment, recordings: Recordings, executor: Executor) -> Identified:
+    """Identifies a finger; its file has the best one so far."""
     initial, file = experiment.finger_file, _finger_file(out, experiment)
     progress = FitProgress(experiment.description, lambda model, remark: write_fitted(initial, file, model, [remark]))
     return identify_published(experiment, recordings, executor, progress)
@@ -62,10 +62,12 @@ def _finger_file(out: Path, experiment: Experiment) -> Path:
     return out / f"{experiment.description}.urdf"
 
 
-def _written(out: Path, experiment: Experiment, found: Identified) -> Identified:
+def _write_results(out: Path, experiment: Experiment, identified: Identified) -> Identified:
     """Writes and prints the identified parameters."""
     print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
-    print_identified(found)
-    write_fitted(experiment.finger_file, _finger_file(out, experiment), found.model, fit_remarks(found.confidence))
-    write_csv(out / f"{experiment.description}.csv", found.scores)
-    return found
+    print_identified(identified)
+    write_fitted(
+        experiment.finger_file, _finger_file(out, experiment), identified.model, fit_remarks(identified.confidence)
+    )
+    write_csv(out / f"{experiment.description}.csv", identified.scores)
+    return identified

@@ -1,6 +1,6 @@
-"""Whether MuJoCo ranks designs as Drake does.
+"""Compares the ranks of designs in MuJoCo and in Drake.
 
-Of the designs of a study that hold their object, some are exported, evenly spread over the rank of their force. In
+Some designs of a study that hold their object are exported, evenly spread over the rank of their force. In
 MuJoCo the fingers close on the object of the scenario, at the pressure of the design, with the arm at rest. The normal
 force of the finger that presses most is compared with `normal_force_n` of the search, the mean over its draws.
 """
@@ -24,38 +24,38 @@ from soft_gripper.files.yaml_text import parse_yaml
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 MEASURE = "normal_force_n"
-CLOSED = {"pressure.settle": 3.0, "pressure.hold_samples": 50}
+CLOSING_CHANGES = {"pressure.settle": 3.0, "pressure.hold_samples": 50}
 
 
 def run(options: argparse.Namespace) -> None:
-    """Prints a row for each design, and the rank correlation."""
+    """Prints a row for each design, and the rank fit."""
     study = load_design_study(options.study)
     with (options.results / DESIGNS).open(newline="") as file:
         rows = [row for row in csv.DictReader(file) if "0" != row["held"] == row["runs"] and row[DESIGN] != "0"]
     rows.sort(key=lambda row: float(row[MEASURE]))
     chosen = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, options.designs).round().astype(int))]
-    here, there = [], []
+    drake_forces, mujoco_forces = [], []
     print(f"{'design':>6} {'Drake [N]':>10} {'MuJoCo [N]':>11}")
     for row in chosen:
-        here.append(float(row[MEASURE]))
-        there.append(normal_force(study, row))
-        print(f"{row[DESIGN]:>6} {here[-1]:>10.3f} {there[-1]:>11.3f}", flush=True)
-    found = spearmanr(here, there)
-    print(f"Spearman's rank correlation of {len(chosen)} designs: {found.statistic:.3f} (p = {found.pvalue:.1g})")
+        drake_forces.append(float(row[MEASURE]))
+        mujoco_forces.append(normal_force(study, row))
+        print(f"{row[DESIGN]:>6} {drake_forces[-1]:>10.3f} {mujoco_forces[-1]:>11.3f}", flush=True)
+    fit = spearmanr(drake_forces, mujoco_forces)
+    print(f"Spearman's rank correlation of {len(chosen)} designs: {fit.statistic:.3f} (p = {fit.pvalue:.1g})")
 
 
 def normal_force(study: DesignStudy, row: dict[str, str]) -> float:
-    """The normal force of the finger that presses most in MuJoCo, N."""
+    """Largest normal force of a finger in MuJoCo, N."""
     values = {axis.key: parse_yaml("design", f"value: {row[axis.key]}")["value"] for axis in study.axes}
-    scenario = replace(changed_scenario(study.scenario, {**study.fixed, **CLOSED, **values}), task=None)
+    scenario = replace(changed_scenario(study.scenario, {**study.fixed, **CLOSING_CHANGES, **values}), task=None)
     with tempfile.TemporaryDirectory() as folder:
         export_mjcf(scenario, Path(folder), 0.002)
-        model, data = closed(Path(folder))
-    return max(pressed(model, data).values(), default=0.0)
+        model, data = close_fingers(Path(folder))
+    return max(finger_forces(model, data).values(), default=0.0)
 
 
-def closed(folder: Path) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """MuJoCo at the end of a folder whose commands are constant."""
+def close_fingers(folder: Path) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Runs an exported folder with constant commands in MuJoCo to its end."""
     model = mujoco.MjModel.from_xml_path(str(folder / "scenario.xml"))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -67,16 +67,16 @@ def closed(folder: Path) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
-def pressed(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """The sum of the normal forces of each finger on free bodies, N."""
+def finger_forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+    """Sum of the normal forces of each finger on free bodies, N."""
     free = {int(model.jnt_bodyid[i]) for i in range(model.njnt) if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE}
-    found: dict[str, float] = {}
+    forces: dict[str, float] = {}
     for number in range(data.ncon):
         bodies = [int(model.geom_bodyid[geom]) for geom in data.contact[number].geom]
-        others = [model.body(body).name for body in bodies if body not in free]
-        if len(others) == 1 and "_link_" in others[0]:
+        finger_links = [model.body(body).name for body in bodies if body not in free]
+        if len(finger_links) == 1 and "_link_" in finger_links[0]:
             force: Array = np.zeros(6)
             mujoco.mj_contactForce(model, data, number, force)
-            finger = others[0].partition("_link_")[0]
-            found[finger] = found.get(finger, 0.0) + float(force[0])
-    return found
+            finger = finger_links[0].partition("_link_")[0]
+            forces[finger] = forces.get(finger, 0.0) + float(force[0])
+    return forces

@@ -1,15 +1,15 @@
-"""Every shipped scenario in MuJoCo and in Drake: where the tips rest, how hard the fingers press, and how it ends.
+"""Compares every shipped scenario in MuJoCo and in Drake: resting tips, forces of the fingers, and the end.
 
 Writes docs/extras/mujoco_engine/agreement.csv, each row as soon as it is known, and puts the table into the
-page beside it. Rows of other scenarios are kept. MuJoCo has contact at points, so that it is also compared with Drake
-with `contact: points`: what differs less there is due to the model of contact, not to the engine. Tips and forces are
-compared at the end of each step of pressure or set point, and of a task at the end of the first phase that holds the
-object; forces are means over the last half second before, and differences of smaller forces than 0.5 N are shares of
-0.5 N. What differs in the whole force, but not in the normal force, is friction.
+page beside it. Rows of other scenarios are kept. MuJoCo has contact at points, so it is also compared with Drake
+with `contact: points`: differences that shrink there are due to the model of contact, not to the engine. Tips and
+forces are compared at the end of each step of pressure or set point, and of a task at the end of the first phase that
+holds the object; forces are means over the last half second before, and differences of smaller forces than 0.5 N are
+shares of 0.5 N. A difference of the whole force, but not of the normal force, is friction.
 
-`--boxes N` draws N boxes of random mass, friction and place for `box_grasp`, prints how many end alike and which
-way the others differ, and repeats the first heavy one in Drake with shorter steps. It writes boxes.csv and creep.csv
-there. Coulomb friction at rest does not creep: how fast a box sinks that friction could carry is the solver's error.
+`--boxes N` draws N boxes of random mass, friction and position for `box_grasp`, prints how many end alike and how
+the others differ, and repeats the first heavy one in Drake with shorter steps. It writes boxes.csv and creep.csv
+there. Coulomb friction at rest does not creep: the sinking of a box that friction could carry is the solver's error.
 """
 
 import argparse
@@ -50,17 +50,17 @@ HEADING = (
     "| scenario | tips [mm] | at points | force [%] | at points | normal force [%] | in Drake | in MuJoCo | step |",
     "|---|---:|---:|---:|---:|---:|---|---|---:|",
 )
-LISTED = 4  # scenarios on the page; the table has all
+PAGE_SCENARIOS = 4  # scenarios on the page; the table has all
 CREEP_HEADING = (
     "| simulator | step [ms] | `stiction_tolerance` [m/s] | end | lifted [mm] | sinks in the last second [mm] |",
     "|---|---:|---:|---|---:|---:|",
 )
-LAST = 50  # samples before the end of a step
-LEAST = 0.5  # N, of which a difference of force is a share at least
-BOX_GRASP, BOX, SECOND = "box_grasp", "box", 1.0  # s, over which a box sinks
-HEAVY = 0.13  # kg, of a box on which creep tells
-DRAWN = {"mass": (0.05, 0.15), "friction": (0.5, 1.0), "X_PC.translation.0": (-0.004, 0.004)}  # kg, 1, m
-REFINED: tuple[dict[str, Any], ...] = (
+MEANED = 50  # samples before the end of a step
+MIN_FORCE = 0.5  # N; differences of smaller forces are shares of it
+BOX_GRASP, BOX, SINKING_TIME = "box_grasp", "box", 1.0  # s, over which a box sinks
+MIN_CREEP_MASS = 0.13  # kg, of a box that shows creep
+DRAWN_RANGES = {"mass": (0.05, 0.15), "friction": (0.5, 1.0), "X_PC.translation.0": (-0.004, 0.004)}  # kg, 1, m
+REFINEMENTS: tuple[dict[str, Any], ...] = (
     {},
     {"plant_config.stiction_tolerance": 1e-6},
     *({"plant_config.time_step": step} for step in (0.005, 0.002, 0.001)),
@@ -74,7 +74,7 @@ CRITERION = (
 
 @dataclass(frozen=True)
 class Agreement:
-    """How a scenario in MuJoCo agrees with Drake; worst of all fingers and steps."""
+    """Agreement of a scenario in MuJoCo with Drake; worst of all fingers and steps."""
 
     scenario: str
     tips_mm: Annotated[float, ".2f"]
@@ -88,37 +88,39 @@ class Agreement:
     step: str
 
 
-def ends(run: Run) -> list[int]:
-    """The samples that are compared."""
+def compared_samples(run: Run) -> list[int]:
+    """Indices of the compared samples."""
     scenario, task, samples = run.station.scenario, run.station.task, run.recording["time"].values
     if task is not None:
         holding = [number for number, phase in enumerate(task.phases) if phase.holds][:1]
-        held = np.flatnonzero(np.isin(run.recording["task.phase"].values, holding))
-        return [int(held[-1]) if len(held) else len(samples) - 1]
+        holding_samples = np.flatnonzero(np.isin(run.recording["task.phase"].values, holding))
+        return [int(holding_samples[-1]) if len(holding_samples) else len(samples) - 1]
     times = scenario.step_duration * np.arange(1, scenario.steps + 1)
-    return [int(np.searchsorted(samples, each + 1e-9)) - 1 for each in times]
+    return [int(np.searchsorted(samples, time + 1e-9)) - 1 for time in times]
 
 
-def tips_at_rest(run: Run) -> Array:
+def resting_tips(run: Run) -> Array:
     """Tips at the ends of K steps, (F, K, 3) m."""
-    rows, fingers = ends(run), run.station.fingers
+    rows, fingers = compared_samples(run), run.station.fingers
     return np.array([run.recording[f"{finger.name}.true_tip_position"].values[rows] for finger in fingers])
 
 
-def forces_at_rest(run: Run, signal: str) -> Array:
+def resting_forces(run: Run, signal: str) -> Array:
     """A signal of forces at the ends of K steps, (F, K) N."""
     forces = [run.recording[f"{finger.name}.{signal}"].values.ravel() for finger in run.station.fingers]
-    return np.array([[force[max(0, row - LAST) : row + 1].mean() for row in ends(run)] for force in forces])
+    return np.array(
+        [[force[max(0, row - MEANED) : row + 1].mean() for row in compared_samples(run)] for force in forces]
+    )
 
 
-def words(run: Run) -> str:
-    """How a run ends."""
+def ending(run: Run) -> str:
+    """End of a run, in words."""
     grasps = [grasp.grasp for grasp in recorded_grasps(run.station, run.recording)[0]]
     return ", ".join([*grasps, *([] if run.station.task is None else [outcome(run.recording).words])]) or "-"
 
 
-def run_with(name: str, **changes: str) -> Run:
-    """A run of a shipped scenario with changes."""
+def run_changed(name: str, **changes: str) -> Run:
+    """Runs a shipped scenario with changes."""
     (run,) = run_many([changed_scenario(name, changes)])
     if isinstance(run, Exception):
         raise run
@@ -126,26 +128,28 @@ def run_with(name: str, **changes: str) -> Run:
 
 
 def agreement(name: str) -> Agreement:
-    """How a shipped scenario agrees."""
-    one, other = run_with(name, engine="mujoco"), run_with(name, engine=DRAKE)
-    with_points = run_with(name, engine=DRAKE, contact="points")
-    step = str(one.recording.data.attrs["engine_step"]).partition(";")[0]
-    return Agreement(name, *apart(one, other), *apart(one, with_points), words(other), words(one), step)
+    """Compares a shipped scenario in both engines."""
+    ours, drake = run_changed(name, engine="mujoco"), run_changed(name, engine=DRAKE)
+    with_points = run_changed(name, engine=DRAKE, contact="points")
+    step = str(ours.recording.data.attrs["engine_step"]).partition(";")[0]
+    return Agreement(
+        name, *compare_runs(ours, drake), *compare_runs(ours, with_points), ending(drake), ending(ours), step
+    )
 
 
-def apart(one: Run, other: Run) -> tuple[float, float, float]:
-    """How far tips of two runs are apart, mm, and how much forces and normal forces differ, percent of the other."""
-    shift = float(np.linalg.norm(tips_at_rest(one) - tips_at_rest(other), axis=-1).max())
-    shares = []
+def compare_runs(ours: Run, drake: Run) -> tuple[float, float, float]:
+    """Differences of tips, mm, and of forces and normal forces, percent of Drake's."""
+    shift = float(np.linalg.norm(resting_tips(ours) - resting_tips(drake), axis=-1).max())
+    percentages = []
     for signal in ("true_contact_total", "normal_force"):
-        forces, there = forces_at_rest(one, signal), forces_at_rest(other, signal)
-        shares.append(float((np.abs(forces - there) / np.maximum(there, LEAST)).max()))
-    return 1e3 * shift, 100 * shares[0], 100 * shares[1]
+        forces, drake_forces = resting_forces(ours, signal), resting_forces(drake, signal)
+        percentages.append(float((np.abs(forces - drake_forces) / np.maximum(drake_forces, MIN_FORCE)).max()))
+    return 1e3 * shift, 100 * percentages[0], 100 * percentages[1]
 
 
 @dataclass(frozen=True)
 class Box:
-    """A box, and how it ends in both engines; its weight over the available friction is that in Drake."""
+    """A box and its end in both engines; its weight over the available friction is that in Drake."""
 
     mass_kg: Annotated[float, ".4f"]
     friction: Annotated[float, ".3f"]
@@ -157,7 +161,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Creep:
-    """How far a box has been lifted at the end and sinks in its last second, at constant pressure."""
+    """Lift of a box at the end, and its sinking in the last second, at constant pressure."""
 
     engine: str
     step_ms: Annotated[float, "g"]
@@ -168,8 +172,8 @@ class Creep:
 
 
 @dataclass(frozen=True)
-class Ends:
-    """How many boxes end in a way, and the largest weight over friction of them."""
+class EndCount:
+    """Number of boxes with the same ends, and their largest weight over friction."""
 
     in_drake: str
     in_mujoco: str
@@ -186,21 +190,23 @@ def weight_over_friction(station: Station, recording: Recording) -> float:
 def lifted_mm(station: Station, recording: Recording) -> float:
     """Height of the box at the end above where it settles first, mm."""
     heights = recording.values(f"{BOX}.pose")[:, 6]
-    return 1e3 * float(heights[-1] - heights[round(SECOND / station.scenario.sensor.period)])
+    return 1e3 * float(heights[-1] - heights[round(SINKING_TIME / station.scenario.sensor.period)])
 
 
 def sinking_mm(station: Station, recording: Recording) -> float:
-    """How far the box sinks in the last second, mm."""
+    """Sinking of the box in the last second, mm."""
     heights = recording.values(f"{BOX}.pose")[:, 6]
-    return 1e3 * float(heights[-1 - round(SECOND / station.scenario.sensor.period)] - heights[-1])
+    return 1e3 * float(heights[-1 - round(SINKING_TIME / station.scenario.sensor.period)] - heights[-1])
 
 
-MEASURES = [f"{Path(__file__).resolve()}:{each.__name__}" for each in (weight_over_friction, lifted_mm, sinking_mm)]
+MEASURES = [
+    f"{Path(__file__).resolve()}:{measure.__name__}" for measure in (weight_over_friction, lifted_mm, sinking_mm)
+]
 
 
-def drawn_boxes(number: int) -> list[Box]:
-    """Boxes, drawn as `soft-gripper sweep --sample` does."""
-    axes = [Range(f"models.{BOX}.{key}", *limits) for key, limits in DRAWN.items()]
+def draw_boxes(number: int) -> list[Box]:
+    """Draws boxes as `soft-gripper sweep --sample` does, and simulates them."""
+    axes = [Range(f"models.{BOX}.{key}", *limits) for key, limits in DRAWN_RANGES.items()]
     points = sweep_points(axes, "latin", number)
     rows: dict[str, list[dict[str, str]]] = {}
     with TemporaryDirectory() as folder, open_executor() as executor:
@@ -208,60 +214,60 @@ def drawn_boxes(number: int) -> list[Box]:
             out, fixed = Path(folder) / engine, {"engine": engine}
             rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=fixed, own=MEASURES[:1])
     return [
-        Box(mass, friction, 1e3 * x, there["grasp"], here["grasp"], float(there[weight_over_friction.__name__]))
-        for (mass, friction, x), there, here in zip(
+        Box(mass, friction, 1e3 * x, slow["grasp"], fast["grasp"], float(slow[weight_over_friction.__name__]))
+        for (mass, friction, x), slow, fast in zip(
             (map(float, point.values()) for point in points), rows[DRAKE], rows["mujoco"], strict=True
         )
     ]
 
 
-def ends_of(boxes: Sequence[Box]) -> list[Ends]:
-    """How boxes end, the most frequent way first."""
+def count_ends(boxes: Sequence[Box]) -> list[EndCount]:
+    """Counts the ends of boxes, the most frequent first."""
     counts = Counter((box.in_drake, box.in_mujoco) for box in boxes)
     return [
-        Ends(*both, count, max(b.weight_over_friction for b in boxes if (b.in_drake, b.in_mujoco) == both))
-        for both, count in counts.most_common()
+        EndCount(*endings, count, max(b.weight_over_friction for b in boxes if (b.in_drake, b.in_mujoco) == endings))
+        for endings, count in counts.most_common()
     ]
 
 
 def creep(box: Box, changes: Mapping[str, Any]) -> Creep:
-    """How a box sinks in `box_grasp` with changes."""
-    place = dict(zip(DRAWN, (box.mass_kg, box.friction, 1e-3 * box.off_middle_mm), strict=True))
+    """Simulates the creep of a box in `box_grasp` with changes."""
+    place = dict(zip(DRAWN_RANGES, (box.mass_kg, box.friction, 1e-3 * box.off_middle_mm), strict=True))
     changes = {**{f"models.{BOX}.{key}": value for key, value in place.items()}, **changes}
-    found, plant = run_and_measure(BOX_GRASP, changes, MEASURES), changed_scenario(BOX_GRASP, changes).plant_config
+    measures, plant = run_and_measure(BOX_GRASP, changes, MEASURES), changed_scenario(BOX_GRASP, changes).plant_config
     engine = str(changes.get("engine", DRAKE))
     step, tolerance = (1e3 * plant.time_step, plant.stiction_tolerance) if engine == DRAKE else (np.nan, np.nan)
-    numbers = (found[measure.__name__] for measure in (lifted_mm, sinking_mm))
-    return Creep(engine, step, tolerance, found["grasp"], *numbers)
+    numbers = (measures[measure.__name__] for measure in (lifted_mm, sinking_mm))
+    return Creep(engine, step, tolerance, measures["grasp"], *numbers)
 
 
 def compare_boxes(number: int) -> None:
-    """Writes and prints how random boxes end, and how one that ends differently sinks."""
-    boxes = drawn_boxes(number)
+    """Writes and prints the ends of random boxes, and the creep of a heavy one."""
+    boxes = draw_boxes(number)
     write_csv(BOXES, boxes)
-    alike = sum(box.in_drake == box.in_mujoco for box in boxes)
-    print_rows(ends_of(boxes), f"{alike} of {number} boxes end alike. {CRITERION}")
-    sinking = next((box for box in boxes if box.mass_kg > HEAVY), None)
+    equal = sum(box.in_drake == box.in_mujoco for box in boxes)
+    print_rows(count_ends(boxes), f"{equal} of {number} boxes end alike. {CRITERION}")
+    sinking = next((box for box in boxes if box.mass_kg > MIN_CREEP_MASS), None)
     if sinking is not None:
-        rows = [creep(sinking, changes) for changes in REFINED]
+        rows = [creep(sinking, changes) for changes in REFINEMENTS]
         write_csv(CREEP, rows)
         write_table(PAGE, creep_table(rows))
         print_rows(rows, f"A box of {1e3 * sinking.mass_kg:.0f} g and friction {sinking.friction:.2f}")
 
 
 def page_table(rows: Sequence[Agreement]) -> list[str]:
-    """The lines of the table of the page: the scenarios whose forces differ most."""
+    """Lines of the page's table: the scenarios whose forces differ most."""
     lines = [
         f"| `{row.scenario}` | {row.tips_mm:.2f} | {row.tips_mm_with_points:.2f} | {row.force_percent:.1f}"
         f" | {row.force_percent_with_points:.1f} | {row.normal_force_percent:.1f}"
         f" | {row.in_drake} | {row.in_mujoco} | {row.step} |"
-        for row in sorted(rows, key=lambda row: -row.force_percent)[:LISTED]
+        for row in sorted(rows, key=lambda row: -row.force_percent)[:PAGE_SCENARIOS]
     ]
     return [*HEADING, *lines]
 
 
 def creep_table(rows: Sequence[Creep]) -> list[str]:
-    """The lines of the table of a box that sinks; only Drake has a stiction tolerance."""
+    """Lines of the table of a box that sinks; only Drake has a stiction tolerance."""
     lines = [
         f"| {f'Drake | {row.step_ms:g} | {row.stiction_tolerance:g}' if row.engine == DRAKE else 'MuJoCo | | '}"
         f" | {row.end} | {row.lifted_mm:.2f} | {row.sinking_in_1_s_mm:.3f} |"
@@ -283,5 +289,5 @@ def run(options: argparse.Namespace) -> None:
             print(f"{name}: {shortened(str(error), 200)}")
             continue
         print(rows[name], flush=True)
-        write_csv(TABLE, [rows[each] for each in sorted(rows)])
-    write_table(PAGE, page_table([rows[each] for each in sorted(rows)]))
+        write_csv(TABLE, [rows[scenario] for scenario in sorted(rows)])
+    write_table(PAGE, page_table([rows[scenario] for scenario in sorted(rows)]))

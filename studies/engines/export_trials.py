@@ -1,7 +1,7 @@
-"""The same random grasps in Drake and, exported, in MuJoCo: is each held or dropped alike?
+"""Compares random grasps in Drake and, exported, in MuJoCo: held or dropped.
 
-`bottle_grasp`, with a bottle and with a box in turn, of random mass, friction, size, place and orientation, drawn such
-that a good part is dropped. An object is held if it has been lifted by more than half of the lift at the end. Prints
+`bottle_grasp`, with a bottle and with a box in turn, of random mass, friction, size, position and orientation, such
+that many are dropped. An object is held if it has been lifted by more than half of the lift at the end. Prints
 the table of confusion and writes every trial to export_trials.csv. Needs MuJoCo: pip install soft-gripper[mujoco].
 
 Exit code 1: fewer than 95 % agree.
@@ -27,14 +27,14 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
 OBJECTS = {"bottle": 0.00001, "box": 0.03001}  # m, the heights of their frames on the table
-LIFTED = 0.04  # m, half of the lift
+MIN_LIFT = 0.04  # m, half of the lift
 BAR = 0.95
 RANGES = "{offset: 0.004, yaw: 0.5, mass: [0.08, 0.22], friction: [0.4, 0.9], size: 0.1, offset_error: 0, yaw_error: 0}"
 
 
 @dataclass(frozen=True)
-class Lifted:
-    """How far an object has risen in both simulators."""
+class Lift:
+    """Rise of an object in both simulators."""
 
     object: str
     drake_mm: float
@@ -42,13 +42,13 @@ class Lifted:
 
     @property
     def held(self) -> tuple[bool, bool]:
-        """In Drake and in MuJoCo."""
-        return self.drake_mm > 1e3 * LIFTED, self.mujoco_mm > 1e3 * LIFTED
+        """Whether the object is held in Drake and in MuJoCo."""
+        return self.drake_mm > 1e3 * MIN_LIFT, self.mujoco_mm > 1e3 * MIN_LIFT
 
 
 @dataclass(frozen=True)
-class Row(Lifted, TrialVariation):
-    """One trial, and what was drawn."""
+class Row(Lift, TrialVariation):
+    """One trial and its random draw."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -63,36 +63,36 @@ def run(options: argparse.Namespace) -> int:
 
 
 def report(rows: Sequence[Row]) -> int:
-    """Prints how often both agree; 1 if that is too seldom."""
+    """Prints the number of equal trials; 1 if there are too few."""
     for drake, name in ((True, "held in Drake"), (False, "dropped in Drake")):
         counts = [sum(row.held == (drake, mujoco) for row in rows) for mujoco in (True, False)]
         print(f"{name:<18} MuJoCo holds {counts[0]:>3}, drops {counts[1]:>3}")
-    alike = sum(row.held[0] == row.held[1] for row in rows)
-    print(f"{alike} of {len(rows)} alike; the bar is {BAR:.0%}")
-    return int(alike < BAR * len(rows))
+    equal = sum(row.held[0] == row.held[1] for row in rows)
+    print(f"{equal} of {len(rows)} alike; the bar is {BAR:.0%}")
+    return int(equal < BAR * len(rows))
 
 
 def run_trial(seed: int, number: int, time_step: float | None) -> Row:
     """One trial in both simulators."""
     kind = list(OBJECTS)[number % len(OBJECTS)]
     scenario, variation = random_grasp(kind, seed, number)
-    lifted = {"drake_mm": 1e3 * in_drake(scenario), "mujoco_mm": 1e3 * in_mujoco(scenario, time_step)}
+    lifted = {"drake_mm": 1e3 * drake_lift(scenario), "mujoco_mm": 1e3 * mujoco_lift(scenario, time_step)}
     return Row(**asdict(variation), object=kind, **lifted)
 
 
 def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, TrialVariation]:
     """A scenario whose object is drawn at random."""
     overrides = [f"task.object={kind}", f"task.trials={RANGES}", "record.truth=none", f"models.bottle.name={kind}"]
-    place = f"models.bottle.X_PC.translation=[0, 0, {OBJECTS[kind]}]"
+    height = f"models.bottle.X_PC.translation=[0, 0, {OBJECTS[kind]}]"
     file = f"models.bottle.file=package://soft_gripper/objects/{kind}.obj"
-    scenario = load_scenario("bottle_grasp", [place, file, *overrides])
+    scenario = load_scenario("bottle_grasp", [height, file, *overrides])
     assert scenario.task is not None
     variation = draw(random_numbers(seed, kind, number), cast(Varied, scenario.task).trials)
     return varied(scenario, variation), variation
 
 
-def in_drake(scenario: Scenario) -> float:
-    """How far the object has risen at the end, m."""
+def drake_lift(scenario: Scenario) -> float:
+    """Rise of the object at the end in Drake, m."""
     station = make_private_station(scenario)
     context = station.plant.GetMyContextFromRoot(run_to_end(station).get_context())
     assert scenario.task is not None
@@ -101,8 +101,8 @@ def in_drake(scenario: Scenario) -> float:
     return float((body.EvalPoseInWorld(context).translation() - start)[2])
 
 
-def in_mujoco(scenario: Scenario, time_step: float | None) -> float:
-    """The same, from the exported folder."""
+def mujoco_lift(scenario: Scenario, time_step: float | None) -> float:
+    """Rise of the object at the end of the exported folder in MuJoCo, m."""
     with TemporaryDirectory() as folder:
         export_mjcf(scenario, Path(folder), time_step)
         _, rows = simulate(Path(folder))

@@ -1,6 +1,6 @@
-"""The size and the order of the code, in numbers: `make house` prints them, each with its aim, and how rooms grew.
+"""Prints size and order of the code for `make house`: each measure with its aim, and the growth of the rooms.
 
-Times are measured elsewhere: `make bench-against` compares two checkouts, `make check` and `.ci/run` tell their own.
+Another measure is a line of `measures`. For times see `make bench-against`.
 """
 
 import argparse
@@ -18,12 +18,12 @@ from studies.house.words import AIM, words
 
 PRODUCT = "soft_gripper", "diagrams", "models"
 EXTRAS = ROOT / "soft_gripper" / "extras"
-WITHOUT_SUBJECT = re.compile(r"(Of|The same|What|Those|That of)\b")
-OVERUSED = "live", "table", "tables", "run", "session", "task"
-PLANAR = re.compile(r"\bPlanar\b|\bcomplex\b|\b1j\b|\.imag\b|\.conj\b")
-PAPER = "estimators/arcs.py", "estimators/arc_shapes.py", "extras/paper"  # where planar mathematics belongs
-SHAPE = re.compile(r"class (\w*)(Contact|Gaussian|Recursive)Shape\b")
-BLOCK = re.compile(r"class (?!Force)\w*Estimator\((?:ArrayBlock|ShapeEstimator)\)")
+POOR_BEGINNING = re.compile(r"(Of|The same|What|Those|That of)\b")
+OVERUSED_NAMES = "live", "table", "tables", "run", "session", "task"
+PLANAR_PATTERN = re.compile(r"\bPlanar\b|\bcomplex\b|\b1j\b|\.imag\b|\.conj\b")
+PLANAR_FILES = "estimators/arcs.py", "estimators/arc_shapes.py", "extras/paper"  # where planar mathematics belongs
+SHAPE_PATTERN = re.compile(r"class (\w*)(Contact|Gaussian|Recursive)Shape\b")
+BLOCK_PATTERN = re.compile(r"class (?!Force)\w*Estimator\((?:ArrayBlock|ShapeEstimator)\)")
 
 
 def files(*folders: str) -> list[Path]:
@@ -32,7 +32,7 @@ def files(*folders: str) -> list[Path]:
 
 
 def lines(paths: list[Path]) -> int:
-    """How many lines files have."""
+    """Number of lines of files."""
     return sum(len(path.read_text(encoding="utf-8").splitlines()) for path in paths)
 
 
@@ -44,43 +44,43 @@ def docstrings(path: Path) -> Iterator[str]:
 
 
 def matches(pattern: re.Pattern[str], paths: list[Path]) -> int:
-    """How often a pattern stands in files."""
+    """Number of matches of a pattern in files."""
     return sum(len(pattern.findall(path.read_text(encoding="utf-8"))) for path in paths)
 
 
-def names_of_extras(core: list[Path]) -> int:
-    """Core files in which the name of an extra stands as a module."""
+def count_extra_names(core: list[Path]) -> int:
+    """Number of core files that name an extra as a module."""
     extras = [path.name for path in EXTRAS.iterdir() if path.is_dir()] if EXTRAS.is_dir() else []
-    named = re.compile(r"extras\.(" + "|".join(extras or ["-"]) + r")\b")
-    return sum(bool(named.search(path.read_text(encoding="utf-8"))) for path in core)
+    pattern = re.compile(r"extras\.(" + "|".join(extras or ["-"]) + r")\b")
+    return sum(bool(pattern.search(path.read_text(encoding="utf-8"))) for path in core)
 
 
 def measures() -> Iterator[tuple[str, object, str]]:
     """Name, number today and aim of every measure."""
     product = files(*PRODUCT)
     core = [path for path in product if EXTRAS not in path.parents]
-    planar = [path for path in core if not any(part in path.as_posix() for part in PAPER)]
+    planar = [path for path in core if not any(part in path.as_posix() for part in PLANAR_FILES)]
     modules = Counter(path.stem for path in product)
     yield "lines of Python, product", lines(product), "43,000"
     yield "  of these outside extras", lines(core), "23,000"
     yield "lines of studies", lines(files("studies")), "7,000"
     yield "lines of tests", lines(files("tests")), "38,000"
     yield "words of documentation", sum(words().values()), f"{AIM:,}"
-    yield "estimator blocks", matches(BLOCK, core), "2"
-    yield "implementations of contact, gaussian, recursive", matches(SHAPE, product), "3"
-    yield "files with planar complex arithmetic", sum(bool(matches(PLANAR, [path])) for path in planar), "10"
-    yield "core files that name an extra", names_of_extras(core), "0"
-    poor = sum(bool(WITHOUT_SUBJECT.match(text)) for path in product for text in docstrings(path))
+    yield "estimator blocks", matches(BLOCK_PATTERN, core), "2"
+    yield "implementations of contact, gaussian, recursive", matches(SHAPE_PATTERN, product), "3"
+    yield "files with planar complex arithmetic", sum(bool(matches(PLANAR_PATTERN, [path])) for path in planar), "10"
+    yield "core files that name an extra", count_extra_names(core), "0"
+    poor = sum(bool(POOR_BEGINNING.match(text)) for path in product for text in docstrings(path))
     yield "docstrings without a subject", poor, "20"
-    for name in OVERUSED:
+    for name in OVERUSED_NAMES:
         yield f"modules named {name}", modules[name], "1"
 
 
 def room(path: str) -> str:
-    """The room of a file: a folder of the package, an extra, or a folder of the repository."""
-    folder, *below = path.split("/")[:-1] or ["top level"]
-    depth = 2 if below[:1] == ["extras"] else 1
-    name = "/".join([folder, *below[:depth]]) if folder == PRODUCT[0] else folder
+    """Room of a file: a folder of the package, an extra, or a folder of the repository."""
+    folder, *subfolders = path.split("/")[:-1] or ["top level"]
+    depth = 2 if subfolders[:1] == ["extras"] else 1
+    name = "/".join([folder, *subfolders[:depth]]) if folder == PRODUCT[0] else folder
     return f"{name}, words" if path.endswith(".md") else f"{name}, lines"
 
 
@@ -97,7 +97,7 @@ def sizes(revision: str) -> Counter[str]:
 
 
 def revisions() -> Iterator[tuple[str, str]]:
-    """What the sizes of today are compared with, and its commit, as far as this clone has it."""
+    """Yields names and commits of earlier states, as far as this clone has them."""
     release = re.search(r"^version = .*", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)
     for name, choice in (
         ("last release", ["-S", release.group() if release else "", "--", "pyproject.toml"]),

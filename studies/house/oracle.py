@@ -1,8 +1,9 @@
-"""What the shipped scenarios and contacts give, stored before a change of the code and compared after it.
+"""Stores estimates of the shipped scenarios and contacts before a change of the code, and compares them after it.
 
 Every shipped scenario runs with `contact`, `gaussian` and `recursive`; the shipped test contacts are estimated one by
-one. Lengths may differ by LENGTH, forces by FORCE; what differs by more is listed, and is either a fault or has to be
-explained. NaN, for what is not known, must stay NaN. Tables that are published: `make release-check`.
+one. Larger differences than LENGTH_TOLERANCE and FORCE_TOLERANCE are listed; each is either a fault or has to be
+explained. NaN (unknown) must stay NaN. For published tables see `make release-check`. Another number is a `yield` of
+`values`.
 """
 
 import argparse
@@ -24,26 +25,26 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 from studies.benchmark.contacts import FOLDER, layout
 
-LENGTH, FORCE = 0.05e-3, 0.02  # m, N
-EVERY = 10  # samples
+LENGTH_TOLERANCE, FORCE_TOLERANCE = 0.05e-3, 0.02  # m, N
+STRIDE = 10  # samples
 ESTIMATORS = "contact", "gaussian", "recursive"
 SIGNALS = {
-    "true_tip_position": LENGTH,
-    "true_contact_force": FORCE,
-    "tip_pose": LENGTH,
-    "estimated_tip_position": LENGTH,
-    "position_std": LENGTH,
-    "contact_force": FORCE,
-    "contact_force_std": FORCE,
-    "contact_force_interval": FORCE,
-    "contact_force_bounds": FORCE,
-    "contact_arc_length": LENGTH,
+    "true_tip_position": LENGTH_TOLERANCE,
+    "true_contact_force": FORCE_TOLERANCE,
+    "tip_pose": LENGTH_TOLERANCE,
+    "estimated_tip_position": LENGTH_TOLERANCE,
+    "position_std": LENGTH_TOLERANCE,
+    "contact_force": FORCE_TOLERANCE,
+    "contact_force_std": FORCE_TOLERANCE,
+    "contact_force_interval": FORCE_TOLERANCE,
+    "contact_force_bounds": FORCE_TOLERANCE,
+    "contact_arc_length": LENGTH_TOLERANCE,
 }
-PARTS = "contact_force", "contact_arc_length", "force_interval", "force_bounds"
+CONTACT_NUMBERS = "contact_force", "contact_arc_length", "force_interval", "force_bounds"
 
 
 def values() -> Iterator[tuple[str, Array]]:
-    """Every number of the oracle, by name."""
+    """Yields every number of the oracle by its name."""
     yield from contacts()
     for name in tqdm(scenario_names(), unit="scenario"):
         for estimator in ESTIMATORS:
@@ -51,8 +52,8 @@ def values() -> Iterator[tuple[str, Array]]:
 
 
 def scenario_values(name: str, estimator: str) -> Iterator[tuple[str, Array]]:
-    """The signals of a scenario, every EVERY samples; nothing of an estimator that it refuses."""
-    own = load_scenario(name).estimator.type
+    """Yields the signals of a scenario, every STRIDE samples; nothing if it refuses the estimator."""
+    scenario_estimator = load_scenario(name).estimator.type
     try:
         recording = simulate(load_scenario(name, [f"estimator.type={estimator}"]))
     except InputError as error:
@@ -60,52 +61,52 @@ def scenario_values(name: str, estimator: str) -> Iterator[tuple[str, Array]]:
         return
     for signal in recording.data.data_vars:
         if str(signal).rpartition(".")[2] in SIGNALS:
-            mark = " (its own)" if estimator == own else ""
-            yield f"{name}/{estimator}{mark}/{signal}", recording.data[signal].values[::EVERY]
+            mark = " (its own)" if estimator == scenario_estimator else ""
+            yield f"{name}/{estimator}{mark}/{signal}", recording.data[signal].values[::STRIDE]
 
 
 def contacts() -> Iterator[tuple[str, Array]]:
-    """Forces, places and intervals of the contacts that the benchmark tests with."""
+    """Yields forces, positions and intervals of the benchmark's test contacts."""
     rows = np.genfromtxt(FOLDER / "contacts_test.csv", delimiter=",", names=True)
     readings = np.stack([rows[f"reading_{i}"] for i in range(4)], axis=-1)
     gravity = in_space(in_plane(rows["gravity_x"], rows["gravity_z"]))
-    for model, share in (("exact", EXACT), ("default", Uncertainty.bend_per_pressure)):
-        shape = ContactShape(layout(), Uncertainty(reading=1.5e-3, bend_per_pressure=share))
-        given = readings, layout().finger.pressure_torque(rows["pressure"]), gravity
-        found, known = shape(*given).contact, shape.posterior(*given)
-        assert found is not None
-        parts = found.force, found.arc_length, known.force_interval, known.force_bounds
-        for name, each in zip(PARTS, parts, strict=True):
-            yield f"contacts/{model}/.{name}", each
+    for model, bend_std in (("exact", EXACT), ("default", Uncertainty.bend_per_pressure)):
+        shape = ContactShape(layout(), Uncertainty(reading=1.5e-3, bend_per_pressure=bend_std))
+        inputs = readings, layout().finger.pressure_torque(rows["pressure"]), gravity
+        contact, posterior = shape(*inputs).contact, shape.posterior(*inputs)
+        assert contact is not None
+        numbers = contact.force, contact.arc_length, posterior.force_interval, posterior.force_bounds
+        for name, values_ in zip(CONTACT_NUMBERS, numbers, strict=True):
+            yield f"contacts/{model}/.{name}", values_
 
 
 def differences(folder: Path) -> Iterator[tuple[str, float, float]]:
-    """Largest difference, and what is allowed, of every number that is stored and found again.
+    """Yields the largest difference of every stored number, and the tolerance.
 
-    A number that was not stored is new, and left out.
+    New numbers, which are not stored, are left out.
     """
-    stored = np.load(folder / "oracle.npz")
-    for name, after in values():
-        if name not in stored:
+    stored_numbers = np.load(folder / "oracle.npz")
+    for name, values_ in values():
+        if name not in stored_numbers:
             continue
-        before = stored[name]
+        stored_values = stored_numbers[name]
         quantity = name.rpartition(".")[2]
-        allowed = SIGNALS.get(quantity, FORCE)
-        if before.shape != after.shape or (np.isfinite(before) != np.isfinite(after)).any():
-            yield name, np.inf, allowed
+        tolerance = SIGNALS.get(quantity, FORCE_TOLERANCE)
+        if stored_values.shape != values_.shape or (np.isfinite(stored_values) != np.isfinite(values_)).any():
+            yield name, np.inf, tolerance
         else:
-            yield name, float(np.nanmax(np.abs(after - before), initial=0.0)), allowed
+            yield name, float(np.nanmax(np.abs(values_ - stored_values), initial=0.0)), tolerance
 
 
 def run(options: argparse.Namespace) -> int:
-    """Stores, or compares and prints what differs by more than allowed."""
+    """Stores, or compares and prints the numbers that differ by more than their tolerance."""
     if options.action == "store":
         options.folder.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(options.folder / "oracle.npz", **cast(dict[str, Any], dict(values())))
         return 0
-    found = list(differences(options.folder))
-    worse = [(name, by, allowed) for name, by, allowed in found if not by <= allowed]
-    for name, by, allowed in worse:
-        print(f"{name}: differs by {by:.3g}, allowed {allowed:g}")
-    print(f"{len(found)} signals, {len(worse)} differ by more than allowed")
+    results = list(differences(options.folder))
+    worse = [(name, difference, tolerance) for name, difference, tolerance in results if not difference <= tolerance]
+    for name, difference, tolerance in worse:
+        print(f"{name}: differs by {difference:.3g}, allowed {tolerance:g}")
+    print(f"{len(results)} signals, {len(worse)} differ by more than allowed")
     return int(bool(worse))

@@ -1,4 +1,4 @@
-"""The bodies around the fingers, read from Drake's plant, so that no file needs a second parser."""
+"""Reads the bodies around the fingers from Drake's plant, so that no file needs a second parser."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -20,30 +20,30 @@ class Body(NamedTuple):
 
     name: str
     free: bool
-    X_WB: RigidTransform  # where it begins
+    X_WB: RigidTransform  # initial pose
     X_BG: RigidTransform  # the shape in the frame of the body
-    size: tuple[float, ...]  # of a box: edges, m; of a cylinder along z: radius and length, m; of a mesh: none
+    size: tuple[float, ...]  # m: edges of a box; radius and length of a cylinder along z; none for a mesh
     mesh: Path | None
     mass: float  # kg
     inertia: Array  # (3, 3) kg m^2, about the centre of mass
     friction: float  # Coulomb, of its own surface
 
 
-def bodies_of(scenario: Scenario) -> list[Body]:
-    """The bodies of all models that are not URDF files: grippers are read from theirs."""
+def scene_bodies(scenario: Scenario) -> list[Body]:
+    """Bodies of all models that are not URDF files: grippers are read from theirs."""
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
     diagram = builder.Build()
     plant, context = scene.plant, diagram.CreateDefaultContext()
-    in_plant = plant.GetMyContextFromRoot(context)
+    plant_context = plant.GetMyContextFromRoot(context)
     models = [model for model in scenario.models if not model.file.endswith(".urdf")]
-    found = []
+    bodies = []
     for model in models:
         (index,) = plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))
         body = plant.get_body(index)
-        X_WB = plant.EvalBodyPoseInWorld(in_plant, body)
-        found.append(_body(scene, body, model.name, model.free, X_WB))
-    return found
+        X_WB = plant.EvalBodyPoseInWorld(plant_context, body)
+        bodies.append(_body(scene, body, model.name, model.free, X_WB))
+    return bodies
 
 
 def _body(scene: Scene, body: RigidBody, name: str, free: bool, X_WB: RigidTransform) -> Body:
@@ -52,12 +52,12 @@ def _body(scene: Scene, body: RigidBody, name: str, free: bool, X_WB: RigidTrans
     (shape,) = inspector.GetGeometries(frame, Role.kProximity)
     size, mesh = _shape(inspector, shape)
     inertia = body.default_spatial_inertia()
-    about_center = inertia.CalcRotationalInertia().CopyToFullMatrix3() if free else np.zeros((3, 3))
+    rotational_inertia = inertia.CalcRotationalInertia().CopyToFullMatrix3() if free else np.zeros((3, 3))
     friction = inspector.GetProximityProperties(shape).GetPropertyOrDefault(
         "material", "coulomb_friction", CoulombFriction(0, 0)
     )
     X_BG = inspector.GetPoseInFrame(shape)
-    return Body(name, free, X_WB, X_BG, size, mesh, body.default_mass(), about_center, friction.static_friction())
+    return Body(name, free, X_WB, X_BG, size, mesh, body.default_mass(), rotational_inertia, friction.static_friction())
 
 
 def _shape(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[tuple[float, ...], Path | None]:

@@ -28,11 +28,11 @@ class Gripper(NamedTuple):
 def add_scene(client: BulletClient, task: Task, setting: Setting) -> tuple[list[Gripper], int | None]:
     """Adds all of a task; returns the grippers and the free body, if there is one."""
     grippers = [_add_gripper(client, task, number, setting) for number in range(len(task.grippers))]
-    held = None
+    grasped = None
     for body in task.bodies:
         number = _add_body(client, task, body)
-        held = number if body.free else held
-    return grippers, held
+        grasped = number if body.free else grasped
+    return grippers, grasped
 
 
 def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting) -> Gripper:
@@ -42,11 +42,11 @@ def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting
         path = Path(folder) / "gripper.urdf"
         path.write_text(expanded.text, encoding="utf-8")
         body = client.loadURDF(str(path), *_pose(X), useFixedBase=True)
-    named = {client.getJointInfo(body, i)[1].decode(): i for i in range(client.getNumJoints(body))}
+    joint_numbers = {client.getJointInfo(body, i)[1].decode(): i for i in range(client.getNumJoints(body))}
     friction = _finger_friction(task)
     for joint in range(-1, client.getNumJoints(body)):
         client.changeDynamics(body, joint, lateralFriction=friction, **_UNDAMPED)
-    joints = [named[joint_name(finger.name, i)] for finger in expanded.fingers for i in range(finger.segments)]
+    joints = [joint_numbers[joint_name(finger.name, i)] for finger in expanded.fingers for i in range(finger.segments)]
     damping = [value for finger in expanded.fingers for value in finger.damping]
     for joint, value in zip(joints, damping, strict=True):
         # Every joint has a motor that holds it, unless it is disabled; implicit torques include the damping.
@@ -57,10 +57,10 @@ def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting
 
 def _finger_friction(task: Task) -> float:
     """PyBullet multiplies the frictions of two surfaces; this friction makes the product Drake's value."""
-    touched = task.free or next(iter(task.bodies), None)
-    if touched is None:
+    touched_body = task.free or next(iter(task.bodies), None)
+    if touched_body is None:
         return 0.0
-    return combined_friction(task.fingers[0].contact.friction, touched.friction) / touched.friction
+    return combined_friction(task.fingers[0].contact.friction, touched_body.friction) / touched_body.friction
 
 
 def _add_body(client: BulletClient, task: Task, body: Body) -> int:
@@ -85,15 +85,15 @@ def _add_body(client: BulletClient, task: Task, body: Body) -> int:
 def _shape(client: BulletClient, body: Body) -> dict[str, object]:
     """A moving body is convex in PyBullet, or made of convex parts."""
     if body.mesh is not None:
-        return {"shapeType": pybullet.GEOM_MESH, "fileName": str(_decomposed(client, body.mesh))}
+        return {"shapeType": pybullet.GEOM_MESH, "fileName": str(_convex_parts_file(client, body.mesh))}
     if len(body.size) == 3:
         return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [edge / 2 for edge in body.size]}
     radius, length = body.size
     return {"shapeType": pybullet.GEOM_CYLINDER, "radius": radius, "height": length}
 
 
-def _decomposed(client: BulletClient, mesh: Path) -> Path:
-    """The convex parts of a mesh by PyBullet's V-HACD, made once."""
+def _convex_parts_file(client: BulletClient, mesh: Path) -> Path:
+    """File of the convex parts of a mesh by PyBullet's V-HACD, made once."""
     parts = Path("results/peers") / f"{mesh.stem}_parts.obj"
     if not parts.exists():
         parts.parent.mkdir(parents=True, exist_ok=True)

@@ -14,9 +14,9 @@ from studies.peers.task import Run, Setting, Task, Trial
 
 
 def make_run(task: Task, setting: Setting) -> Run:
-    """A client that is emptied before every run.
+    """Makes runs by a client that is emptied before each.
 
-    PyBullet knows no joint springs. Python applies their torques at every step: explicitly, or such that the step of
+    PyBullet has no joint springs. Python applies their torques at every step: explicitly, or so that the step of
     velocities is linearly implicit in springs and damping (`implicit`; stable PD, Tan et al. 2011).
     """
     client, substeps = BulletClient(pybullet.DIRECT), task.substeps(setting["step"])
@@ -26,20 +26,20 @@ def make_run(task: Task, setting: Setting) -> Run:
         client.resetSimulation()
         client.setGravity(*task.scenario.gravity)
         client.setPhysicsEngineParameter(fixedTimeStep=setting["step"], **setting.get("engine", {}))
-        grippers, held = add_scene(client, task, setting)
+        grippers, grasped = add_scene(client, task, setting)
         springs = [_Springs(client, gripper, setting, -task.scenario.gravity[2]) for gripper in grippers]
-        shares = np.split(np.arange(len(task.fingers)), np.cumsum([len(g.fingers) for g in grippers])[:-1])
+        finger_indices = np.split(np.arange(len(task.fingers)), np.cumsum([len(g.fingers) for g in grippers])[:-1])
         angles = np.zeros((len(pressures), len(task.fingers), task.fingers[0].segments))
-        objects = np.zeros((len(pressures), 0 if held is None else 3))
+        objects = np.zeros((len(pressures), 0 if grasped is None else 3))
         start = process_time()
         for sample, period in enumerate(pressures):
             for pressure in period:
-                for spring, share in zip(springs, shares, strict=True):
-                    spring.apply(pressure[share])
+                for spring, indices in zip(springs, finger_indices, strict=True):
+                    spring.apply(pressure[indices])
                 client.stepSimulation()
             angles[sample] = np.concatenate([spring.state()[0] for spring in springs])
-            if held is not None:
-                objects[sample] = client.getBasePositionAndOrientation(held)[0]
+            if grasped is not None:
+                objects[sample] = client.getBasePositionAndOrientation(grasped)[0]
         if task.sensed:
             sense(task, angles, pressures[:, -1])
         seconds = process_time() - start
@@ -64,7 +64,7 @@ class _Springs:
         return np.array([state[:2] for state in states]).T.reshape(2, len(self._gripper.fingers), -1)
 
     def apply(self, pressures: Array) -> None:
-        """The torques of the next step under pressures, (F,) Pa."""
+        """Applies the torques of the next step under pressures, (F,) Pa."""
         finger, (q, v) = self._finger, self.state()
         torque = pressures[:, None] * finger.pressure_gain - finger.stiffness * q
         if self._implicit:
@@ -74,7 +74,7 @@ class _Springs:
         )
 
     def _change(self, q: Array, v: Array, torque: Array) -> Array:
-        """Of the rates in the next step, if springs and damping go by those at its end, (F, N) rad/s."""
+        """Change of the rates in the next step, implicit in springs and damping, (F, N) rad/s."""
         mass = np.array(self._client.calculateMassMatrix(self._gripper.body, q.ravel().tolist()))
         torque = torque - self._drag * v + gravity_torque(self._finger, q, self._gravity)
         return np.linalg.solve(mass + self._metric, self._step * torque.ravel()).reshape(q.shape)

@@ -11,7 +11,7 @@ from soft_gripper.fingers import Finger
 from studies.peers.sensing import sense
 from studies.peers.task import Run, Setting, Task, Trial
 
-_DOWN = (0.0, 0.0, 1.0)  # a finger hangs: gravity pulls along z of its frame B
+_GRAVITY_DIRECTION = (0.0, 0.0, 1.0)  # a finger hangs: gravity pulls along z of its frame B
 
 
 class _Rods(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing, elastica.Damping):
@@ -19,7 +19,7 @@ class _Rods(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcin
 
 
 def make_run(task: Task, setting: Setting) -> Run:
-    """Rods that are built anew before every run.
+    """Makes runs by rods that are built anew before each.
 
     Elements are the finger's links, so that nodes between them are its joints, of the same stiffness. Pressure is rest
     curvature. The rod stretches and shears as its rubber does. Its damping goes by mass, not by stiffness, and is that
@@ -39,8 +39,8 @@ def make_run(task: Task, setting: Setting) -> Run:
         stepper.step(rods, time, np.float64(1e-12))  # compiles
         start = process_time()
         for sample, period in enumerate(pressures):
-            for inside in period:
-                for rod, bend, pressure in zip(fingers, bends, inside, strict=True):
+            for step_pressures in period:
+                for rod, bend, pressure in zip(fingers, bends, step_pressures, strict=True):
                     rod.rest_kappa[0] = bend * pressure
                 time = stepper.step(rods, time, np.float64(step))
             for number, rod in enumerate(fingers):
@@ -61,7 +61,7 @@ def _make_rods(task: Task, step: float) -> tuple[_Rods, list[elastica.CosseratRo
     for finger, rod in zip(task.fingers, fingers, strict=True):
         rods.append(rod)
         rods.constrain(rod).using(elastica.OneEndFixedBC, constrained_position_idx=(0,), constrained_director_idx=(0,))
-        rods.add_forcing_to(rod).using(elastica.GravityForces, acc_gravity=gravity * np.array(_DOWN))
+        rods.add_forcing_to(rod).using(elastica.GravityForces, acc_gravity=gravity * np.array(_GRAVITY_DIRECTION))
         rods.dampen(rod).using(
             elastica.AnalyticalLinearDamper, uniform_damping_constant=_damping(finger), time_step=np.float64(step)
         )
@@ -77,7 +77,7 @@ def _make_rod(finger: Finger) -> elastica.CosseratRod:
     rod = elastica.CosseratRod.straight_rod(
         n_elements=finger.segments + 1,
         start=np.zeros(3),
-        direction=np.array(_DOWN),
+        direction=np.array(_GRAVITY_DIRECTION),
         normal=np.array([0.0, 1.0, 0.0]),
         base_length=finger.length,
         base_radius=np.sqrt(area / np.pi),
@@ -90,7 +90,7 @@ def _make_rod(finger: Finger) -> elastica.CosseratRod:
 
 
 def _rest_curvature(finger: Finger) -> Array:
-    """Of a pascal, 1/m, (N,)."""
+    """Rest curvature per pressure, 1/(m Pa), (N,)."""
     return finger.pressure_gain / finger.stiffness / finger.segment_length
 
 

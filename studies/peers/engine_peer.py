@@ -13,38 +13,38 @@ from soft_gripper.diagrams.simulation import Run as Simulated
 from soft_gripper.diagrams.simulation import run_many
 from studies.peers.task import Run, Setting, Task, Trial
 
-_IN_PLANE = np.array([1j, 0, 1])  # of a finger, as a complex number
-_SENSED = ("strain", "theta", "estimated_joint_angles", "external_torque")
+_PLANE_AXES = np.array([1j, 0, 1])  # of a finger, as a complex number
+_SENSED_SIGNALS = ("strain", "theta", "estimated_joint_angles", "external_torque")
 
 
 def make_run(task: Task, setting: Setting) -> Run:
-    """Equal runs of the task, `runs` at once; the engine has its step, but for a `time_step` below it.
+    """Makes equal runs of the task, `runs` at once; a `time_step` of the setting refines the engine's step.
 
-    The tips are those of the sample before, as all truth in a recording, in the converged run too.
+    The tips are those of the sample before, as all truth in a recording, also in the converged run.
     """
     scenario = deepcopy(task.scenario)
     scenario.engine = "mujoco"
     scenario.plant_config.time_step = setting.get("time_step", scenario.plant_config.time_step)
-    alike = [scenario] * setting["runs"]
+    scenarios = [scenario] * setting["runs"]
 
     def run() -> Trial:
         start = process_time()
-        recordings = [each.recording for each in cast(Iterator[Simulated], run_many(alike, described=False))]
+        recordings = [run.recording for run in cast(Iterator[Simulated], run_many(scenarios, described=False))]
         for recording in recordings if task.sensed else ():
-            _read(task, recording)
-        seconds = (process_time() - start) / len(alike)
+            _read_signals(task, recording)
+        seconds = (process_time() - start) / len(scenarios)
         recording = recordings[0]
         names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
-        tips = np.array([recording[name].values[1:] @ _IN_PLANE for name in names]).T
-        held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
-        return Trial(seconds, tips, held)
+        tips = np.array([recording[name].values[1:] @ _PLANE_AXES for name in names]).T
+        positions = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
+        return Trial(seconds, tips, positions)
 
     run()  # its station is built
     return run
 
 
-def _read(task: Task, recording: Recording) -> None:
+def _read_signals(task: Task, recording: Recording) -> None:
     """Reads the signals that are compared, which computes them."""
     for finger in task.fingers:
-        for name in _SENSED:
+        for name in _SENSED_SIGNALS:
             recording[f"{finger.name}.{name}"].to_numpy()

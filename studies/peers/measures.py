@@ -1,11 +1,11 @@
-"""Quality of a run: error of the fingertips, creep of the held object."""
+"""Measures the quality of a run: error of the fingertips, m, and creep of the grasped object, m/s."""
 
 import numpy as np
 
 from studies.peers.task import Task, Trial
 
-MOVING, SETTLED = 0.5, 1.0  # s, after every step of pressure and before the next
-CREEPING = 2.0  # s, at the end
+MOVING_TIME, SETTLED_TIME = 0.5, 1.0  # s, after every step of pressure and before the next
+CREEP_TIME = 2.0  # s, at the end
 
 
 def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
@@ -14,25 +14,25 @@ def tip_error(task: Task, trial: Trial, reference: Trial) -> float:
     If something is grasped, only the settled part of the last step counts: where the object comes to
     rest before that differs from run to run.
     """
-    held = round(task.scenario.step_duration / task.period)
-    difference = (trial.tips - reference.tips).reshape(-1, held, trial.tips.shape[1])
-    moving, settled = (round(seconds / task.period) for seconds in (MOVING, SETTLED))
-    at_rest = np.abs(difference[:, -settled:].mean(axis=1))
+    step_samples = round(task.scenario.step_duration / task.period)
+    difference = (trial.tips - reference.tips).reshape(-1, step_samples, trial.tips.shape[1])
+    moving, settled = (round(seconds / task.period) for seconds in (MOVING_TIME, SETTLED_TIME))
+    settled_errors = np.abs(difference[:, -settled:].mean(axis=1))
     if task.free is not None:
-        return float(at_rest[-1].max())
-    return float(max(np.sqrt((np.abs(difference[:, :moving]) ** 2).mean()), at_rest.max()))
+        return float(settled_errors[-1].max())
+    return float(max(np.sqrt((np.abs(difference[:, :moving]) ** 2).mean()), settled_errors.max()))
 
 
 def creep(task: Task, trial: Trial) -> float:
     """Final speed of the held object, m/s; NaN without an object."""
     if task.free is None:
         return float("nan")
-    samples = round(CREEPING / task.period)
-    return float(np.linalg.norm(trial.held[-1] - trial.held[-1 - samples]) / CREEPING)
+    samples = round(CREEP_TIME / task.period)
+    return float(np.linalg.norm(trial.held[-1] - trial.held[-1 - samples]) / CREEP_TIME)
 
 
 def holds(task: Task, trial: Trial, reach: float = 0.01) -> bool:
-    """Whether nothing has diverged and the object is still within `reach` m of its initial position."""
+    """Whether the run did not diverge and the object is within `reach` m of its initial position."""
     if not np.isfinite(trial.tips).all() or np.abs(trial.tips).max() > 2 * task.fingers[0].length:
         return False
     if task.free is None:

@@ -18,16 +18,19 @@ def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
     return spec.compile()
 
 
-def angles_of(model: mujoco.MjModel, task: Task) -> np.ndarray:
-    """Where the joint angles lie in qpos, (F, N)."""
-    owned = [(config.name, finger) for config, expanded in task.grippers for finger in expanded.fingers]
+def angle_indices(model: mujoco.MjModel, task: Task) -> np.ndarray:
+    """Indices of the joint angles in qpos, (F, N)."""
+    model_fingers = [(config.name, finger) for config, expanded in task.grippers for finger in expanded.fingers]
     return np.array(
-        [[model.joint(f"{name}::{joint_name(f.name, i)}").qposadr[0] for i in range(f.segments)] for name, f in owned]
+        [
+            [model.joint(f"{name}::{joint_name(f.name, i)}").qposadr[0] for i in range(f.segments)]
+            for name, f in model_fingers
+        ]
     )
 
 
-def held_of(model: mujoco.MjModel) -> np.ndarray:
-    """Where the position of the free body lies in qpos, (3); empty if there is none."""
+def object_indices(model: mujoco.MjModel) -> np.ndarray:
+    """Indices of the position of the free body in qpos, (3,); empty if there is none."""
     (free,) = np.nonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
     return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free)]).astype(int)
 

@@ -7,7 +7,7 @@ import numpy as np
 from mujoco.rollout import rollout
 
 from soft_gripper.fingers import forward_kinematics
-from studies.peers.mujoco_model import angles_of, held_of, make_model
+from studies.peers.mujoco_model import angle_indices, make_model, object_indices
 from studies.peers.sensing import sense
 from studies.peers.task import Run, Setting, Task, Trial
 
@@ -17,8 +17,8 @@ _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, qpos, qvel, act
 def make_run(task: Task, setting: Setting) -> Run:
     """The model of the task; MuJoCo makes all steps of the run in one call."""
     model = make_model(task, setting)
-    angles, substeps = angles_of(model, task), task.substeps(setting["step"])
-    held = held_of(model)
+    angles, substeps = angle_indices(model, task), task.substeps(setting["step"])
+    object_columns = object_indices(model)
     begin = np.zeros(mujoco.mj_stateSize(model, _STATE))
     mujoco.mj_getState(model, mujoco.MjData(model), begin, _STATE)
 
@@ -32,6 +32,6 @@ def make_run(task: Task, setting: Setting) -> Run:
             sense(task, qpos[:, angles], act)
         seconds = process_time() - start
         tips = forward_kinematics(qpos[:, angles], task.fingers[0].segment_length).tip
-        return Trial(seconds, tips, qpos[:, held])
+        return Trial(seconds, tips, qpos[:, object_columns])
 
     return run

@@ -48,8 +48,8 @@ def make_run(task: Task, setting: Setting) -> Run:
             seconds = process_time() - start
         q = np.array([recording[f"{finger.name}.joint_angles"].values[1:] for finger in scene.fingers])
         tips = forward_kinematics(q, task.fingers[0].segment_length).tip.T
-        held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
-        return Trial(seconds, tips, held)
+        positions = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
+        return Trial(seconds, tips, positions)
 
     return run
 

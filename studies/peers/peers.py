@@ -1,10 +1,10 @@
-"""The same two fingers in other simulators: the table of docs/benchmarks.md, docs/peers.png and .svg.
+"""Compares two fingers in other simulators: the table of docs/benchmarks.md, docs/peers.png and .svg.
 
 Every setting of settings.yaml is run, alternately, and of every simulator the fastest one is compared that is as good
-as ours under its default: by the error of the tips against the simulator's own converged run where nothing is grasped,
-by the creep of the object where something is. Times are CPU time of stepping and sensing, models being built; medians.
+as ours under its default: by the error of the tips against the simulator's converged run if nothing is grasped,
+else by the creep of the object. Times are medians of CPU time of stepping and sensing, without building the models.
 
-Tasks that are named are printed only. What README and docs say of the table is tested by
+Named tasks are only printed. Sentences of README and docs on the table are tested by
 tests/studies/peers/test_peers_sentences.py.
 """
 
@@ -16,7 +16,7 @@ import yaml
 from soft_gripper.files.document import require
 from studies import ROOT
 from studies.page_table import write_table
-from studies.peers.comparison import compare, installed
+from studies.peers.comparison import compare, installed_simulators
 from studies.peers.report import draw, rows, table
 
 FIGURE, PAGE = (ROOT / "docs" / name for name in ("peers", "benchmarks.md"))
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> None:
     config = yaml.safe_load(Path(__file__).with_name("settings.yaml").read_text(encoding="utf-8"))
     for task in options.tasks:
         require(task in config["tasks"], "peers", "TASK", task, f"known: {', '.join(config['tasks'])}")
-    tasks, simulators = options.tasks or list(config["tasks"]), installed(config["simulators"])
+    tasks, simulators = options.tasks or list(config["tasks"]), installed_simulators(config["simulators"])
     results = {}
     print(*table([]), sep="\n", flush=True)
     for task in tasks:

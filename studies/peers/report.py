@@ -10,12 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
-from studies.peers.comparison import Result, chosen, ours_as_good
+from studies.peers.comparison import Result, chosen_results, equal_setting
 from studies.peers.simulators import OURS
 from studies.peers.task import Setting
 
-_WIDE = 1e4  # ratio of the ends of an axis with a label at each decade alone: others may be less than a decade long
-_HEADING = (
+_WIDE_RATIO = (
+    1e4  # ratio of the ends of an axis with a label at each decade alone: others may be less than a decade long
+)
+_TABLE_HEADING = (
     "| task | simulator | setting | times real time | tip error [mm] | creep [mm/s] | time ÷ ours | as good"
     " | time ÷ ours, if ours must be as good |",
     "|---|---|---|---:|---:|---:|---:|---|---:|",
@@ -23,26 +25,26 @@ _HEADING = (
 
 
 def table(results: Iterable[list[Result]]) -> list[str]:
-    """The chosen settings of all tasks, as lines of Markdown."""
-    return [*_HEADING, *(line for of_task in results for line in rows(of_task))]
+    """The chosen_results settings of all tasks, as lines of Markdown."""
+    return [*_TABLE_HEADING, *(line for of_task in results for line in rows(of_task))]
 
 
 def rows(results: list[Result]) -> list[str]:
-    """The lines of a task: its chosen settings."""
-    found = []
-    for result in chosen(results):
+    """The lines of a task: its chosen_results settings."""
+    lines = []
+    for result in chosen_results(results):
         name = f"**{OURS}**" if result.simulator == OURS else result.simulator
-        found.append(f"| {result.task} | {name} | {_words(result)} | {_figures(result, results)} |")
-    return found
+        lines.append(f"| {result.task} | {name} | {_words(result)} | {_cells(result, results)} |")
+    return lines
 
 
 def _words(result: Result) -> str:
     """A setting in a few words."""
-    parts = (f"{key} {value}" for key, value in _flat(result.setting).items())
+    parts = (f"{key} {value}" for key, value in _flatten(result.setting).items())
     return ", ".join(parts)
 
 
-def _flat(setting: Setting) -> Setting:
+def _flatten(setting: Setting) -> Setting:
     """Fields, those of a nested mapping among them; steps in ms."""
     flat: Setting = {}
     for key, value in setting.items():
@@ -55,18 +57,17 @@ def _flat(setting: Setting) -> Setting:
     return flat
 
 
-def _figures(result: Result, results: list[Result]) -> str:
-    ours, as_good = results[0], ours_as_good(results, result)
+def _cells(result: Result, results: list[Result]) -> str:
+    ours, match = results[0], equal_setting(results, result)
     creep = "" if np.isnan(result.creep) else f"{1e3 * result.creep:.4f}"
-    good = "yes" if result.matches(ours) else "no" if result.holds else "does not hold"
-    equal = "none of ours" if as_good is None else f"{result.times_behind(as_good):.2g}"
-    return (
-        f"{result.speed:.3g} | {1e3 * result.error:.3f} | {creep} | {result.times_behind(ours):.2g} | {good} | {equal}"
-    )
+    verdict = "yes" if result.matches(ours) else "no" if result.holds else "does not hold"
+    slowdown = "none of ours" if match is None else f"{result.times_behind(match):.2g}"
+    times = f"{result.times_behind(ours):.2g}"
+    return f"{result.speed:.3g} | {1e3 * result.error:.3f} | {creep} | {times} | {verdict} | {slowdown}"
 
 
 def draw(results: dict[str, list[Result]], stem: Path) -> None:
-    """A panel per task: the matched quantity against speed, a point per setting that holds. Better: down and right."""
+    """Draws a panel per task: the matched quantity against speed, a point per setting that holds."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 6), layout="constrained")
         panels = figure.subplots(2, -(-len(results) // 2), squeeze=False).ravel()
@@ -81,15 +82,15 @@ def draw(results: dict[str, list[Result]], stem: Path) -> None:
 
 def _draw_panel(axes: Axes, task: str, results: list[Result], simulators: list[str]) -> None:
     for place, simulator in enumerate(simulators):
-        own = [result for result in results if result.simulator == simulator and result.holds]
+        points = [result for result in results if result.simulator == simulator and result.holds]
         style = estimator_style(place, simulator) | {"lw": 1.5 if simulator == OURS else 0}
-        axes.plot([result.speed for result in own], [1e3 * result.quality for result in own], **style)
+        axes.plot([result.speed for result in points], [1e3 * result.quality for result in points], **style)
     axes.axhline(1e3 * results[0].quality, color="0.6", lw=0.8, zorder=0)
-    held = not np.isnan(results[0].creep)
+    has_object = not np.isnan(results[0].creep)
     axes.set(title=task, xscale="log", yscale="log", xlabel="times faster than real time")
-    axes.set_ylabel("creep [mm/s]" if held else "error of the tips [mm]")
+    axes.set_ylabel("creep [mm/s]" if has_object else "error of the tips [mm]")
     for axis in (axes.xaxis, axes.yaxis):
-        least, most = axis.get_view_interval()
-        axis.set_major_locator(LogLocator(subs=(1, 3) if most < _WIDE * least else (1,)))
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1, 3) if high < _WIDE_RATIO * low else (1,)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())

@@ -1,4 +1,4 @@
-"""Computes what our blocks compute, with the same functions, for all samples of another simulator at once."""
+"""Computes the outputs of our blocks, with the same functions, for all samples of another simulator at once."""
 
 import numpy as np
 
@@ -25,7 +25,10 @@ def sense(task: Task, q: Array, pressure: Array) -> tuple[Array, Array, Planar, 
     angles = BendSharing(layout).joint_angles(arcs.theta, driving, -complex(gravity[2]))
     X_WB = np.broadcast_to(np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0]]), (*pressure.shape, 3, 4))
     # Five samples each; at first there are fewer.
-    late = [np.concatenate([np.full((SAMPLES - 1, *each.shape[1:]), np.nan), each]) for each in (angles, driving, X_WB)]
-    motion = Motion(*(np.moveaxis(windows(each), 1, 2) for each in late))
+    histories = [
+        np.concatenate([np.full((SAMPLES - 1, *values.shape[1:]), np.nan), values])
+        for values in (angles, driving, X_WB)
+    ]
+    motion = Motion(*(np.moveaxis(windows(history), 1, 2) for history in histories))
     external = TorqueBalance(finger).external_torque(motion, gravity, task.period)
     return strain, arcs.theta, joints_on_arcs(layout, arcs), angles, external.torque

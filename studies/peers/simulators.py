@@ -1,4 +1,4 @@
-"""The simulators by name; those that are not installed give a reason."""
+"""Finds simulators by name. Another simulator is a line of `_MODULES`, and a module here with `make_run`."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -17,7 +17,7 @@ _MODULES = {
 
 
 def find_simulator(name: str) -> MakeRun:
-    """The function that makes the runs of a simulator.
+    """Imports the function that makes the runs of a simulator.
 
     Raises:
         ModuleNotFoundError: if it is not installed.

@@ -1,4 +1,4 @@
-"""A task: what is simulated, sampled and compared, in any simulator; and the result of a run."""
+"""Describes a task for any simulator, a scenario with pressures in steps, and the result of a run."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.fingers import Finger
 from soft_gripper.fingers.urdf import ExpandedUrdf
 from soft_gripper.scenario.schema import ModelConfig
-from studies.peers.bodies import Body, bodies_of
+from studies.peers.bodies import Body, scene_bodies
 
 Setting = dict[str, Any]  # of a simulator, as in settings.yaml
 
@@ -44,13 +44,13 @@ class Task:
 
     @cached_property
     def fingers(self) -> list[Finger]:
-        """In the order of the models."""
+        """Fingers in the order of the models."""
         return [finger for _, expanded in self.grippers for finger in expanded.fingers]
 
     @cached_property
     def bodies(self) -> list[Body]:
         """All bodies that are not grippers, in their poses."""
-        return bodies_of(self.scenario)
+        return scene_bodies(self.scenario)
 
     @property
     def free(self) -> Body | None:
@@ -59,23 +59,23 @@ class Task:
 
     @property
     def period(self) -> float:
-        """Between samples, s."""
+        """Sampling period, s."""
         return self.scenario.sensor.period
 
     @cached_property
     def commands(self) -> Array:
         """Commanded pressures during every period, (T, F) Pa."""
-        held = round(self.scenario.step_duration / self.period)
-        return np.array([np.repeat(pressure_steps(self.scenario.pressure, f.name), held) for f in self.fingers]).T
+        count = round(self.scenario.step_duration / self.period)
+        return np.array([np.repeat(pressure_steps(self.scenario.pressure, f.name), count) for f in self.fingers]).T
 
     def pressures(self, substeps: int) -> Array:
-        """In the chambers, behind their lag, in the middle of all substeps of every period, (T, substeps, F) Pa."""
+        """Lagging pressures in the chambers in the middle of all substeps of every period, (T, substeps, F) Pa."""
         lag = self.scenario.pressure.time_constant
         fades = np.exp(-(np.arange(substeps) + 0.5) / substeps * self.period / lag)[:, None]
-        before = np.zeros_like(self.commands)
+        last_pressures = np.zeros_like(self.commands)
         for i, command in enumerate(self.commands[:-1]):
-            before[i + 1] = command + (before[i] - command) * np.exp(-self.period / lag)
-        return self.commands[:, None] + (before - self.commands)[:, None] * fades
+            last_pressures[i + 1] = command + (last_pressures[i] - command) * np.exp(-self.period / lag)
+        return self.commands[:, None] + (last_pressures - self.commands)[:, None] * fades
 
     def substeps(self, step: float) -> int:
         """Steps of `step` s in a period."""

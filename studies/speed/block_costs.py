@@ -1,11 +1,11 @@
-"""The cost of the closed diagram, and of its blocks compared with the bare plant.
+"""Measures the cost of the closed diagram, and of its blocks compared with the bare plant.
 
 Speed is simulated time over computing time of whole runs, logging included. "all blocks" is a difference: the time
 of a sample in the closed diagram, with its share of the recording, less that of the plant alone, run alternately.
-Whole runs have two rows: bars are for recordings of which nothing is read, "all read" computes every signal.
+Whole runs have two rows: bars are for recordings without reading, "all read" computes every signal.
 
-The single blocks written in Python are measured as they cost where all of them run and all their ports are read, as in
-a station that a user holds; in a run whose diagram nobody sees most do not. A run pauses midway between samples, when
+The single blocks written in Python are measured with all blocks running and all their ports read, as in
+a user's station; in a private run most are removed. A run pauses midway between samples, when
 the new sample is taken but nothing is computed from it yet; a block's inputs are evaluated, then its output ports (and
 its next sample, if it takes samples), less the time of reading the same ports again.
 
@@ -53,7 +53,7 @@ SPEED_BARS = (
 BLOCKS_SCENARIO = ("free_bending", ["pressure.steps.all=[60.0e3, 150.0e3, -30.0e3, 90.0e3]"])
 ESTIMATOR_BARS = {"arcs": 60.0, "spline": 60.0, "gaussian": 60.0, "contact": 500.0, "recursive": 500.0}  # us a sample
 # Scenario, ground truth that is recorded, and the most times that it takes as long as the plant with its drive.
-CLOSED_BARS = (("free_bending", "all", 2.9), ("box_grasp", "all", 1.7), ("box_grasp", "none", 1.4))
+CLOSED_RATIO_BARS = (("free_bending", "all", 2.9), ("box_grasp", "all", 1.7), ("box_grasp", "none", 1.4))
 # Scenario, its models with fingers, and the most times that fingers which yield in space take as long as planar ones:
 # the plant with its drive, and closed.
 SPATIAL_BARS = (("free_bending", ("left_finger", "right_finger"), 2.3, 1.7), ("box_grasp", ("gripper",), 2.3, 1.7))
@@ -68,18 +68,31 @@ SAMPLES = 500  # of every block measured by itself, in every repeat
 def run(options: argparse.Namespace) -> int:
     """Prints the tables; 1 if a bar is missed."""
     print("Times faster than real time    median    min    max   bar")
-    fast = [_print_speed(name, bar) for name, bar in SPEED_BARS]
+    speeds_hold = [_print_speed(name, bar) for name, bar in SPEED_BARS]
     print("\nA sample of both fingers [ms]  median    min    max   bar")
-    cheap = _print_blocks(*BLOCKS_SCENARIO)
+    blocks_hold = _print_blocks(*BLOCKS_SCENARIO)
     print("\nClosed over bare plant          median    min    max   bar")
-    near = [_print_closed_over_bare(name, truth, bar) for name, truth, bar in CLOSED_BARS]
+    closed_hold = [_print_closed_ratio(name, truth, bar) for name, truth, bar in CLOSED_RATIO_BARS]
     print("\nSpatial over planar fingers      median    min    max   bar")
-    spatial = [_print_spatial_over_planar(*case) for case in SPATIAL_BARS]
+    spatial_hold = [_print_spatial_ratio(*case) for case in SPATIAL_BARS]
     print("\nA sample of one finger [us]    median    min    max   bar")
-    quick = [_print_estimator(name, bar) for name, bar in ESTIMATOR_BARS.items()]
+    estimators_hold = [_print_estimator(name, bar) for name, bar in ESTIMATOR_BARS.items()]
     print("\nTimes as long                  median    min    max   bar")
-    light, small = _print_creep("box_grasp"), _print_spatial_estimator("gaussian", SPATIAL_ESTIMATOR_BAR)
-    return 0 if all(fast) and cheap and all(near) and all(spatial) and all(quick) and light and small else 1
+    creep_holds, spatial_estimator_holds = (
+        _print_creep("box_grasp"),
+        _print_spatial_estimator("gaussian", SPATIAL_ESTIMATOR_BAR),
+    )
+    return (
+        0
+        if all(speeds_hold)
+        and blocks_hold
+        and all(closed_hold)
+        and all(spatial_hold)
+        and all(estimators_hold)
+        and creep_holds
+        and spatial_estimator_holds
+        else 1
+    )
 
 
 def _print_speed(name: str, bar: float) -> bool:
@@ -91,18 +104,18 @@ def _print_speed(name: str, bar: float) -> bool:
 
 
 def _speeds(station: Station) -> Array:
-    """Simulated over computing time of a whole run, of which nothing is read, and everything, (2,)."""
+    """Simulated over computing time of a whole run, without and with reading all signals, (2,)."""
     recordings: list[Recording] = []
     run = cpu_time(lambda: recordings.append(run_station(station)))
-    read = cpu_time(lambda: read_all(recordings[0]))
-    return recordings[0].values("time")[-1] / np.array([run, run + read])
+    reading = cpu_time(lambda: read_all(recordings[0]))
+    return recordings[0].values("time")[-1] / np.array([run, run + reading])
 
 
 def _print_blocks(name: str, overrides: list[str]) -> bool:
     station = make_private_station(load_scenario(name, overrides))
     running = make_station(load_scenario(name, overrides))
-    plant = _bare(station)
-    repeats = [(_run(plant, station), _run(station.diagram, station), cost_of_blocks(running)) for _ in range(REPEATS)]
+    plant = _bare_plant(station)
+    repeats = [(_run(plant, station), _run(station.diagram, station), measure_blocks(running)) for _ in range(REPEATS)]
     bare, closed = (np.array(times).T for times in list(zip(*repeats, strict=True))[:2])
     alone = [repeat[2] for repeat in repeats]
     costs = {name: np.array([cost[name] for cost in alone]) for name in alone[0]}
@@ -115,15 +128,15 @@ def _print_blocks(name: str, overrides: list[str]) -> bool:
     return holds
 
 
-def _bare(station: Station) -> Diagram:
-    """The plant alone."""
+def _bare_plant(station: Station) -> Diagram:
+    """Diagram of the plant alone."""
     builder, scenario = DiagramBuilder(), station.scenario
     add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     return builder.Build()
 
 
-def _print_closed_over_bare(name: str, truth: str, bar: float) -> bool:
-    """The station with all its signals over the plant with its drive."""
+def _print_closed_ratio(name: str, truth: str, bar: float) -> bool:
+    """Prints the time of the station with all its signals over that of the plant with its drive."""
     station = make_private_station(load_scenario(name, [f"record.truth={truth}"]))
     plant = bare_diagram(station.scenario)
     ratios = np.array([_run(station.diagram, station) / _run(plant, station) for _ in range(REPEATS)]).T
@@ -132,13 +145,13 @@ def _print_closed_over_bare(name: str, truth: str, bar: float) -> bool:
     return holds
 
 
-def _print_spatial_over_planar(name: str, models: tuple[str, ...], *bars: float) -> bool:
-    """Fingers that yield sideways and in twist too over those that bend in their plane, with as many segments."""
+def _print_spatial_ratio(name: str, models: tuple[str, ...], *bars: float) -> bool:
+    """Prints the time of fingers that also yield sideways and in twist over that of planar ones."""
     steps = ["pressure.steps.all=[60.0e3, 120.0e3]"]
     yields = [f"models.{model}.fingers.all.yields=bending sideways twist" for model in models]
-    stations = [make_private_station(load_scenario(name, [*steps, *more])) for more in ([], yields)]
-    runs = [(each, station) for station in stations for each in (bare_diagram(station.scenario), station.diagram)]
-    times = np.array([[_run(*each) for each in runs] for _ in range(REPEATS)]).reshape(REPEATS, 2, 2, 2)
+    stations = [make_private_station(load_scenario(name, [*steps, *changes])) for changes in ([], yields)]
+    runs = [(diagram, station) for station in stations for diagram in (bare_diagram(station.scenario), station.diagram)]
+    times = np.array([[_run(*run) for run in runs] for _ in range(REPEATS)]).reshape(REPEATS, 2, 2, 2)
     bare, closed = np.moveaxis(times[:, 1] / times[:, 0], 0, -1)  # (bare or closed, nothing or all read, repeats)
     holds = np.median([bare[0], closed[0]], axis=1) <= bars
     for kind, ratios, bar, met in zip(("bare plant", "closed"), (bare[:1], closed), bars, holds, strict=True):
@@ -147,7 +160,7 @@ def _print_spatial_over_planar(name: str, models: tuple[str, ...], *bars: float)
 
 
 def _print_estimator(name: str, bar: float) -> bool:
-    """An estimator block alone, two sensors per side, on a finger that is pressed at its side."""
+    """Prints the time of an estimator block alone, two sensors per side, on a finger that is pressed at its side."""
     repeats = np.array([_estimate_time(name, SensorLayout(_finger(), 2)) for _ in range(REPEATS)])
     holds = bool(np.median(repeats) <= bar)
     _print_row(name, repeats, f"{'at most' if holds else 'MISSES'} {bar:g}")
@@ -155,7 +168,7 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_spatial_estimator(name: str, bar: float) -> bool:
-    """An estimator of a finger that yields in space over that of one in its plane, two sections each."""
+    """Prints the time of a spatial finger's estimator over that of a planar one's, two sections each."""
     spatial = SensorConfig(sections=2, layout="four_faces_and_diagonal")
     planar, space = SensorLayout(_finger(), 2), sensor_layout(replace(_finger(), yields=IN_SPACE), spatial)
     ratios = np.array([_estimate_time(name, space) / _estimate_time(name, planar) for _ in range(REPEATS)])
@@ -170,7 +183,7 @@ def _finger() -> Finger:
 
 
 def _estimate_time(name: str, layout: MeasurementModel) -> float:
-    """Of an estimator block alone, us, in the plane of a finger that is pressed at its side."""
+    """Time of an estimator block alone, us, on a finger that is pressed at its side."""
     finger, q, seconds = layout.finger, layout.straight.copy(), 0.0
     q[: finger.segments] = 0.08 * np.linspace(0.3, 1.2, finger.segments)
     block = find_estimator(name)(layout, np.array([0.0, 0.0, -9.81]), 0.01)
@@ -184,7 +197,7 @@ def _estimate_time(name: str, layout: MeasurementModel) -> float:
 
 
 def _print_creep(name: str) -> bool:
-    """A grasp with fingers that creep, of the first model: time with creep in the nominal model over time without."""
+    """Prints the time of a grasp with creep in the nominal model over that without; the first model's fingers creep."""
     tree = ElementTree.parse(model_path(load_scenario(name).models[0].file))
     for finger in tree.iter("finger"):
         ElementTree.SubElement(finger, "creep", CREEP)
@@ -201,28 +214,28 @@ def _print_creep(name: str) -> bool:
 
 
 def _run(diagram: Diagram, station: Station) -> Array:
-    """CPU time of a sample in a run of the station's scenario, with what a recording takes, (2,) ms.
+    """CPU time of a sample in a run of the station's scenario, with its share of the recording, (2,) ms.
 
-    First with no signal of the recording read, then with all of them; the plant alone has none.
+    The first is without reading signals, the second with reading all of them; the plant alone has none.
     """
     simulator, scenario = start(diagram, station), station.scenario
-    run, read = cpu_time(lambda: simulator.AdvanceTo(scenario.duration)), 0.0
+    run, reading = cpu_time(lambda: simulator.AdvanceTo(scenario.duration)), 0.0
     if diagram is station.diagram:
         recordings: list[Recording] = []
         run += cpu_time(lambda: recordings.append(station.recording(simulator.get_context())))
-        read = cpu_time(lambda: read_all(recordings[0]))
-    return 1e3 * np.array([run, run + read]) * scenario.sensor.period / scenario.duration
+        reading = cpu_time(lambda: read_all(recordings[0]))
+    return 1e3 * np.array([run, run + reading]) * scenario.sensor.period / scenario.duration
 
 
 def start(diagram: Diagram, station: Station) -> Simulator:
-    """A simulator of a diagram with the solver of the station."""
+    """Starts a simulator of a diagram with the solver of the station."""
     simulator = Simulator(diagram)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
     simulator.Initialize()
     return simulator
 
 
-def cost_of_blocks(station: Station) -> dict[str, float]:
+def measure_blocks(station: Station) -> dict[str, float]:
     """CPU time of a sample by class of the Python blocks, all fingers together, and of the logs, ms."""
     simulator = start(station.diagram, station)
     root = simulator.get_context()
@@ -238,7 +251,7 @@ def cost_of_blocks(station: Station) -> dict[str, float]:
 
 
 def _python_blocks(diagram: Diagram) -> Iterator[System]:
-    """All blocks of this project, in the order of data flow."""
+    """Yields all blocks of this project, in the order of data flow."""
     for system in diagram.GetSystems():
         if isinstance(system, Diagram):
             yield from _python_blocks(system)
@@ -259,7 +272,7 @@ def _sample_time(block: System, context: Context) -> float:
 
 
 def _print_rows(name: str, values: Array, bar: str) -> None:
-    """Prints a row in which nothing is read, which has a bar, and one in which everything is."""
+    """Prints a row without reading, which has a bar, and one with all signals read."""
     for label, row, judged in zip((name, "  all read"), values, (bar, ""), strict=False):
         _print_row(label, row, judged)
 

@@ -29,54 +29,54 @@ STARTS = {
     "a refused value": COMMAND.format(["run", "free_bending", "--set", "pressure.settle=-1"]),
     "run free_bending": COMMAND.format(["run", "free_bending"]),
 }
-Times = dict[str, list[float]]  # s, by what is timed: the parts of a run, "closed" or "bare", and "read"
-Runs = dict[tuple[str, str], list[list[float]]]  # times by checkout and what is timed
+Times = dict[str, list[float]]  # s, by "closed" or "bare", the parts of a run, and "read"
+Runs = dict[tuple[str, str], list[list[float]]]  # times by checkout and key of `Times`
 
 
 def run(options: argparse.Namespace) -> None:
     """Prints two lines per scenario."""
     print("scenario, signals read   faster  blocks  closed / bare, other  closed / bare, here")
     for name in options.scenarios or SCENARIOS:
-        runs = run_in_turns(options.other, name)
+        runs = run_alternately(options.other, name)
         for signals, numbers in ratios({key: shortest(times) for key, times in runs.items()}):
             cells = zip(numbers, (6, 7, 21, 20), strict=True)
             print(f"{f'{name}, {signals}':<24}", *(f"{number:>{width}.2f}" for number, width in cells), flush=True)
     print("start                    faster  other [s]  here [s]")
     for name, script in STARTS.items():
-        there, here = start_times(options.other, script)
-        print(f"{name:<24} {there / here:>6.2f} {there:>10.2f} {here:>9.2f}", flush=True)
+        other_time, own_time = start_times(options.other, script)
+        print(f"{name:<24} {other_time / own_time:>6.2f} {other_time:>10.2f} {own_time:>9.2f}", flush=True)
 
 
 def start_times(other: Path, script: str) -> tuple[float, float]:
     """Median computing time of a script in both checkouts, s."""
     rounds = [[start_time(folder.resolve(), script) for folder in (other, ROOT)] for _ in range(ROUNDS)]
-    there, here = np.median(rounds, axis=0)
-    return float(there), float(here)
+    other_time, own_time = np.median(rounds, axis=0)
+    return float(other_time), float(own_time)
 
 
 def start_time(folder: Path, script: str) -> float:
     """Computing time of a process that runs a script in a checkout, s."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = resource.getrusage(resource.RUSAGE_CHILDREN)
     with TemporaryDirectory() as results:
         command: list[Path | str] = [folder / ".venv/bin/python", "-c", script]
         subprocess.run(command, cwd=results, capture_output=True, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime
 
 
 def ratios(times: Mapping[tuple[str, str], float]) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Which signals are read, and how many times as fast this checkout is, its blocks, and closed over bare in both."""
+    """Yields the read signals, and the speed-up of this checkout and its blocks, and closed over bare in both."""
     bare = min((time for (_, timed), time in times.items() if timed == "bare"), default=np.nan)
     for signals in ("none", "all"):
-        there, here = (
+        other_s, own_s = (
             times[checkout, "closed"] + (times[checkout, "read"] if signals == "all" else 0.0)
             for checkout in ("other", "here")
         )
-        yield signals, (there / here, (here - bare) / (there - bare), there / bare, here / bare)
+        yield (signals, (other_s / own_s, (own_s - bare) / (other_s - bare), other_s / bare, own_s / bare))
 
 
-def run_in_turns(other: Path, scenario: str) -> Runs:
-    """Runs of a scenario in both checkouts."""
+def run_alternately(other: Path, scenario: str) -> Runs:
+    """Runs a scenario in both checkouts in turn."""
     runs: Runs = {}
     for _ in range(ROUNDS):
         for checkout, folder in (("other", other), ("here", ROOT)):
@@ -86,7 +86,7 @@ def run_in_turns(other: Path, scenario: str) -> Runs:
 
 
 def timed_run(folder: Path, scenario: str) -> Times:
-    """A run of a scenario in a checkout, with the time of reading its signals."""
+    """Times a run of a scenario in a checkout, and the reading of its signals."""
     for script in filter(Path.is_file, (folder / TIMED_RUN, ROOT / TIMED_RUN)):
         command: list[Path | str] = [folder / ".venv/bin/python", script, scenario]
         times: Times = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)

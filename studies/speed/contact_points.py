@@ -1,6 +1,6 @@
-"""What point contact saves and changes in a grasp: speed, errors and creep.
+"""Compares point contact with contact over the true surface in a grasp: speed, errors and creep.
 
-Errors are differences from contact over the true surface, with the same step, at the end of the scenario: of the tip of
+Errors are differences with the same step at the end of the scenario: of the tip of
 the left finger and of the contact force on it; creep is the speed of the object, over the last second. Speed is that of
 the whole station with all its signals, and with `record.truth: forces`, each with no signal of the recording read and
 with all of them; CPU time, the least of several alternating runs.
@@ -31,8 +31,8 @@ def run(options: argparse.Namespace) -> None:
         print(f"\n{name:<12} faster  all read  forces  all read  tip [mm]  force [%]  creep [mm/s]")
         kinds = {"surface": [], **{f"{n} points": ["contact=points", f"contact_points={n}"] for n in (2, 4, 8)}}
         stations = {
-            kind: [_station(name, [*more, *truth]) for truth in ([], ["record.truth=forces"])]
-            for kind, more in kinds.items()
+            kind: [_station(name, [*kind_changes, *truth]) for truth in ([], ["record.truth=forces"])]
+            for kind, kind_changes in kinds.items()
         }
         seconds = {kind: np.full((2, 2), np.inf) for kind in stations}  # by the truth, with nothing and with all read
         recordings: dict[str, Recording] = {}
@@ -44,15 +44,15 @@ def run(options: argparse.Namespace) -> None:
                     read = cpu_time(partial(read_all, made[0]))
                     seconds[kind][i] = np.minimum(seconds[kind][i], [seconds_run, seconds_run + read])
                     recordings.setdefault(kind, made[0])
-        before = recordings["surface"]
+        reference = recordings["surface"]
         for kind, recording in recordings.items():
-            gains = " ".join(f"{gain:>8.2f}" for gain in (seconds["surface"] / seconds[kind]).ravel())
+            speedups = " ".join(f"{gain:>8.2f}" for gain in (seconds["surface"] / seconds[kind]).ravel())
             tip, force = (
-                _last(recording, signal) - _last(before, signal)
+                _last(recording, signal) - _last(reference, signal)
                 for signal in ("true_tip_position", "true_contact_force")
             )
-            relative = 100 * force.item() / _last(before, "true_contact_force").item()
-            row = f"{gains} {1e3 * np.linalg.norm(tip):>9.3f} {relative:>10.2f}"
+            relative = 100 * force.item() / _last(reference, "true_contact_force").item()
+            row = f"{speedups} {1e3 * np.linalg.norm(tip):>9.3f} {relative:>10.2f}"
             print(f"{kind:<10} {row} {1e3 * _creep(recording, stations[kind][0]):>13.4f}", flush=True)
 
 

@@ -1,7 +1,7 @@
-"""The cost of learning: a reset, a step in one process, in two, and of many in MuJoCo; medians of alternating rounds.
+"""Measures the cost of learning: a reset, a step in one process, in two, and of many in MuJoCo; medians of rounds.
 
-For one environment, and for those in MuJoCo, CPU time; box_grasp is timed in the same run, since the machine may be
-busy. For two processes, wall-clock time: how many times as many steps per second as with one, which a busy machine
+One environment, and those in MuJoCo, are measured in CPU time; box_grasp is timed in the same run, since the machine
+may be busy. Two processes are measured in wall-clock time, as a ratio of steps per second to one, which a busy machine
 distorts.
 """
 
@@ -20,16 +20,16 @@ from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.learning.environment import SoftGripperEnv
 
 ROUNDS, STEPS = 7, 50
-MANY = 64  # environments in MuJoCo
+ENVIRONMENTS = 64  # environments in MuJoCo
 GRIP, LIFT = 0.1, 20  # action that grips, and the step at which it begins to lift
 
 
 def action(step: int) -> np.ndarray:
-    """A grasp that holds."""
+    """Action of a grasp that holds, at a step."""
     return np.array([GRIP, -1.0 if step < LIFT else 1.0], np.float32)
 
 
-def clocked(work: Callable[[], object], clock: Callable[[], float]) -> float:
+def measure_duration(work: Callable[[], object], clock: Callable[[], float]) -> float:
     """Duration of a piece of work, s."""
     begin = clock()
     work()
@@ -37,7 +37,7 @@ def clocked(work: Callable[[], object], clock: Callable[[], float]) -> float:
 
 
 def episode(env: SoftGripperEnv | VectorEnv[Any, Any, Any], number: int) -> None:
-    """All steps of an episode, of `number` environments at once."""
+    """Makes all steps of an episode, of `number` environments at once."""
     for step in range(STEPS):
         env.step(action(step) if number == 0 else np.tile(action(step), (number, 1)))
 
@@ -47,25 +47,25 @@ def run(options: argparse.Namespace) -> None:
     env = SoftGripperEnv("soft_grasp")
     box = make_private_station(load_scenario("box_grasp", ["pressure.steps={all: [60e3]}"]))
     vectors = {number: gymnasium.make_vec("SoftGrasp-v0", number, "async") for number in (1, 2)}
-    found: dict[str, list[float]] = {name: [] for name in ("reset", "episode", "box", "one", "two", "many")}
-    many = gymnasium.make_vec("SoftGrasp-v0", MANY, "vector_entry_point")
+    rounds: dict[str, list[float]] = {name: [] for name in ("reset", "episode", "box", "one", "two", "many")}
+    many = gymnasium.make_vec("SoftGrasp-v0", ENVIRONMENTS, "vector_entry_point")
     for seed in range(ROUNDS):
-        found["reset"].append(clocked(partial(env.reset, seed=seed), time.process_time))
-        found["episode"].append(clocked(lambda: episode(env, 0), time.process_time))
-        found["box"].append(clocked(partial(make_simulator(box).AdvanceTo, 2.0), time.process_time))
+        rounds["reset"].append(measure_duration(partial(env.reset, seed=seed), time.process_time))
+        rounds["episode"].append(measure_duration(lambda: episode(env, 0), time.process_time))
+        rounds["box"].append(measure_duration(partial(make_simulator(box).AdvanceTo, 2.0), time.process_time))
         many.reset(seed=seed)
-        found["many"].append(clocked(lambda: episode(many, MANY), time.process_time))
+        rounds["many"].append(measure_duration(lambda: episode(many, ENVIRONMENTS), time.process_time))
         for name, number in (("one", 1), ("two", 2)):
             vectors[number].reset(seed=seed)
-            found[name].append(clocked(partial(episode, vectors[number], number), time.perf_counter))
-    median = {name: float(np.median(times)) for name, times in found.items()}
+            rounds[name].append(measure_duration(partial(episode, vectors[number], number), time.perf_counter))
+    median = {name: float(np.median(durations)) for name, durations in rounds.items()}
     simulated = STEPS * env.environment.config.time_step
     print(f"reset: {1e3 * median['reset']:.1f} ms")
     print(f"SoftGrasp-v0: {simulated / median['episode']:.1f} times real time")
     print(f"box_grasp, no signal read: {2.0 / median['box']:.1f} times real time")
-    gains = [2 * one / two for one, two in zip(found["one"], found["two"], strict=True)]
-    steps = [MANY * one / all_ for one, all_ in zip(found["episode"], found["many"], strict=True)]
-    print(f"{MANY} environments in MuJoCo: {np.median(steps):.1f} times the steps a second of computing time")
+    gains = [2 * one / two for one, two in zip(rounds["one"], rounds["two"], strict=True)]
+    steps = [ENVIRONMENTS * one / all_ for one, all_ in zip(rounds["episode"], rounds["many"], strict=True)]
+    print(f"{ENVIRONMENTS} environments in MuJoCo: {np.median(steps):.1f} times the steps a second of computing time")
     print(f"two processes: {np.median(gains):.2f} times the steps of one")
     for vector in vectors.values():
         vector.close()

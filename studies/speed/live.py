@@ -1,7 +1,7 @@
-"""Readings over UDP for minutes: latency, losses and memory of `soft-gripper live`.
+"""Sends readings over UDP for minutes: latency, losses and memory of `soft-gripper live`.
 
-`soft-gripper live` runs as a process of its own, at 100 Hz. From outside are measured: which readings have no result
-and are not counted as lost, the time from sending a reading to receiving its result, and the memory at the end, less
+`soft-gripper live` runs as a process of its own, at 100 Hz. Measured from outside are the readings without a result
+that are not counted as lost, the time from sending a reading to receiving its result, and the memory at the end, less
 that after a tenth of the time. The command itself prints the processor time that it needs from a reading to its
 result, which does not suffer from other processes as time does.
 """
@@ -27,7 +27,7 @@ import yaml
 import soft_gripper as sg
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 
 SCENARIO, PERIOD = "tip_distance_steps", 0.01
 LOOPBACK, START = "127.0.0.1", 60.0  # s that the command may take until it listens
@@ -41,7 +41,7 @@ COMMAND = [
 
 
 class Measured(NamedTuple):
-    """Of one run."""
+    """Measurements of one run."""
 
     unreported: int  # readings without result, and not counted as lost
     latency: np.ndarray  # s, of those with one
@@ -50,40 +50,40 @@ class Measured(NamedTuple):
 
 
 def recorded_messages(changes: list[str]) -> list[dict[str, Any]]:
-    """What the sensors of a simulated run read, with its pressures."""
+    """Readings and pressures of a simulated run, a message for each sample."""
     scenario = sg.load_scenario(SCENARIO, changes)
     recording, bench = sg.simulate(scenario), Bench(scenario)
     signals = {name: name.replace(".pressure", ".sampled_pressure") for name in bench.inputs}
     rows = range(1, recording.data.sizes["time"])
-    return [{name: np.ravel(recording[own].values[i]) for name, own in signals.items()} for i in rows]
+    return [{name: np.ravel(recording[signal_name].values[i]) for name, signal_name in signals.items()} for i in rows]
 
 
 def write_bench(file: Path, sizes: Mapping[str, int], ports: tuple[int, int]) -> None:
-    """The description of the hardware that this script stands for."""
-    config = described(sizes, f"udp://:{ports[0]}")
+    """Writes the description of the hardware that this script stands for."""
+    config = bench_from_inputs(sizes, f"udp://:{ports[0]}")
     fingers = {n: {"readings": f.readings, "pressures": f.pressures} for n, f in config.fingers.items()}
     text = {"source": config.source, "sink": f"udp://:{ports[1]}", "count": "count", "time": "time", "fingers": fingers}
     file.write_text(yaml.safe_dump(text), encoding="utf-8")
 
 
-def resident(process: int) -> float:
-    """MB of memory."""
+def resident_memory(process: int) -> float:
+    """Memory of a process, MB."""
     return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def received(socket_: socket.socket, found: dict[int, float]) -> None:
-    """Notes when the first result of each reading arrives, until nothing does for a while."""
+def receive_results(socket_: socket.socket, arrival_times: dict[int, float]) -> None:
+    """Notes the arrival, s, of the first result of each reading, until a timeout."""
     while True:
         try:
             result = json.loads(socket_.recv(2**16))
         except TimeoutError:
             return
         if result.get("age") == 0 and result["count"] is not None:
-            found.setdefault(int(result["count"]), time.monotonic())
+            arrival_times.setdefault(int(result["count"]), time.monotonic())
 
 
 def measure(seconds: float, changes: list[str], options: list[str]) -> Measured:
-    """Sends readings for some time."""
+    """Sends readings for some time, s, and measures the results."""
     messages = recorded_messages(changes)
     with TemporaryDirectory() as folder, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
         link.bind((LOOPBACK, 0))
@@ -93,30 +93,30 @@ def measure(seconds: float, changes: list[str], options: list[str]) -> Measured:
             port = free.getsockname()[1]
         bench = Path(folder) / "bench.yaml"
         write_bench(bench, {name: len(value) for name, value in messages[0].items()}, (port, link.getsockname()[1]))
-        changed = [part for change in changes for part in ("--set", change)]
-        command = [*COMMAND, "--bench", str(bench), *changed, *options]
+        set_options = [part for change in changes for part in ("--set", change)]
+        command = [*COMMAND, "--bench", str(bench), *set_options, *options]
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=folder) as process:
             link.settimeout(START)
             link.recv(2**16)  # that no reading has arrived yet
             link.settimeout(3.0)
-            arrived: dict[int, float] = {}
-            listener = Thread(target=received, args=(link, arrived))
+            arrivals: dict[int, float] = {}
+            listener = Thread(target=receive_results, args=(link, arrivals))
             listener.start()
             sent, sizes = send(link, port, messages, seconds, process.pid)
             time.sleep(1.0)
             process.send_signal(signal.SIGINT)
             assert process.stderr is not None
-            said = process.stderr.read()
+            output = process.stderr.read()
         listener.join()
-    lost = int(re.findall(r"(\d+) lost", said)[0])
-    latency = np.array([arrived[count] - at for count, at in sent.items() if count in arrived])
-    return Measured(len(sent) - len(latency) - lost, latency, sizes[-1] - sizes[0], said)
+    lost_count = int(re.findall(r"(\d+) lost", output)[0])
+    latency = np.array([arrivals[count] - time_sent for count, time_sent in sent.items() if count in arrivals])
+    return Measured(len(sent) - len(latency) - lost_count, latency, sizes[-1] - sizes[0], output)
 
 
 def send(
     link: socket.socket, port: int, messages: list[dict[str, Any]], seconds: float, process: int
 ) -> tuple[dict[int, float], list[float]]:
-    """When each reading was sent, and the memory of the process after a tenth of the time and at the end."""
+    """Sends readings: their times, s, and the memory of the process after a tenth of the time and at the end, MB."""
     sent, sizes, began, number = {}, [], time.monotonic(), round(seconds / PERIOD)
     for i in range(number):
         message = encoded({"count": float(i), "time": PERIOD * i, **messages[i % len(messages)]}, "json")
@@ -124,16 +124,16 @@ def send(
         sent[i] = time.monotonic()
         link.sendto(message, (LOOPBACK, port))
         if i in (number // 10, number - 1):
-            sizes.append(resident(process))
+            sizes.append(resident_memory(process))
     return sent, sizes
 
 
 def run(options: argparse.Namespace) -> int:
     """Prints what was measured; exit code 1: a reading was lost and not reported, or memory grew by more than 5 MB."""
     changes = [f"estimator.type={options.estimator}"]
-    found = measure(options.seconds, changes, ["--page"] if options.page else [])
-    print(found.said.strip())
-    middle, most = 1e3 * np.percentile(found.latency, [50, 99])
-    print(f"From sending a reading to receiving its result: {middle:.2f} ms in the median, {most:.2f} ms at 99 %.")
-    print(f"Readings lost and not reported: {found.unreported}. Memory: {found.grown:+.1f} MB.")
-    return int(found.unreported != 0 or found.grown > 5.0)
+    result = measure(options.seconds, changes, ["--page"] if options.page else [])
+    print(result.said.strip())
+    middle, high = 1e3 * np.percentile(result.latency, [50, 99])
+    print(f"From sending a reading to receiving its result: {middle:.2f} ms in the median, {high:.2f} ms at 99 %.")
+    print(f"Readings lost and not reported: {result.unreported}. Memory: {result.grown:+.1f} MB.")
+    return int(result.unreported != 0 or result.grown > 5.0)

@@ -1,4 +1,4 @@
-"""What many box grasps cost in MuJoCo, and what varies between them that makes it slower than Drake.
+"""Measures the cost of many box grasps in MuJoCo, and the variations that make it slower than Drake.
 
 Sensors are realistic, the estimator is `gaussian`, and pose, mass and friction of the box are random: of boxes that
 fingers hold, and of some that they do not. The tables of one process and of two are compared. With `--varied`, the same
@@ -47,7 +47,7 @@ SEARCH = {"designs": 12, "test_draws": 4, "unseen": {}}
 
 @dataclass(frozen=True)
 class Cost:
-    """What a sweep costs."""
+    """Cost of a sweep."""
 
     boxes: str
     runs: int
@@ -76,13 +76,13 @@ def run(options: argparse.Namespace) -> None:
 
 
 def process_costs(runs: int) -> Iterator[Cost]:
-    """Rows of one process and of two."""
+    """Yields rows of one process and of two."""
     for boxes in SAMPLES:
         with TemporaryDirectory() as folder:
             tables = [Path(folder) / str(jobs) for jobs in (1, 2)]
             times = [clock_time(boxes, runs, jobs, table) for jobs, table in enumerate(tables, start=1)]
-            one, two = ((table / "sweep.csv").read_bytes() for table in tables)
-            same = "yes" if one == two else "no"
+            single, double = ((table / "sweep.csv").read_bytes() for table in tables)
+            same = "yes" if single == double else "no"
             for jobs, seconds in enumerate(times, start=1):
                 yield Cost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, same)
 
@@ -90,8 +90,8 @@ def process_costs(runs: int) -> Iterator[Cost]:
 def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:
     """Time of a sweep, s."""
     (light, heavy), (smooth, rough) = SAMPLES[boxes]
-    varied = {"mass": (light, heavy), "friction": (smooth, rough), "X_PC.translation.0": (-0.004, 0.004)}
-    axes = [f"models.box.{key}={least}..{most}" for key, (least, most) in varied.items()]
+    ranges = {"mass": (light, heavy), "friction": (smooth, rough), "X_PC.translation.0": (-0.004, 0.004)}
+    axes = [f"models.box.{key}={low}..{high}" for key, (low, high) in ranges.items()]
     fixed = [f"--set={key}={value}" for key, value in FIXED.items()]
     command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed)
     began = time.perf_counter()
@@ -100,7 +100,7 @@ def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:
 
 
 def engine_costs(runs: int) -> Iterator[EngineCost]:
-    """Rows of what is varied."""
+    """Yields a row for each variation."""
     for name, axis in VARIED.items():
         with TemporaryDirectory() as folder:
             commands = [sweep(engine, [axis], runs, 1, Path(folder) / engine) for engine in ENGINES]
@@ -115,21 +115,21 @@ def engine_costs(runs: int) -> Iterator[EngineCost]:
 
 
 def engine_cost(varied: str, runs: int, times: Sequence[float]) -> EngineCost:
-    """The row of runs whose CPU times in MuJoCo and in Drake, s, are known."""
+    """Row of runs with their CPU times in MuJoCo and in Drake, s."""
     mujoco, drake = times
     return EngineCost(varied, runs, mujoco, drake, mujoco / runs, drake / runs, mujoco / drake)
 
 
 def sweep(engine: str, axes: Sequence[str], runs: int, jobs: int, out: Path, *more: str) -> list[str]:
-    """The command of a sweep of box grasps."""
-    varied = [f"--vary={axis}" for axis in axes]
+    """Command of a sweep of box grasps."""
+    options = [f"--vary={axis}" for axis in axes]
     return soft_gripper(
-        *("sweep", "box_grasp", "--engine", engine, "--sample", runs, *varied, *more), "--jobs", jobs, "--out", out
+        *("sweep", "box_grasp", "--engine", engine, "--sample", runs, *options, *more), "--jobs", jobs, "--out", out
     )
 
 
 def search(engine: str, study: Path) -> list[str]:
-    """The command of a search of designs."""
+    """Command of a search of designs."""
     return soft_gripper("design", study, "--engine", engine, "--jobs", 1, "--out", study.parent / engine)
 
 

@@ -1,4 +1,4 @@
-"""The cost of many runs: runs per second against processes, overhead of a run, and memory over RUNS.
+"""Measures the cost of many runs: runs per second against processes, overhead of a run, and memory over RUNS.
 
 Prints a table, and draws docs/many_runs.png and .svg. Runs are of free bending for 0.3 s, in sweeps whose station is
 used again (another seed of the sensors), or built anew for each (another modulus of the fingers).
@@ -29,13 +29,13 @@ FIXED = {
     "pressure.hold_samples": 5,
     "sensor.errors.preset": "realistic",
 }
-RUNS, FEW, ROUNDS = 1000, 100, 3
+RUNS, TIMED_RUNS, ROUNDS = 1000, 100, 3
 KINDS = ("station used again", "station built anew")
 
 
 @dataclass(frozen=True)
 class Swept:
-    """A sweep: how long it took, s, and as each run ended the memory of what began it and of its largest worker, MB."""
+    """Duration of a sweep, s, and memory of its main process and its largest worker at the end of each run, MB."""
 
     seconds: float
     resident: np.ndarray  # (runs, 2)
@@ -44,7 +44,7 @@ class Swept:
 def run(options: argparse.Namespace) -> None:
     """Prints the table and draws the figure."""
     jobs = list(range(1, (os.cpu_count() or 1) + 1))
-    alone, times = timed_in_turns(jobs)
+    alone, times = time_alternately(jobs)
     rates = {kind: [1 / times[kind, n] for n in jobs] for kind in KINDS}
     long = {kind: sweep(kind, RUNS, jobs[-1]) for kind in KINDS}
     print(
@@ -55,63 +55,65 @@ def run(options: argparse.Namespace) -> None:
     print("|---|" + "---:|" * (len(jobs) + 2))
     for kind in KINDS:
         cells = [f"{rate:.1f}" for rate in rates[kind]]
-        beyond, memory = 1e3 * (times[kind, 1] - alone), long[kind].resident[:, 1]
-        print(f"| {kind} | {' | '.join(cells)} | {beyond:.0f} | {memory[50]:.0f}, {memory[-1]:.0f} |")
+        overhead, memory = 1e3 * (times[kind, 1] - alone), long[kind].resident[:, 1]
+        print(f"| {kind} | {' | '.join(cells)} | {overhead:.0f} | {memory[50]:.0f}, {memory[-1]:.0f} |")
     draw(jobs, rates, long)
 
 
-def timed_in_turns(jobs: list[int]) -> tuple[float, dict[tuple[str, int], float]]:
-    """Time of a run in a station that is there, and of a run of a sweep by its kind and its processes, s.
+def time_alternately(jobs: list[int]) -> tuple[float, dict[tuple[str, int], float]]:
+    """Time of a run in an existing station, and of a run of a sweep by its kind and its processes, s.
 
-    The shortest of the rounds, since other load and a clock that slows down only ever add to them.
+    The shortest of the rounds counts, since other load and a slower clock only add to it.
     """
     station = make_private_station(load_scenario("free_bending", [f"{key}={value}" for key, value in FIXED.items()]))
     alone: list[float] = []
     times: dict[tuple[str, int], list[float]] = {(kind, n): [] for kind in KINDS for n in jobs}
     for _ in range(ROUNDS):
         began = time.perf_counter()
-        for _ in range(FEW):
+        for _ in range(TIMED_RUNS):
             run_station(station)
-        alone.append((time.perf_counter() - began) / FEW)
-        for (kind, n), found in times.items():
-            found.append(sweep(kind, FEW, n).seconds / FEW)
-    return min(alone), {key: min(found) for key, found in times.items()}
+        alone.append((time.perf_counter() - began) / TIMED_RUNS)
+        for (kind, n), kind_times in times.items():
+            kind_times.append(sweep(kind, TIMED_RUNS, n).seconds / TIMED_RUNS)
+    return min(alone), {key: min(kind_times) for key, kind_times in times.items()}
 
 
 def sweep(kind: str, runs: int, jobs: int) -> Swept:
-    """A number of runs by a number of processes, after the first two of each, which import everything."""
-    again = kind == KINDS[0]
+    """Makes a number of runs by a number of processes, after the first two of each, which import everything."""
+    is_reused = kind == KINDS[0]
     axis = (
-        Values("sensor.seed", tuple(range(runs))) if again else Range("models.0.fingers.all.youngs_modulus", 2e5, 3e5)
+        Values("sensor.seed", tuple(range(runs)))
+        if is_reused
+        else Range("models.0.fingers.all.youngs_modulus", 2e5, 3e5)
     )
-    points = sweep_points([axis]) if again else sweep_points([axis], "latin", runs)
+    points = sweep_points([axis]) if is_reused else sweep_points([axis], "latin", runs)
     resident = []
     with TemporaryDirectory() as folder, open_executor(jobs) as executor:
         run_sweep("free_bending", points[: 2 * jobs], Path(folder) / "first", executor, fixed=FIXED)
         began = time.perf_counter()
 
         def report(_: bool) -> None:
-            here, *workers = sorted(family(os.getpid()), key=lambda one: one.pid != os.getpid())
-            resident.append([here.resident(), max(worker.resident() for worker in workers)])
+            main_process, *workers = sorted(family(os.getpid()), key=lambda process: process.pid != os.getpid())
+            resident.append([main_process.resident(), max(worker.resident() for worker in workers)])
 
         run_sweep("free_bending", points, Path(folder) / "all", executor, fixed=FIXED, report=report)
         return Swept(time.perf_counter() - began, np.array(resident))
 
 
 def draw(jobs: list[int], rates: dict[str, list[float]], long: dict[str, Swept]) -> None:
-    """Runs per second, and memory."""
+    """Draws runs per second, and memory."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 2.8), layout="constrained")
-        left, right = figure.subplots(1, 2)
+        rate_axes, memory_axes = figure.subplots(1, 2)
         for place, kind in enumerate(KINDS):
             style = estimator_style(place + 1, kind)
-            left.plot(jobs, rates[kind], **style)
-            here, worker = long[kind].resident.T
-            right.plot(worker, color=style["color"])
-            right.plot(here, color=style["color"], ls=":")
-        left.set(xlabel="processes", ylabel="runs a second", xticks=jobs)
-        left.set_ylim(bottom=0)
-        left.legend(frameon=False)
-        right.set(xlabel="runs", ylabel="memory [MB], largest worker;\ndotted: what began it")
-        right.set_ylim(0, 1.1 * max(swept.resident.max() for swept in long.values()))
+            rate_axes.plot(jobs, rates[kind], **style)
+            main_memory, worker_memory = long[kind].resident.T
+            memory_axes.plot(worker_memory, color=style["color"])
+            memory_axes.plot(main_memory, color=style["color"], ls=":")
+        rate_axes.set(xlabel="processes", ylabel="runs a second", xticks=jobs)
+        rate_axes.set_ylim(bottom=0)
+        rate_axes.legend(frameon=False)
+        memory_axes.set(xlabel="runs", ylabel="memory [MB], largest worker;\ndotted: what began it")
+        memory_axes.set_ylim(0, 1.1 * max(swept.resident.max() for swept in long.values()))
         save_figure(figure, FIGURE)

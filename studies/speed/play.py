@@ -1,4 +1,4 @@
-"""How far `soft-gripper play` keeps up with real time.
+"""Measures the speed of `soft-gripper play` relative to real time.
 
 Every scenario is played for TIME: the fingers close and open again, and an arm lowers its tool. Meshcat and the plots
 are sent everything, with no browser to show them. Exit code 1: a scenario stays below BAR.
@@ -26,7 +26,7 @@ BAR = 0.98  # of real time
 
 
 class Player(SignalFeed):
-    """Moves sliders as time goes on."""
+    """Moves sliders at their times."""
 
     def __init__(self, session: Session):
         super().__init__(())
@@ -51,7 +51,7 @@ def moves(sliders: Sequence[Slider]) -> Iterator[tuple[float, Slider, float]]:
 
 
 def factor(name: str, folder: Path) -> float:
-    """Simulated over real time."""
+    """Simulated over real time of a scenario."""
     scenario = open_scenario(load_scenario(name))
     driver = SimulationDriver(partial(make_station, scenario))
     session = Session(driver, folder)
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     slow = 0
     with TemporaryDirectory() as folder:
         for name in options.scenarios or scenario_names():
-            found = factor(name, Path(folder))
-            slow += found < BAR
-            print(f"{name:<26} {found:.2f}{'' if found >= BAR else f'  MISSES {BAR}'}", flush=True)
+            speed = factor(name, Path(folder))
+            slow += speed < BAR
+            print(f"{name:<26} {speed:.2f}{'' if speed >= BAR else f'  MISSES {BAR}'}", flush=True)
     return int(slow > 0)

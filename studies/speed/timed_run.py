@@ -22,7 +22,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
 PART = 0.25  # s
-OF_A_TASK = 8.0  # s, in which every task of the scenarios handles its object
+TASK_TIME = 8.0  # s; every task of the scenarios handles its object until then
 
 
 def main(name: str) -> None:
@@ -47,7 +47,7 @@ def main(name: str) -> None:
 
 
 def bare_diagram(scenario: Scenario) -> Diagram:
-    """The plant and what drives it."""
+    """Diagram of the plant and its drive."""
     builder = DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
@@ -59,7 +59,7 @@ def part_times(simulator: Simulator, scenario: Scenario, finish: Callable[[], ob
     """CPU time of every part of a run, and finally of its completion, s; without the imports for that."""
     simulator.Initialize()
     finish()
-    end = OF_A_TASK if scenario.task is not None else scenario.duration
+    end = TASK_TIME if scenario.task is not None else scenario.duration
     actions = [*(lambda time=time: simulator.AdvanceTo(time) for time in np.arange(PART, end + 1e-9, PART)), finish]
     return [cpu_time(action) for action in actions]
 

@@ -1,8 +1,8 @@
 """Error of the fingertips against computing time for both solvers: tables, and docs/work_precision.png and .svg.
 
 The closed diagram, as users run it, goes through four steps of pressure. The reference is radau3, whose time
-stepping has nothing in common with either solver; how far the discrete plant with its step taken to zero
-(Richardson extrapolation from 0.2 and 0.1 ms) differs from it says how good it is.
+stepping has nothing in common with either solver. The difference of the discrete plant with its step taken to zero
+(Richardson extrapolation from 0.2 and 0.1 ms) from it is a bound of its error.
 """
 
 import argparse
@@ -24,20 +24,24 @@ from soft_gripper.pictures.style import STYLE
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies import ROOT
 
-MOVING, SETTLED = 50, 100  # samples: the first after every step of pressure, and the last before the next
-INPUT = ["pressure.steps.all=[60e3, 150e3, -30e3, 90e3]", f"pressure.hold_samples={SETTLED}", "pressure.settle=1.0"]
-NO_LAG = ["pressure.time_constant=0.0"]
+MOVING, SETTLED = (50, 100)  # samples: the first after every step of pressure, and the last before the next
+INPUT_CHANGES = [
+    "pressure.steps.all=[60e3, 150e3, -30e3, 90e3]",
+    f"pressure.hold_samples={SETTLED}",
+    "pressure.settle=1.0",
+]
+NO_LAG_CHANGES = ["pressure.time_constant=0.0"]
 REPEATS = 9
 FIGURE = ROOT / "docs" / "work_precision"
 
 
 def discrete(step_ms: float) -> list[str]:
-    """The discrete plant."""
+    """Changes for the discrete plant."""
     return [f"plant_config.time_step={step_ms / 1e3}"]
 
 
 def continuous(scheme: str, accuracy: float = 1e-3, max_step_ms: float = 20.0, control: bool = True) -> list[str]:
-    """The continuous plant under one of Drake's integrators."""
+    """Changes for the continuous plant under one of Drake's integrators."""
     config = {
         "integration_scheme": scheme,
         "accuracy": accuracy,
@@ -55,7 +59,7 @@ SETTINGS = {  # (solver, setting) -> overrides
     **{("cenic, fixed step", f"{step} ms"): continuous("cenic", max_step_ms=step, control=False) for step in (10, 1)},
 }
 DEFAULT = ("discrete", "10 ms")
-LOOK: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {  # of lines, and of the labels beside their points
+STYLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {  # of lines, and of the labels beside their points
     "discrete": ({"color": "#2166ac", "marker": "o"}, {"xytext": (-6, -4), "ha": "right", "va": "top"}),
     "cenic, accuracy": ({"color": "#b2182b", "marker": "s"}, {"xytext": (6, 3), "ha": "left", "va": "bottom"}),
     "cenic, fixed step": (
@@ -80,10 +84,10 @@ def run(options: argparse.Namespace) -> None:
     """Runs everything, prints the tables and draws the figure."""
     seconds, reference = timed_tips(make(REFERENCE))
     results = measure(reference)
-    towards_zero = 2 * timed_tips(make(discrete(0.1)))[1] - timed_tips(make(discrete(0.2)))[1]
+    extrapolated = 2 * timed_tips(make(discrete(0.1)))[1] - timed_tips(make(discrete(0.2)))[1]
     print_results(results)
     default = results[DEFAULT].seconds
-    settled, moving = errors(towards_zero, reference)
+    settled, moving = errors(extrapolated, reference)
     print(f"\nComputing time 1 is {1e3 * default:.0f} ms for a simulated second, no signal read.")
     print(f"The reference takes {seconds / default:.0f}.")
     print(f"The discrete plant towards 0 ms is {1e6 * settled:.4f} µm and {1e3 * moving:.5f} mm from the reference.\n")
@@ -92,7 +96,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def measure(reference: Planar) -> Results:
-    """All settings alternately, so that a busy machine slows them equally; the computing times are medians."""
+    """Runs all settings alternately, so that a busy machine slows them equally; the computing times are medians."""
     stations = {key: make(overrides) for key, overrides in SETTINGS.items()}
     repeats = [{key: timed_tips(station) for key, station in stations.items()} for _ in range(REPEATS)]
     results = {}
@@ -103,8 +107,8 @@ def measure(reference: Planar) -> Results:
 
 
 def make(overrides: list[str]) -> Station:
-    """The closed diagram under the solver that the overrides choose."""
-    return make_private_station(load_scenario("free_bending", [*INPUT, *overrides]))
+    """Makes the closed diagram under the solver that the overrides choose."""
+    return make_private_station(load_scenario("free_bending", [*INPUT_CHANGES, *overrides]))
 
 
 def timed_tips(station: Station) -> tuple[float, Planar]:
@@ -128,7 +132,7 @@ def errors(tips: Planar, reference: Planar) -> tuple[float, float]:
 
 
 def print_results(results: Results) -> None:
-    """All results, as a Markdown table."""
+    """Prints all results as a Markdown table."""
     default = results[DEFAULT].seconds
     print("| solver | setting | computing time | settled tip [µm] | moving tip [mm] |")
     print("|---|---|---:|---:|---:|")
@@ -137,20 +141,20 @@ def print_results(results: Results) -> None:
 
 
 def print_floor(reference: Planar) -> None:
-    """The limits of cenic while the tip moves: shorter steps, and an input without lag, and the shipped settings."""
-    without_lag = timed_tips(make([*REFERENCE, *NO_LAG]))[1]
+    """Prints the errors of cenic while the tip moves: shorter steps, an input without lag, and the shipped settings."""
+    without_lag = timed_tips(make([*REFERENCE, *NO_LAG_CHANGES]))[1]
     print("Moving tip under cenic [mm]\n")
     print("| accuracy | steps up to 10 ms | up to 1 ms | up to 10 ms, no pressure lag |")
     print("|---|---:|---:|---:|")
     for name, accuracy in ACCURACIES.items():
         usual, short = continuous("cenic", accuracy), continuous("cenic", accuracy, max_step_ms=1.0)
-        runs = ((usual, reference), (short, reference), ([*usual, *NO_LAG], without_lag))
+        runs = ((usual, reference), (short, reference), ([*usual, *NO_LAG_CHANGES], without_lag))
         moving = [1e3 * errors(timed_tips(make(overrides))[1], truth)[1] for overrides, truth in runs]
         print(f"| {name} | " + " | ".join(f"{error:.3f}" for error in moving) + " |")
 
 
 def draw(results: Results) -> None:
-    """The figure: a panel for the settled and one for the moving tip, a line per solver, a point per setting."""
+    """Draws a panel for the settled and one for the moving tip, a line per solver, a point per setting."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9, 4), layout="constrained")
         settled, moving = figure.subplots(1, 2, sharex=True)
@@ -164,8 +168,8 @@ def draw(results: Results) -> None:
 
 
 def _draw_panel(axes: Axes, results: Results, error: str, scale: float) -> None:
-    for solver, (line, label) in LOOK.items():
-        settings = {name: result for (of, name), result in results.items() if of == solver}
+    for solver, (line, label) in STYLES.items():
+        settings = {name: result for (key, name), result in results.items() if key == solver}
         x = [1e3 * result.seconds for result in settings.values()]
         y = [scale * getattr(result, error) for result in settings.values()]
         axes.plot(x, y, ms=6, **{"lw": 1.5, **line}, label=solver)

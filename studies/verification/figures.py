@@ -1,4 +1,4 @@
-"""The figures of docs/verification.md."""
+"""Draws the figures of docs/verification.md."""
 
 from collections.abc import Mapping
 
@@ -14,15 +14,15 @@ from pushed_fingers import compliance, with_cloth
 from soft_gripper.pictures.rendering import SceneRenderer, framing_camera
 from soft_gripper.pictures.style import STYLE
 from studies import ROOT
-from studies.verification.grasps import GRASPS, PUSHED, Run
+from studies.verification.grasps import GRASPS, PUSH_TIME, Run
 from studies.verification.tables import RODS, shipped_finger
 
 DOCS = ROOT / "docs"
 BLUE, RED, GREY = "#2166ac", "#b2182b", "#7f7f7f"
 LINKS = (6, 12, 24, 48)
-SHOWN = 3.0  # s, of a release
+SHOWN_TIME = 3.0  # s, of a release
 VIEW = np.array([0.75, 1.0, -0.75])  # onto fingers from one side and above, so that what is out of their plane is seen
-PICTURE = 460  # pixels
+PICTURE_PIXELS = 460  # pixels
 
 
 def _save(figure: Figure, name: str) -> None:
@@ -30,46 +30,46 @@ def _save(figure: Figure, name: str) -> None:
 
 
 def draw_rods() -> bool:
-    """Errors of shapes at rest against the number of links, and a motion; whether there is anything to draw."""
+    """Draws errors of shapes at rest against the number of links, and a motion; False: there are no solutions."""
     shapes, releases = {name: published_shapes(name) for name in RODS}, published_releases("tpu")
     if not releases or None in shapes.values():
         return False
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9, 3.6), layout="constrained")
-        rest, motion = figure.subplots(1, 2, width_ratios=(1, 1.6))
+        static, moving = figure.subplots(1, 2, width_ratios=(1, 1.6))
         for name, color, marker in zip(RODS, (RED, BLUE), "os", strict=True):
             errors = [100 * shape_errors(rod(name, links), shapes[name]).mean() for links in LINKS]
-            rest.plot(LINKS, errors, color=color, marker=marker, ms=5, lw=1.5, label=name.replace("tpu", "TPU"))
-        rest.plot(LINKS, 0.9 * (6 / np.array(LINKS)) ** 2, "--", color=GREY, lw=1, label="second order")
-        rest.axhline(0.025, color=GREY, lw=0.8, ls=":")
-        rest.annotate("the files are rounded", (6, 0.0255), color=GREY, fontsize="small", va="bottom")
-        rest.set(xscale="log", yscale="log", xlabel="links", ylabel="mean error of the tip [% of the length]")
-        rest.set_title("250 shapes at rest", loc="left")
-        rest.xaxis.set_major_locator(FixedLocator(LINKS))
-        rest.xaxis.set_minor_locator(NullLocator())
-        rest.yaxis.set_major_locator(FixedLocator((0.02, 0.05, 0.1, 0.2, 0.5, 1)))
-        rest.yaxis.set_minor_locator(NullLocator())
-        for axis in (rest.xaxis, rest.yaxis):
+            static.plot(LINKS, errors, color=color, marker=marker, ms=5, lw=1.5, label=name.replace("tpu", "TPU"))
+        static.plot(LINKS, 0.9 * (6 / np.array(LINKS)) ** 2, "--", color=GREY, lw=1, label="second order")
+        static.axhline(0.025, color=GREY, lw=0.8, ls=":")
+        static.annotate("the files are rounded", (6, 0.0255), color=GREY, fontsize="small", va="bottom")
+        static.set(xscale="log", yscale="log", xlabel="links", ylabel="mean error of the tip [% of the length]")
+        static.set_title("250 shapes at rest", loc="left")
+        static.xaxis.set_major_locator(FixedLocator(LINKS))
+        static.xaxis.set_minor_locator(NullLocator())
+        static.yaxis.set_major_locator(FixedLocator((0.02, 0.05, 0.1, 0.2, 0.5, 1)))
+        static.yaxis.set_minor_locator(NullLocator())
+        for axis in (static.xaxis, static.yaxis):
             axis.set_major_formatter("{x:g}")
-        rest.legend(frameon=False)
-        _draw_release(motion, releases[0])
+        static.legend(frameon=False)
+        _draw_release(moving, releases[0])
         _save(figure, "verification_rods")
     return True
 
 
 def _draw_release(axes: Axes, release: Release) -> None:
-    shown = release.time <= SHOWN
-    ours = released_tips(rod("tpu", 24, release.relaxation_time), release._replace(time=release.time[shown]))
+    is_shown = release.time <= SHOWN_TIME
+    ours = released_tips(rod("tpu", 24, release.relaxation_time), release._replace(time=release.time[is_shown]))
     for axis, (color, name) in enumerate(zip((RED, BLUE, GREY), "xyz", strict=True)):
-        axes.plot(release.time[shown], 1e3 * release.tips[shown, axis], color=color, lw=4.5, alpha=0.3)
-        axes.plot(release.time[shown], 1e3 * ours[:, axis], color=color, lw=1, label=name)
-    axes.set(xlabel="time [s]", ylabel="tip [mm]", xlim=(0, SHOWN))
+        axes.plot(release.time[is_shown], 1e3 * release.tips[is_shown, axis], color=color, lw=4.5, alpha=0.3)
+        axes.plot(release.time[is_shown], 1e3 * ours[:, axis], color=color, lw=1, label=name)
+    axes.set(xlabel="time [s]", ylabel="tip [mm]", xlim=(0, SHOWN_TIME))
     axes.set_title("A rod of TPU is released: Cosserat rod (wide lines), 24 links (thin)", loc="left")
     axes.legend(frameon=False, ncols=3, loc="lower right")
 
 
 def draw_compliance() -> None:
-    """Of the shipped finger at its tip against pressure: sideways and in its plane."""
+    """Draws the compliance of the shipped finger at its tip against pressure: sideways and in its plane."""
     finger, pressures = shipped_finger(), np.linspace(0, 150e3, 16)
     lines = {
         "sideways, layer of cloth": (with_cloth(finger), 1, RED, "--"),
@@ -79,14 +79,16 @@ def draw_compliance() -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 3.6), layout="constrained")
         axes = figure.subplots()
-        for name, (of, direction, color, dashes) in lines.items():
-            values = [compliance(of, pressure, direction) for pressure in pressures]
+        for name, (curve_finger, direction, color, dashes) in lines.items():
+            values = [compliance(curve_finger, pressure, direction) for pressure in pressures]
             axes.plot(pressures / 1e3, values, color=color, ls=dashes, lw=1.6, label=name)
             for number, pressure in enumerate(pressures[::5]):
                 force = 0.1 * np.eye(3)[direction]
-                moved = finger_tip(of, pressure, force) - finger_tip(of, pressure)
+                deflection = finger_tip(curve_finger, pressure, force) - finger_tip(curve_finger, pressure)
                 label = "the same of a Kirchhoff rod" if number == 0 and name == "in its plane" else None
-                axes.plot(pressure / 1e3, 1e4 * moved[direction], "o", color="0.2", ms=4.5, mfc="none", label=label)
+                axes.plot(
+                    pressure / 1e3, 1e4 * deflection[direction], "o", color="0.2", ms=4.5, mfc="none", label=label
+                )
         axes.axhline(0, color=GREY, lw=1.6, label="sideways, planar fingers")
         axes.set(xlabel="pressure [kPa]", ylabel="compliance of the tip [mm/N]", xlim=(-2, 152), ylim=(-4, 100))
         axes.legend(frameon=False, loc="upper left")
@@ -94,7 +96,7 @@ def draw_compliance() -> None:
 
 
 def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
-    """Every object in the air, before it is pushed; runs by the name of the grasp and whether fingers are spatial."""
+    """Draws every object in the air, before its push; runs are by the grasp's name and whether fingers are spatial."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.1 * len(GRASPS), 4.75), layout="constrained")
         panels = figure.subplots(2, len(GRASPS))
@@ -111,8 +113,8 @@ def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
 
 
 def _picture(run: Run) -> np.ndarray:
-    renderer = SceneRenderer(run.scenario, run.recording, PICTURE, PICTURE)
-    thing = run.scenario.models[-1].name
-    middle = renderer.scene.object_position(thing, PUSHED)
-    around = np.array([[x, y, z] for x in (-0.04, 0.04) for y in (-0.03, 0.03) for z in (-0.03, 0.055)])
-    return renderer.render(PUSHED, framing_camera(middle + around, PICTURE, PICTURE, VIEW))
+    renderer = SceneRenderer(run.scenario, run.recording, PICTURE_PIXELS, PICTURE_PIXELS)
+    object_name = run.scenario.models[-1].name
+    middle = renderer.scene.object_position(object_name, PUSH_TIME)
+    box_corners = np.array([[x, y, z] for x in (-0.04, 0.04) for y in (-0.03, 0.03) for z in (-0.03, 0.055)])
+    return renderer.render(PUSH_TIME, framing_camera(middle + box_corners, PICTURE_PIXELS, PICTURE_PIXELS, VIEW))

@@ -1,4 +1,4 @@
-"""Grasps that leave the plane of the fingers, with fingers that are rigid across it and with such that are not.
+"""Simulates grasps that leave the plane of the fingers, with planar and with spatial fingers.
 
 Fingers close on an object by 100 kPa, lift it by 50 mm, and hold it while it is pushed sideways with half a newton.
 """
@@ -33,9 +33,9 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import ModelConfig, Scenario
 
 PRESSURE = 100e3  # Pa
-CLOSED, LIFTED, PUSHED, END = 2.0, 3.5, 4.5, 5.5  # s
-HEIGHT = 0.05  # m
-PUSH = 0.5  # N, at the centre of the object, along y: across the plane of two fingers
+CLOSED_TIME, LIFTED_TIME, PUSH_TIME, END = 2.0, 3.5, 4.5, 5.5  # s
+LIFT_HEIGHT = 0.05  # m
+PUSH_FORCE = 0.5  # N, at the centre of the object, along y: across the plane of two fingers
 SPATIAL = "bending sideways twist"
 _LIFT = ModelConfig(name="lift", file=str(Path(__file__).with_name("lift.urdf")), child="rail")
 _ROLLED = (np.pi / 2, 0.0, 0.0)  # rad, of a cylinder whose axis lies along y
@@ -64,7 +64,7 @@ GRASPS = {
 
 
 class Outcome(NamedTuple):
-    """What became of an object; angles in degrees, forces in N, lengths in mm."""
+    """Final state of an object; angles in degrees, forces in N, lengths in mm."""
 
     on_table: float  # turn about the vertical when the fingers have closed
     lifted: float  # and when it is held in the air
@@ -84,20 +84,20 @@ class Run(NamedTuple):
     outcome: Outcome
 
 
-def scenario_of(grasp: Grasp, yields: str) -> Scenario:
-    """The scenario, whose gripper hangs on a lift."""
+def grasp_scenario(grasp: Grasp, yields: str) -> Scenario:
+    """Scenario of a grasp, whose gripper hangs on a lift."""
     scenario = load_scenario(grasp.scenario, [f"models.gripper.fingers.all.yields={yields}"])
-    gripper, table, thing = scenario.models
+    gripper, table, body = scenario.models
     rolled = RollPitchYaw(*_ROLLED).ToRotationMatrix() if grasp.object else RotationMatrix()
     turned = RotationMatrix.MakeZRotation(np.radians(grasp.turn)) @ rolled
     place = Transform(RigidTransform(turned, [0.0, grasp.shift, grasp.height]))
     gripper.parent = "lift::carriage"
-    scenario.models = [_LIFT, gripper, table, replace(grasp.object or thing, X_PC=place)]
+    scenario.models = [_LIFT, gripper, table, replace(grasp.object or body, X_PC=place)]
     return scenario
 
 
 class _Push(LeafSystem):
-    """A force on the centre of a body, from PUSHED on."""
+    """A force on the centre of a body, from PUSH_TIME on."""
 
     def __init__(self, plant: MultibodyPlant, model: str):
         super().__init__()
@@ -108,22 +108,22 @@ class _Push(LeafSystem):
         self.DeclareAbstractOutputPort("forces", lambda: Value([ExternallyAppliedSpatialForce()]), self._calc)
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
-        # Within a tenth of a second, so that the object does not swing.
-        share = np.clip((context.get_time() - PUSHED) / 0.1, 0.0, 1.0)
-        self._force.F_Bq_W = SpatialForce(np.zeros(3), np.array([0.0, PUSH * share, 0.0]))
+        # The force grows over a tenth of a second, so that the object does not swing.
+        share = np.clip((context.get_time() - PUSH_TIME) / 0.1, 0.0, 1.0)
+        self._force.F_Bq_W = SpatialForce(np.zeros(3), np.array([0.0, PUSH_FORCE * share, 0.0]))
         output.set_value([self._force])
 
 
 def run(grasp: Grasp, yields: str) -> Run:
     """Simulates a grasp."""
-    scenario, builder = scenario_of(grasp, yields), DiagramBuilder()
+    scenario, builder = grasp_scenario(grasp, yields), DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
     plant, thing = scene.plant, scenario.models[-1].name
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     for command in drive.commands.values():
         builder.Connect(builder.AddSystem(ConstantVectorSource([PRESSURE])).get_output_port(), command)
-    knots = np.array([[0.0, 0.0, HEIGHT, HEIGHT]])
-    path = PiecewisePolynomial.CubicShapePreserving([0.0, CLOSED, LIFTED, END], knots, True)
+    knots = np.array([[0.0, 0.0, LIFT_HEIGHT, LIFT_HEIGHT]])
+    path = PiecewisePolynomial.CubicShapePreserving([0.0, CLOSED_TIME, LIFTED_TIME, END], knots, True)
     lift = builder.AddSystem(TrajectorySource(path, output_derivative_order=1))
     model = plant.GetModelInstanceByName("lift")
     builder.Connect(lift.get_output_port(), plant.get_desired_state_input_port(model))
@@ -132,40 +132,42 @@ def run(grasp: Grasp, yields: str) -> Run:
     simulator = Simulator(builder.Build())
     ApplySimulatorConfig(solver_config(scenario), simulator)
     context = plant.GetMyContextFromRoot(simulator.get_context())
-    times, states, touching = np.arange(0.0, END + 1e-9, 0.02), [], []
+    times, states, contacts = np.arange(0.0, END + 1e-9, 0.02), [], []
     for time in times:
         simulator.AdvanceTo(time)
         states.append(plant.GetPositionsAndVelocities(context))
-        if LIFTED < time <= PUSHED:
-            touching.append(_touching(scene, context, thing))
+        if LIFTED_TIME < time <= PUSH_TIME:
+            contacts.append(_object_contacts(scene, context, thing))
     data = xr.Dataset({"plant.state": (("time", "state"), np.array(states))}, {"time": times})
-    at = [_situation(scene, thing, states[np.searchsorted(times, time)]) for time in (CLOSED, PUSHED, END)]
-    return Run(scenario, Recording(data), _outcome(at, touching, len(scene.fingers), bool(grasp.object)))
+    situations = [
+        _situation(scene, thing, states[np.searchsorted(times, time)]) for time in (CLOSED_TIME, PUSH_TIME, END)
+    ]
+    return Run(scenario, Recording(data), _outcome(situations, contacts, len(scene.fingers), bool(grasp.object)))
 
 
-def _touching(scene: Scene, context: Context, thing: str) -> Array:
-    """Of all patches on an object: normal force, N, and friction over that which it can bear, (P, 2)."""
+def _object_contacts(scene: Scene, context: Context, thing: str) -> Array:
+    """Normal force of all patches on an object, N, and friction over the largest friction, (P, 2)."""
     inspector, results = (
         scene.scene_graph.model_inspector(),
         scene.plant.get_contact_results_output_port().Eval(context),
     )
-    own, found = set(scene.plant.GetCollisionGeometriesForBody(first_body(scene.plant, thing))), []
+    object_geometries, contacts = (set(scene.plant.GetCollisionGeometriesForBody(first_body(scene.plant, thing))), [])
     for info in map(results.hydroelastic_contact_info, range(results.num_hydroelastic_contacts())):
         surface, force = info.contact_surface(), info.F_Ac_W().translational()
         pair = {surface.id_M(), surface.id_N()}
-        if own & pair:
+        if object_geometries & pair:
             normal = sum(surface.area(face) * surface.face_normal(face) for face in range(surface.num_faces()))
             pressing = abs(force @ normal) / np.linalg.norm(normal)
             skins = [
-                inspector.GetProximityProperties(each).GetProperty("material", "coulomb_friction") for each in pair
+                inspector.GetProximityProperties(skin).GetProperty("material", "coulomb_friction") for skin in pair
             ]
             bearable = CalcContactFrictionFromSurfaceProperties(*skins).static_friction() * pressing
-            found.append((pressing, np.sqrt(max(force @ force - pressing**2, 0.0)) / bearable))
-    return np.array(found).reshape(-1, 2)
+            contacts.append((pressing, np.sqrt(max(force @ force - pressing**2, 0.0)) / bearable))
+    return np.array(contacts).reshape(-1, 2)
 
 
 class _Situation(NamedTuple):
-    """At one time."""
+    """Poses at one time."""
 
     X_WO: RigidTransform  # of the object
     tips: Array  # (fingers, 3) m, each in its frame B
@@ -181,19 +183,19 @@ def _situation(scene: Scene, thing: str, state: Array) -> _Situation:
     return _Situation(plant.EvalBodyPoseInWorld(context, first_body(plant, thing)), np.array(tips), np.array(twists))
 
 
-def _outcome(at: Sequence[_Situation], touching: Sequence[Array], fingers: int, is_rolled: bool) -> Outcome:
-    closed, lifted, pushed = at
-    before = RollPitchYaw(*_ROLLED).ToRotationMatrix() if is_rolled else RotationMatrix()
-    turns = [(each.X_WO.rotation() @ before.inverse()).matrix() for each in (closed, lifted)]
+def _outcome(situations: Sequence[_Situation], contacts: Sequence[Array], fingers: int, is_rolled: bool) -> Outcome:
+    closed, lifted, pushed = situations
+    initial = RollPitchYaw(*_ROLLED).ToRotationMatrix() if is_rolled else RotationMatrix()
+    turns = [(situation.X_WO.rotation() @ initial.inverse()).matrix() for situation in (closed, lifted)]
     on_table, in_air = (float(np.degrees(np.arctan2(turn[1, 0], turn[0, 0]))) for turn in turns)
     moved = 1e3 * (pushed.X_WO.translation() - lifted.X_WO.translation())
     return Outcome(
         on_table,
         in_air,
         float(np.degrees(np.arccos(np.clip(turns[1][2, 2], -1, 1)))),
-        float(np.mean([each[:, 0].sum() for each in touching])) / fingers,
+        float(np.mean([patches[:, 0].sum() for patches in contacts])) / fingers,
         float(1e3 * np.abs(lifted.tips[:, 1]).max()),
         float(np.degrees(np.abs(lifted.twists).max())),
-        float(max(each[:, 1].max(initial=0.0) for each in touching)),
-        float(moved[1]) / PUSH,
+        float(max(patches[:, 1].max(initial=0.0) for patches in contacts)),
+        float(moved[1]) / PUSH_FORCE,
     )

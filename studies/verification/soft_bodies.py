@@ -1,4 +1,4 @@
-"""Soft bodies between two rigid plates, against closed forms: a block that is compressed, and a ball.
+"""Compares soft bodies between two rigid plates with closed forms: a compressed block, and a ball.
 
 The lower plate is fixed. The upper one slides along z and is pushed by a force that grows slowly; gravity is off.
 """
@@ -23,21 +23,21 @@ from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.extras.soft.adds import SoftMesh
 from soft_gripper.extras.soft.objects.make_soft import block
 from soft_gripper.extras.soft.soft_kind import SoftKind
-from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 from studies.verification.tables import Row, Table
 
-STEP = 0.005  # s
-RAMP, HOLD, PARTS = 0.5, 0.5, 50  # s, and the steps in which the force grows
-PLATE, MASS, DAMPING = (0.12, 0.12, 0.02), 0.02, 2.0  # m, kg, N s/m
+TIME_STEP = 0.005  # s
+RAMP_TIME, HOLD_TIME, RAMP_STEPS = 0.5, 0.5, 50  # s, and the steps in which the force grows
+PLATE, MASS, PLATE_DAMPING = (0.12, 0.12, 0.02), 0.02, 2.0  # m, kg, N s/m
 DENSITY = 1000.0  # kg/m^3
 RADIUS = 0.022  # m, of the ball
-BLOCK = (0.044, 0.04, 0.06)  # m
+BLOCK_SIZE = (0.044, 0.04, 0.06)  # m
 
 
 @dataclass(frozen=True)
 class Material:
-    """Of a soft body."""
+    """Material of a soft body."""
 
     modulus: float = 5e4  # Pa
     poissons_ratio: float = 0.3
@@ -56,7 +56,7 @@ class Pressed(NamedTuple):
 def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
     """Presses the upper plate down with a force, N."""
     builder = DiagramBuilder()
-    config = MultibodyPlantConfig(time_step=STEP, discrete_contact_approximation="sap")
+    config = MultibodyPlantConfig(time_step=TIME_STEP, discrete_contact_approximation="sap")
     plant, scene_graph = AddMultibodyPlant(config, builder)
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
     _add_body(plant, mesh, material)
@@ -65,10 +65,10 @@ def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
     soft = SoftKind().objects(plant, scene_graph.model_inspector(), ["body"])["body"]
     simulator = Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    for part in range(1, PARTS + 1):
-        plant.get_actuation_input_port().FixValue(context, [force * part / PARTS])
-        simulator.AdvanceTo(RAMP * part / PARTS)
-    simulator.AdvanceTo(RAMP + HOLD)
+    for part in range(1, RAMP_STEPS + 1):
+        plant.get_actuation_input_port().FixValue(context, [force * part / RAMP_STEPS])
+        simulator.AdvanceTo(RAMP_TIME * part / RAMP_STEPS)
+    simulator.AdvanceTo(RAMP_TIME + HOLD_TIME)
     return Pressed(
         soft.rest,
         soft.vertices(context) - soft.rest.vertices,
@@ -78,7 +78,7 @@ def pressed(mesh: Tetrahedra, material: Material, force: float) -> Pressed:
 
 
 def _add_body(plant: MultibodyPlant, mesh: Tetrahedra, material: Material) -> None:
-    """Adds it as a scenario does, from a file."""
+    """Adds a soft body as a scenario does, from a file."""
     properties, mass = MeshConfig(), DENSITY * float(mesh.volumes.sum())
     soft = cast(SoftMesh, properties)
     soft.youngs_modulus, soft.poissons_ratio = material.modulus, material.poissons_ratio
@@ -98,15 +98,15 @@ def _add_plates(plant: MultibodyPlant, low: float, high: float, friction: float)
         AddRigidHydroelasticProperties(PLATE[2], properties)
         name = f"{body.name()}_face"
         plant.RegisterCollisionGeometry(body, RigidTransform([0.0, 0.0, middle]), Box(*PLATE), name, properties)
-    down = PrismaticJoint("down", plant.world_frame(), upper.body_frame(), [0, 0, -1], damping=DAMPING)
+    down = PrismaticJoint("down", plant.world_frame(), upper.body_frame(), [0, 0, -1], damping=PLATE_DAMPING)
     plant.AddJointActuator("press", plant.AddJoint(down))
 
 
 def _forces(plant: MultibodyPlant, context: Context) -> tuple[float, float]:
     results = plant.get_contact_results_output_port().Eval(context)
     contacts = map(results.deformable_contact_info, range(results.num_deformable_contacts()))
-    along = [float(contact.F_Ac_W().translational()[2]) for contact in contacts]
-    return sum(force for force in along if force > 0), sum(force for force in along if force < 0)
+    axial_forces = [float(contact.F_Ac_W().translational()[2]) for contact in contacts]
+    return sum(force for force in axial_forces if force > 0), sum(force for force in axial_forces if force < 0)
 
 
 def ball(cells: int) -> Tetrahedra:
@@ -114,34 +114,34 @@ def ball(cells: int) -> Tetrahedra:
     cube = block((2.0, 2.0, 2.0), (cells, cells, cells))
     layer, distance = np.abs(cube.vertices).max(axis=1), np.linalg.norm(cube.vertices, axis=1)
     scale = np.divide(layer, distance, out=np.zeros_like(layer), where=distance > 0)
-    found = oriented(Tetrahedra(cube.vertices * scale[:, None], cube.cells))
-    return found.scaled(RADIUS * float(4 / 3 * np.pi / found.volumes.sum()) ** (1 / 3))
+    mesh = orient_cells(Tetrahedra(cube.vertices * scale[:, None], cube.cells))
+    return mesh.scaled(RADIUS * float(4 / 3 * np.pi / mesh.volumes.sum()) ** (1 / 3))
 
 
 class Change(NamedTuple):
-    """How a ball gives way, m."""
+    """Deformation of a ball, m."""
 
     halves: float  # approach of the centres of mass of its upper and its lower half
-    equator: float  # by which its diameter grows there, in the mean
+    equator: float  # mean growth of its diameter there
     poles: float  # approach of the two, indentations included
 
 
-def change(found: Pressed) -> Change:
-    """How a simulated ball gives way."""
-    rest, moved = found.rest, found.displacement
-    height, along = rest.vertices[:, 2], moved[:, 2]
-    above = height[rest.cells].mean(axis=1) > 0
+def change(pressed_ball: Pressed) -> Change:
+    """Deformation of a simulated ball."""
+    mesh, displacement = pressed_ball.rest, pressed_ball.displacement
+    height, axial = mesh.vertices[:, 2], displacement[:, 2]
+    above = height[mesh.cells].mean(axis=1) > 0
     low, high = (
-        np.average(along[rest.cells[half]].mean(axis=1), weights=rest.volumes[half]) for half in (~above, above)
+        np.average(axial[mesh.cells[half]].mean(axis=1), weights=mesh.volumes[half]) for half in (~above, above)
     )
-    distance = np.linalg.norm(rest.vertices[:, :2], axis=1)
-    around = (np.abs(height) < 1e-9) & (distance > 0.95 * RADIUS)
-    outward = (moved[around, :2] * rest.vertices[around, :2]).sum(axis=1) / distance[around]
-    poles = float(along[np.argmin(height)] - along[np.argmax(height)])
+    distance = np.linalg.norm(mesh.vertices[:, :2], axis=1)
+    is_equator = (np.abs(height) < 1e-9) & (distance > 0.95 * RADIUS)
+    outward = (displacement[is_equator, :2] * mesh.vertices[is_equator, :2]).sum(axis=1) / distance[is_equator]
+    poles = float(axial[np.argmin(height)] - axial[np.argmax(height)])
     return Change(float(low - high), 2 * float(outward.mean()), poles)
 
 
-_TERMS, _NODES = 400, 100  # of the series, and of the integrals
+_SERIES_TERMS, _INTEGRAL_NODES = 400, 100  # of the series, and of the integrals
 
 
 class PressedBall:
@@ -155,7 +155,7 @@ class PressedBall:
         self._nu = nu = material.poissons_ratio
         reduced, shear = material.modulus / (1 - nu**2), material.modulus / (2 * (1 + nu))
         contact = (3 * force * RADIUS / (4 * reduced)) ** (1 / 3)  # m, radius
-        self._n = n = np.arange(0, _TERMS, 2)
+        self._n = n = np.arange(0, _SERIES_TERMS, 2)
         cosine, weights = _gauss(np.sqrt(1 - (contact / RADIUS) ** 2))
         pressure = np.sqrt(np.maximum(1 - (1 - cosine**2) * (RADIUS / contact) ** 2, 0))
         pressure *= force / (2 * np.pi * RADIUS**2 * float(weights @ (pressure * cosine)))
@@ -165,11 +165,11 @@ class PressedBall:
         self._b = -self._a * ratio
 
     def change(self) -> Change:
-        """How it gives way."""
+        """Deformation of the ball."""
         share, of_share = _gauss(0.0)
         cosine, of_cosine = _gauss(0.0)
-        along = self._along(share[:, None, None], cosine[:, None])
-        halves = -6 * float(of_share * share**2 @ along @ of_cosine)  # over the volume of one, 2 pi / 3
+        axial = self._axial(share[:, None, None], cosine[:, None])
+        halves = -6 * float(of_share * share**2 @ axial @ of_cosine)  # over the volume of one, 2 pi / 3
         equator, pole = self._radial(1.0, np.array([[0.0], [1.0]])) @ np.ones(len(self._n))
         return Change(halves, 2 * float(equator), -2 * float(pole))
 
@@ -180,18 +180,18 @@ class PressedBall:
         terms: Array = RADIUS * growth * eval_legendre(n, cosine)
         return terms
 
-    def _along(self, share: Array, cosine: Array) -> Array:
+    def _axial(self, share: Array, cosine: Array) -> Array:
         """Displacement along the axis, m."""
         n, nu = self._n, self._nu
         growth = self._a * (n + 5 - 4 * nu) * share ** (n + 1.0) + self._b * share ** (n - 1.0)
         slope = n * (eval_legendre(np.maximum(n - 1, 0), cosine) - cosine * eval_legendre(n, cosine))  # sin^2 P_n'
-        found: Array = (self._radial(share, cosine) * cosine + RADIUS * growth * slope).sum(axis=-1)
-        return found
+        displacement: Array = (self._radial(share, cosine) * cosine + RADIUS * growth * slope).sum(axis=-1)
+        return displacement
 
 
 def _gauss(begin: float) -> tuple[Array, Array]:
     """Nodes and weights of the integral from `begin` to 1."""
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = np.polynomial.legendre.leggauss(_INTEGRAL_NODES)
     return begin + (1 - begin) * (nodes + 1) / 2, (1 - begin) / 2 * weights
 
 
@@ -201,41 +201,41 @@ def hertz(force: float, material: Material) -> float:
     return 2 * float((9 * force**2 / (16 * reduced**2 * RADIUS)) ** (1 / 3))
 
 
-def shortened(found: Pressed) -> float:
-    """By how much the height of a block decreases, in the mean over its ends, m."""
-    height, along = found.rest.vertices[:, 2], found.displacement[:, 2]
-    ends = [np.isclose(height, each) for each in (height.min(), height.max())]
-    return float(along[ends[0]].mean() - along[ends[1]].mean())
+def shortening(pressed_block: Pressed) -> float:
+    """Mean decrease of the height of a block over its ends, m."""
+    height, axial = pressed_block.rest.vertices[:, 2], pressed_block.displacement[:, 2]
+    ends = [np.isclose(height, end) for end in (height.min(), height.max())]
+    return float(axial[ends[0]].mean() - axial[ends[1]].mean())
 
 
 BLOCK_FORCE, BALL_FORCE = 1.0, 0.34  # N
 FOAM = (Material(2e4, 0.0, 0.5), Material(2e4, 0.3, 0.0), Material(2e4, 0.3, 0.5))
-CELLS = (2, 4, 6, 8)
+CELL_COUNTS = (2, 4, 6, 8)
 
 
 def block_rows() -> Iterator[Row]:
     """A block of 216 tetrahedra under three kinds of plates and materials."""
-    width, depth, height = BLOCK
+    width, depth, height = BLOCK_SIZE
     for material in FOAM:
         expected = BLOCK_FORCE * height / (material.modulus * width * depth)
-        found = shortened(pressed(block(BLOCK, (3, 3, 4)), material, BLOCK_FORCE))
+        shortening_ = shortening(pressed(block(BLOCK_SIZE, (3, 3, 4)), material, BLOCK_FORCE))
         text = f"{material.poissons_ratio} | {material.friction}"
-        yield text, [1e3 * found, 1e3 * expected, 100 * (found / expected - 1)]
+        yield text, [1e3 * shortening_, 1e3 * expected, 100 * (shortening_ / expected - 1)]
 
 
-def ball_rows(cells: Sequence[int] = CELLS) -> Iterator[Row]:
+def ball_rows(cells: Sequence[int] = CELL_COUNTS) -> Iterator[Row]:
     """Balls of several meshes."""
     material = Material()
     expected = PressedBall(BALL_FORCE, material).change()
-    for each in cells:
-        mesh = ball(each)
-        found = pressed(mesh, material, BALL_FORCE)
-        errors = [100 * (one / other - 1) for one, other in zip(change(found), expected, strict=True)]
-        plates = 100 * (found.approach / hertz(BALL_FORCE, material) - 1)
+    for count in cells:
+        mesh = ball(count)
+        body = pressed(mesh, material, BALL_FORCE)
+        errors = [100 * (simulated / exact - 1) for simulated, exact in zip(change(body), expected, strict=True)]
+        plates = 100 * (body.approach / hertz(BALL_FORCE, material) - 1)
         yield f"{len(mesh.cells)}", [*errors, plates]
 
 
 BLOCKS = Table(
-    "Poisson's ratio | friction | shortened by [mm] | F h / (E A) [mm] | difference [%]", (3, 3, 2), block_rows
+    "Poisson's ratio | friction | shortening by [mm] | F h / (E A) [mm] | difference [%]", (3, 3, 2), block_rows
 )
 BALLS = Table("tetrahedra | halves [%] | equator [%] | poles [%] | plates [%]", (1, 1, 1, 1), ball_rows)

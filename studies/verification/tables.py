@@ -1,4 +1,4 @@
-"""The tables of docs/verification.md: each a header, the digits that it prints, and its rows."""
+"""Makes the tables of docs/verification.md. Another table is a `Table` in TABLES, with a function of its rows."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,20 +16,20 @@ from soft_gripper.models import DIRECTORY
 from studies.verification.grasps import GRASPS, SPATIAL, Outcome, run
 
 RODS = ("tpu", "steel")
-LOST = 1e3  # mm/N, of an object that is pushed out of the grasp
+MIN_LOST_COMPLIANCE = 1e3  # mm/N, of an object that is pushed out of the grasp
 
 Row = tuple[str, list[float]]  # cells of text, and then the numbers
 
 
 class Table(NamedTuple):
-    """A table; without rows, what it needs is missing."""
+    """A table; it has no rows if its data are missing."""
 
     header: str
     digits: tuple[int, ...]  # behind the point, in every column of numbers
     rows: Callable[[], Iterator[Row]]
 
-    def printed(self) -> str:
-        """In Markdown."""
+    def to_markdown(self) -> str:
+        """Table in Markdown."""
         lines = [f"| {self.header} |", "|---" * (self.header.count("|") + 1 - len(self.digits)) + "|"]
         lines[1] += "---:|" * len(self.digits)
         for text, numbers in self.rows():
@@ -39,24 +39,24 @@ class Table(NamedTuple):
 
 
 def _cell(number: float, digits: int) -> str:
-    return "lost" if number > LOST else f"{number:z.{digits}f}"
+    return "lost" if number > MIN_LOST_COMPLIANCE else f"{number:z.{digits}f}"
 
 
 def shipped_finger() -> Finger:
-    """The finger of models/grippers/finger.urdf."""
+    """Finger of models/grippers/finger.urdf."""
     return expand_urdf(DIRECTORY / "grippers" / "finger.urdf").fingers[0]
 
 
-def _rods_at_rest() -> Iterator[Row]:
+def _resting_rods() -> Iterator[Row]:
     for name in RODS:
         shapes = published_shapes(name)
         if shapes is not None:
             errors = [100 * shape_errors(rod(name, links), shapes) for links in (6, 12, 24, 48)]
             order = np.log2(errors[0].mean() / errors[1].mean())  # the files are rounded to 0.1 mm: 0.02 %
-            yield name, [*(each.mean() for each in errors), np.percentile(errors[2], 95), order]
+            yield name, [*(error.mean() for error in errors), np.percentile(errors[2], 95), order]
 
 
-def _rods_released() -> Iterator[Row]:
+def _released_rods() -> Iterator[Row]:
     for name in RODS:
         errors = [100 * release_errors(name, 24, release).mean() for release in published_releases(name)]
         if errors:
@@ -66,26 +66,26 @@ def _rods_released() -> Iterator[Row]:
 def _bent_fingers() -> Iterator[Row]:
     finger = shipped_finger()
     for pressure, force in ((0.0, 0.3), (60e3, 0.3), (60e3, 1.0), (150e3, 0.3)):
-        expected = finger_tip(finger, pressure, (0, force, 0))
+        exact_tip = finger_tip(finger, pressure, (0, force, 0))
         tips = [bent(finger, segments, pressure, (0, force, 0))[1] for segments in (6, 12, 24)]
-        errors = 1e3 * np.linalg.norm(tips - expected, axis=1)
-        away = 1e3 * abs(expected[1])
-        yield f"{pressure / 1e3:.0f} kPa, {force} N", [away, *errors, np.log2(errors[1] / errors[2])]
+        errors = 1e3 * np.linalg.norm(tips - exact_tip, axis=1)
+        deflection = 1e3 * abs(exact_tip[1])
+        yield f"{pressure / 1e3:.0f} kPa, {force} N", [deflection, *errors, np.log2(errors[1] / errors[2])]
 
 
 def _three_rods() -> Iterator[Row]:
-    """Of a finger that is the same all along, by solvers that share nothing."""
+    """Yields tips of a finger with a constant section, by independent solvers."""
     if find_spec("elastica") is not None:
         from studies.verification import elastica_rod
 
         finger, force = replace(shipped_finger(), tip=shipped_finger().base), np.array([0, 0.3, 0])
         for pressure in (60e3, 150e3):
-            ways = {
+            tips = {
                 "PyElastica": elastica_rod.tip(finger, pressure, force),
                 "Kirchhoff rod": finger_tip(finger, pressure, force),
                 "chain of 24 segments": bent(finger, 24, pressure, force)[1],
             }
-            for name, tip in ways.items():
+            for name, tip in tips.items():
                 yield f"{pressure / 1e3:.0f} kPa | {name}", [*(1e3 * tip)]
 
 
@@ -97,7 +97,7 @@ def _compliances() -> Iterator[Row]:
 
 
 def outcome_row(name: str, yields: str, outcome: Outcome) -> Row:
-    """A grasp with the measures that the page prints."""
+    """Row of a grasp with the measures on the page."""
     o = outcome
     numbers = [o.lifted, o.tilt, o.force, o.friction, o.compliance]
     return f"{name} | {'spatial' if yields == SPATIAL else 'planar'}", numbers
@@ -109,16 +109,16 @@ def _grasps() -> Iterator[Row]:
             yield outcome_row(name, yields, run(grasp, yields).outcome)
 
 
-AT_REST = Table(
-    "rod | 6 links | 12 | 24 | 48 | 95th percentile, 24 | order, 6 to 12", (2, 3, 3, 3, 3, 2), _rods_at_rest
+RESTING_RODS = Table(
+    "rod | 6 links | 12 | 24 | 48 | 95th percentile, 24 | order, 6 to 12", (2, 3, 3, 3, 3, 2), _resting_rods
 )
-RELEASED = Table("rod | mean of all releases | best | worst", (3, 3, 3), _rods_released)
-BENT = Table("at the tip | sideways [mm] | 6 segments | 12 | 24 | order", (2, 2, 3, 3, 2), _bent_fingers)
+RELEASED_RODS = Table("rod | mean of all releases | best | worst", (3, 3, 3), _released_rods)
+BENT_FINGERS = Table("at the tip | sideways [mm] | 6 segments | 12 | 24 | order", (2, 2, 3, 3, 2), _bent_fingers)
 SOLVERS = Table("pressure | solver | x [mm] | y [mm] | z [mm]", (2, 2, 2), _three_rods)
 COMPLIANCE = Table("[mm/N] | 0 kPa | 60 kPa | 100 kPa | 150 kPa", (1, 1, 1, 1), _compliances)
-GRASPED = Table(
+GRASP_TABLE = Table(
     "object | fingers | yaw in the air [°] | tilt [°] | normal force [N] | friction used | gives [mm/N]",
     (1, 1, 2, 2, 2),
     _grasps,
 )
-TABLES = (AT_REST, RELEASED, BENT, SOLVERS, COMPLIANCE, GRASPED)
+TABLES = (RESTING_RODS, RELEASED_RODS, BENT_FINGERS, SOLVERS, COMPLIANCE, GRASP_TABLE)

@@ -1,9 +1,9 @@
-"""Fingers in space against what is known of rods, and their grasps: all tables and figures of docs/verification.md.
+"""Compares fingers in space with solutions of rods, and their grasps: all tables and figures of docs/verification.md.
 
-With `--soft` soft bodies between plates against closed forms: the tables of studies/verification/README.md.
+`--soft` compares soft bodies between plates with closed forms: the tables of studies/verification/README.md.
 
 The folder that the environment variable SPATIAL_RODS names has solutions of another solver, see `published_rods`;
-without it, what needs them is left out, as is PyElastica where it is not installed.
+without it, their tables are left out, as is PyElastica if it is not installed.
 """
 
 import argparse
@@ -18,11 +18,13 @@ from studies.verification.tables import TABLES
 def run(options: argparse.Namespace) -> None:
     """Prints the tables and draws the figures."""
     for table in (BLOCKS, BALLS) if options.soft else TABLES:
-        print(f"{table.printed()}\n", flush=True)
+        print(f"{table.to_markdown()}\n", flush=True)
     if options.soft:
         return
     draw_compliance()
     if not draw_rods():
         print("SPATIAL_RODS names no folder with solutions of rods: their tables are empty, the figure is as it was.")
-    ways = {False: "bending", True: SPATIAL}
-    draw_grasps({(name, way): run_grasp(grasp, ways[way]) for name, grasp in GRASPS.items() for way in ways})
+    yields = {False: "bending", True: SPATIAL}
+    draw_grasps(
+        {(name, spatial): run_grasp(grasp, yields[spatial]) for name, grasp in GRASPS.items() for spatial in yields}
+    )

@@ -35,9 +35,9 @@ def design_figure(result: DesignResult) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_FIGURE_WIDTH, _ROW_HEIGHT * (1.15 + lines)), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1.25, lines])
-        left, right = rows[0].subplots(1, 2, width_ratios=[1.15, 1])
-        _draw_front(left, result, ends)
-        _draw_sensitivities(right, result)
+        front_axes, sensitivity_axes = rows[0].subplots(1, 2, width_ratios=[1.15, 1])
+        _draw_front(front_axes, result, ends)
+        _draw_sensitivities(sensitivity_axes, result)
         panels = rows[1].subplots(lines, columns, squeeze=False, sharey=True).ravel()
         names = short_names([axis.key for axis in result.study.axes])
         for number, (axes, axis, name) in enumerate(zip(panels, result.study.axes, names, strict=False)):
@@ -45,7 +45,7 @@ def design_figure(result: DesignResult) -> Figure:
             axes.set(xlabel=name, ylabel="" if number % columns else result.study.config.ends[0].measure)
         for axes in panels[axes_count:]:
             axes.set_visible(False)
-        handles, labels = left.get_legend_handles_labels()
+        handles, labels = front_axes.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
     return figure
 

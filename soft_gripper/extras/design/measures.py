@@ -11,7 +11,7 @@ import numpy as np
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
-from soft_gripper.extras.grasps.strength import LOADS, Shake, strength_in
+from soft_gripper.extras.grasps.strength import LOADS, Shake, direction_strength
 from soft_gripper.runs.scores.grasp import last
 from soft_gripper.runs.scores.recorded_grasps import objects_of
 from soft_gripper.scenario.scenario_file import dump_scenario
@@ -53,9 +53,9 @@ def strength_n(station: Station, recording: Recording) -> float:
     """
     in_drake = replace(station.scenario, engine=DRAKE, engine_step=None)
     text = dump_scenario(in_drake)
-    held = objects_of(station)[0]
-    forces = [number for number, load in enumerate(LOADS) if not load.is_torque]
-    return min(strength_in(text, held, number, Shake()).strength for number in forces)
+    object_name = objects_of(station)[0]
+    numbers = [number for number, load in enumerate(LOADS) if not load.is_torque]
+    return min(direction_strength(text, object_name, number, Shake()).strength for number in numbers)
 
 
 OWN = {function.__name__: f"{__name__}:{function.__name__}" for function in (force_error_n, sensors, strength_n)}

@@ -36,18 +36,18 @@ def _thinnest(section: CrossSection) -> float:
     """Thinnest wall of one cross-section, m."""
     width, thickness, layer = (float(v) for v in (section.width, section.thickness, section.layer_thickness))
     holes = [np.array(hole, dtype=float) for hole in section.holes if float(hole.area) > 0]
-    around = [
+    walls = [
         wall
         for w, t, x, y in holes
         for wall in ((width - w) / 2 - abs(y), (thickness - t) / 2 + x, (thickness - t) / 2 - x - layer)
     ]
-    return float(min([*around, *(_gap(*both) for both in combinations(holes, 2))], default=inf))
+    return float(min([*walls, *(_gap(*both) for both in combinations(holes, 2))], default=inf))
 
 
-def _gap(one: Array, other: Array) -> float:
+def _gap(first: Array, second: Array) -> float:
     """The gap between two rectangles, each width, thickness, x and y, along x or along y."""
-    sizes = (one[:2] + other[:2]) / 2
-    return float(np.max(np.abs(one[2:] - other[2:]) - sizes[::-1]))
+    sizes = (first[:2] + second[:2]) / 2
+    return float(np.max(np.abs(first[2:] - second[2:]) - sizes[::-1]))
 
 
 class Ring(NamedTuple):
@@ -98,18 +98,18 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
     pieces = list[Iterable[Sequence[float]]]()
     for chamber in finger.chambers:
         stations = np.array(chamber.at) * length
-        along = (chamber.value_at(name, stations, length) for name in ("x", "y", "thickness", "width"))
-        pieces.append(np.column_stack([stations, *along]))
+        profiles = (chamber.value_at(name, stations, length) for name in ("x", "y", "thickness", "width"))
+        pieces.append(np.column_stack([stations, *profiles]))
     placed = zip(finger.places, finger.cross_sections, strict=True)
     for is_hollow, piece in groupby(placed, lambda at_section: at_section[1].chamber_area > 0):
         if is_hollow and not finger.chambers:
             pieces.append(
                 [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]
             )
-    return [_cut_at(_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
+    return [_cut_top(_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
 
 
-def _cut_at(rings: Sequence[Ring], top: float) -> list[Ring]:
+def _cut_top(rings: Sequence[Ring], top: float) -> list[Ring]:
     """Cuts rings off at a height, with a ring there."""
     below = [ring for ring in rings if ring.z < top]
     if len(below) == len(rings):

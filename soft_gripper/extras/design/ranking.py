@@ -53,7 +53,7 @@ class Design:
 
 def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> DesignScore:
     """The score of a design from the measures of its runs; a run that failed has none."""
-    held, end_values = ends_of(rows, ends)
+    held, end_values = summarize_runs(rows, ends)
     excess = {GRASP: 1 - len(held) / len(rows)}
     for name, limit in limits.items():
         excess |= _excess(name, limit, numbers_in([row[name] for row in held]))
@@ -61,7 +61,7 @@ def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, L
     return DesignScore(len(held), len(rows), end_values, excess)
 
 
-def ends_of(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:
+def summarize_runs(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:
     """The runs that hold their object, and each end over them; NaN if it is not known in one, or there are none."""
     held = [row for row in rows if row[GRASP] == HELD]
     values = [numbers_in([row[end.measure] for row in held]) for end in ends] if held else []
@@ -96,12 +96,12 @@ def costs(designs: Sequence[Design], ends: Sequence[EndConfig]) -> Array:
 
 def pareto_front(cost: Array) -> list[int]:
     """Indices of the rows of (K, E) costs that no other dominates, as good in every column and better in one."""
-    others = cost[np.isfinite(cost).all(axis=1)]
-    is_dominated = [((others <= row).all(axis=1) & (others < row).any(axis=1)).any() for row in cost]
+    allowed = cost[np.isfinite(cost).all(axis=1)]
+    is_dominated = [((allowed <= row).all(axis=1) & (allowed < row).any(axis=1)).any() for row in cost]
     return [i for i, row in enumerate(cost) if np.isfinite(row).all() and not is_dominated[i]]
 
 
-def best(cost: Array) -> int | None:
+def find_best(cost: Array) -> int | None:
     """Index of the row that is best in the first column, among equals in the next; None if all are NaN."""
     allowed = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
     return min(allowed, key=lambda i: tuple(cost[i]), default=None)

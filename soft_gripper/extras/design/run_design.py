@@ -21,9 +21,9 @@ from scipy.stats import qmc
 from soft_gripper.errors import InputError
 from soft_gripper.extras.design.measures import OWN
 from soft_gripper.extras.design.mould import least_wall
-from soft_gripper.extras.design.ranking import Design, DesignScore, Row, best, costs, pareto_front, score
+from soft_gripper.extras.design.ranking import Design, DesignScore, Row, costs, find_best, pareto_front, score
 from soft_gripper.extras.design.search import Designs, searched_designs
-from soft_gripper.extras.design.study_file import DesignStudy, with_shares
+from soft_gripper.extras.design.study_file import DesignStudy, fix_ranges
 from soft_gripper.registry import Registry
 from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.axes import Axis, Range
@@ -61,7 +61,7 @@ def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed
         if count and stage == SEARCH:
             fractions = qmc.LatinHypercube(count, rng=rng).random(draws)
         for draw, row in enumerate(fractions.tolist() if count else [[]]):
-            case_changes[name, str(draw)] = with_shares(changes, row)
+            case_changes[name, str(draw)] = fix_ranges(changes, row)
     return case_changes
 
 
@@ -113,9 +113,9 @@ def run_design(
     numbers = range(1, 1 + config.designs)
     driven = [shipped, *searched_designs(_drive_axes(study), config, [-number for number in numbers], runs.scores)]
     tried = [*searched_designs(study.axes, config, numbers, runs.scores)]
-    reference = driven[best(costs(driven, config.ends)) or 0]
+    reference = driven[find_best(costs(driven, config.ends)) or 0]
     cost = costs(tried, config.ends)
-    best_index = best(cost)
+    best_index = find_best(cost)
     compared = [reference] if best_index is None else [reference, tried[best_index]]
     tests = runs.tests({design.number: design.values for design in compared})
     runs.finish(runs.changes)
@@ -226,8 +226,8 @@ def refusal(study: DesignStudy, values: Mapping[str, Any]) -> DesignScore | None
     except InputError as error:
         return DesignScore(refused=str(error))
     wall = study.config.wall
-    least = min(map(least_wall, fingers), default=inf)
-    if wall is None or least >= wall:
+    thinnest = min(map(least_wall, fingers), default=inf)
+    if wall is None or thinnest >= wall:
         return None
-    reason = f"a wall of {1e3 * least:.2f} mm, below {1e3 * wall:g} mm"
-    return DesignScore(refused=reason, excess={"wall": 1 - least / wall})
+    reason = f"a wall of {1e3 * thinnest:.2f} mm, below {1e3 * wall:g} mm"
+    return DesignScore(refused=reason, excess={"wall": 1 - thinnest / wall})

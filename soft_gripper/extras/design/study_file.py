@@ -173,7 +173,7 @@ def _absolute(folder: Path, value: Any) -> Any:
     return value if not isinstance(value, str) or "://" in value else str((folder / value).resolve())
 
 
-def with_shares(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
+def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
     """Changes in which each Range is replaced by its value at the next of the shares, 0 to 1; these come last."""
     fixed = {key: value for key, value in changes.items() if not isinstance(value, Range)}
     ranges = (value for value in changes.values() if isinstance(value, Range))
@@ -186,7 +186,7 @@ def _check_keys(study: DesignStudy) -> None:
     for end in (0.0, 1.0):
         changes += [("vary", {axis.key: axis.at(end)}) for axis in study.axes]
         for part, named in (("objects", study.objects), ("unseen", study.unseen)):
-            changes += [(f"{part}.{name}", with_shares(given, repeat(end))) for name, given in named.items()]
+            changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in named.items()]
     for place, changed in changes:
         try:
             scenario = changed_scenario(study.scenario, {**study.fixed, **changed})

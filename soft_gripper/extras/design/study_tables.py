@@ -7,7 +7,7 @@ from typing import Any
 
 from scipy.stats import binomtest
 
-from soft_gripper.extras.design.ranking import ends_of
+from soft_gripper.extras.design.ranking import summarize_runs
 from soft_gripper.extras.design.run_design import DESIGN, OBJECT, DesignResult
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
 from soft_gripper.files.row_table import columns, write_rows
@@ -31,7 +31,7 @@ def _short_name(key: str) -> str:
 
 
 def design_rows(result: DesignResult) -> Table:
-    """All designs; the first is the scenario as it is."""
+    """Rows of all designs; the first is the scenario as it is."""
     rows = []
     for i, design in enumerate(result.designs):
         score = design.score
@@ -79,7 +79,7 @@ def test_rows(result: DesignResult) -> Table:
     rows = []
     for number, name in dict.fromkeys((row[DESIGN], row[OBJECT]) for row, _ in result.tests):
         runs = [row for row, _ in result.tests if (row[DESIGN], row[OBJECT]) == (number, name)]
-        held, ends = ends_of(runs, result.study.config.ends)
+        held, ends = summarize_runs(runs, result.study.config.ends)
         low, high = binomtest(len(held), len(runs)).proportion_ci(0.95, "wilson")
         rows.append(
             {DESIGN: number, OBJECT: name, "unseen": name in result.study.unseen, "held": len(held), "runs": len(runs)}

@@ -111,9 +111,9 @@ def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:
     if scenario.control.set_points is not None or not count:
         return np.zeros((scenario.steps, count))
     labels = [label for names in finger.finger.chamber_axis.values() for label in names]
-    given = steps_of("pressure", scenario.pressure.steps, finger.name, labels)
-    held = given[np.minimum(np.arange(scenario.steps), len(given) - 1)]
-    return finger.finger.effective_pressure(held)
+    steps = steps_of("pressure", scenario.pressure.steps, finger.name, labels)
+    step_pressures = steps[np.minimum(np.arange(scenario.steps), len(steps) - 1)]
+    return finger.finger.effective_pressure(step_pressures)
 
 
 def table(names: Sequence[str], commands: CommandSchedule) -> str:

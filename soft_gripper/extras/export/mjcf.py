@@ -48,18 +48,18 @@ from soft_gripper.extras.export.actuation import (
 from soft_gripper.extras.export.mjcf_contact import ShapeSurface, contact_settings
 from soft_gripper.extras.export.reach import Ball, ShapeRange, extent, may_touch, reaches
 from soft_gripper.extras.export.tree import (
-    axis_of,
+    central_inertia,
+    child_joints,
     exports_creep,
-    inertia_of,
-    joints_below,
-    left_out,
+    joint_axis,
+    missing_properties,
     mobilities,
     neighbors,
-    pose_at_zero,
     scoped_name,
     springs,
     text,
     tree_depth,
+    zero_pose,
 )
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.deformables import is_deformable
@@ -156,10 +156,10 @@ class _Writer:
         self._assets = ET.Element("asset")
         self._meshes: dict[str, Path] = {}
         self._geoms: dict[GeometryId, ET.Element] = {}
-        self._children = joints_below(self._plant)
+        self._children = child_joints(self._plant)
         self._reaches = reaches(self._plant, self._children)
         self._springs = dict(springs(station.fingers))
-        self._left_out = [*left_out(station), *self._approximations()]
+        self._left_out = [*missing_properties(station), *self._approximations()]
         driven = {actuator.joint.index(): (actuator.stiffness, actuator.damping) for actuator in arm_actuators(station)}
         self._mobilities = mobilities(self._plant, self._springs | driven, 0.0 if self._is_explicit else step)
 
@@ -168,11 +168,11 @@ class _Writer:
             yield f"how fast objects slip: in steps of {1e3 * self._step:g} ms they slide slowly; see --time-step"
         for finger in self._station.fingers:
             points = self._scenario.contact_points
-            own = finger.finger
+            model = finger.finger
             yield f"{finger.name}: contact over surfaces; it touches at {points} points on either side of every link"
-            if own.creep and not exports_creep(finger):
+            if model.creep and not exports_creep(finger):
                 yield f"{finger.name}: creep, which its pressure_law multiplies"
-            if any(own.laws):
+            if any(model.laws):
                 yield f"{finger.name}: that its pressure_law follows the lag; commands are effective pressures"
             if chambers_turn(finger):
                 yield f"{finger.name}: chambers that turn as it twists; their torques are those of the straight finger"
@@ -210,7 +210,7 @@ class _Writer:
     def _add_children(self, element: ET.Element, parent: RigidBody) -> None:
         for joint in self._children.get(parent.index(), []):
             child = joint.child_body()
-            X_PC = pose_at_zero(joint)
+            X_PC = zero_pose(joint)
             body = ET.SubElement(element, "body", {"name": _name(child)} | _pose_attributes(X_PC))
             self._add_joint(body, joint)
             self._add_inertia(body, child)
@@ -229,7 +229,7 @@ class _Writer:
             X_WB = self._plant.GetDefaultFloatingBaseBodyPose(joint.child_body())
             self._qpos += [*X_WB.translation(), *X_WB.rotation().ToQuaternion().wxyz()]
             return
-        axis = axis_of(joint)
+        axis = joint_axis(joint)
         kind = "hinge" if isinstance(joint, RevoluteJoint) else "slide"
         X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
         stiffness, damping = self._springs.get(joint.index(), (0.0, joint.default_damping()))
@@ -246,7 +246,7 @@ class _Writer:
         mass = body.default_mass()
         if not mass > 0:
             return
-        inertia = inertia_of(body)
+        inertia = central_inertia(body)
         # MuJoCo takes no inertia of zero, which point masses have, and rods about their axes.
         lacking = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
         full = text([*(inertia.get_moments() + max(lacking, 0.0)), *inertia.get_products()])
@@ -294,34 +294,34 @@ class _Writer:
     def _add_contacts(self, contact: ET.Element) -> None:
         """Adds contact attributes to every shape, and the pairs that touch otherwise than their shapes state."""
         elements = list(self._geoms.values())
-        bodies = [self._body_of(geometry) for geometry in self._geoms]
+        bodies = [self._geometry_body(geometry) for geometry in self._geoms]
         ranges = [self._range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
         fixed = {i for i, shape_range in enumerate(ranges) if shape_range.X_WG is not None}
         is_filtered = self._inspector.CollisionFiltered
         geometries = list(self._geoms)
         order = sorted(range(len(geometries)), key=lambda i: geometries[i].get_value())  # as in Drake
         candidates = sorted(
-            (one, other)
-            for one, other in combinations(order, 2)
-            if not is_filtered(geometries[one], geometries[other])
-            and (fixed.isdisjoint((one, other)) or may_touch(ranges[one], ranges[other]))
+            (one, j)
+            for one, j in combinations(order, 2)
+            if not is_filtered(geometries[one], geometries[j])
+            and (fixed.isdisjoint((one, j)) or may_touch(ranges[one], ranges[j]))
         )
         indices = [int(body.index()) for body in bodies]
-        near = {int(body): {int(other) for other in others} for body, others in neighbors(self._plant).items()}
-        filtered = {(one, other) for one, other in candidates if indices[other] in near[indices[one]]}
+        near = {int(body): {int(j) for j in neighbours} for body, neighbours in neighbors(self._plant).items()}
+        filtered = {(one, j) for one, j in candidates if indices[j] in near[indices[one]]}
         surfaces, models = (
             self._surfaces(),
             [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
         )
         listed = {number for number, model in enumerate(models) if model in self._listed}
-        stated = contact_settings(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
-        for element, settings in zip(elements, stated.geoms, strict=True):
+        contacts = contact_settings(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
+        for element, settings in zip(elements, contacts.geoms, strict=True):
             element.attrib.update(settings)
-        for (one, other), settings in stated.pairs.items():
+        for (one, j), settings in contacts.pairs.items():
             name = f"pair {len(self._pairs)}"
-            names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[other].attrib["name"]}
+            names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[j].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
-            self._pairs.append(Pair(name, (models[one], models[other]), (surfaces[one], surfaces[other])))
+            self._pairs.append(Pair(name, (models[one], models[j]), (surfaces[one], surfaces[j])))
 
     def _range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
         """The range of places of a shape of a body."""
@@ -341,13 +341,13 @@ class _Writer:
         ]
         stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
         compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
-        moved = [self._mobilities[self._body_of(geometry).index()] for geometry in self._geoms]
+        moved = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
         return list(map(ShapeSurface, frictions, compliances, moved))
 
     def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)
 
-    def _body_of(self, geometry: GeometryId) -> RigidBody:
+    def _geometry_body(self, geometry: GeometryId) -> RigidBody:
         return self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
 
     def _add_couplings(self, equality: ET.Element) -> None:
@@ -366,8 +366,8 @@ class _Writer:
         ranges = finger.finger.effective_pressure(limits).T
         for chamber, (name, limit) in enumerate(zip(chamber_names(finger), ranges, strict=True)):
             tendon = ET.SubElement(tendons, "fixed", name=f"{name} chamber")
-            for way in finger.finger.driven_deformations:
-                for joint, gain in zip(finger.joints_of(way), gains[way][chamber], strict=True):
+            for deformation in finger.finger.driven_ways:
+                for joint, gain in zip(finger.joints_of(deformation), gains[deformation][chamber], strict=True):
                     ET.SubElement(tendon, "joint", joint=scoped_name(joint), coef=repr(float(gain)))
             settings = {"name": name, "tendon": f"{name} chamber", "gainprm": "1", "biastype": "none"}
             settings["ctrlrange"] = text(limit)

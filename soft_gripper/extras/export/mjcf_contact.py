@@ -1,4 +1,4 @@
-"""Contacts of an exported scenario in MuJoCo: by the attributes of each shape, or as a pair of two shapes.
+"""Sets contacts of an exported scenario in MuJoCo: attributes of each shape, or pairs of two shapes.
 
 Bits say which shapes may touch. MuJoCo mixes what two shapes say of their contact: it takes the larger friction, and
 the mean of the time constants, weighted by `solmix`. Drake combines frictions to 2 a b / (a + b), and a contact of two
@@ -54,10 +54,10 @@ class DampedContact(NamedTuple):
     time: float  # constant, s
 
 
-def touch(one: ShapeSurface, other: ShapeSurface) -> DampedContact:
+def touch(first: ShapeSurface, second: ShapeSurface) -> DampedContact:
     """The contact of two surfaces as in Drake."""
-    compliance, mobility = one.compliance + other.compliance, one.mobility + other.mobility
-    return DampedContact(combined_friction(one.friction, other.friction), _time(compliance, mobility))
+    compliance, mobility = first.compliance + second.compliance, first.mobility + second.mobility
+    return DampedContact(combined_friction(first.friction, second.friction), _time(compliance, mobility))
 
 
 class Skin(NamedTuple):
@@ -83,11 +83,11 @@ def stated_contact(surface: ShapeSurface, skin: Skin) -> StatedContact:
     return StatedContact(DampedContact(surface.friction, _time(surface.compliance, mobility)), weight)
 
 
-def mixed(one: StatedContact, other: StatedContact) -> DampedContact:
+def mixed(first: StatedContact, second: StatedContact) -> DampedContact:
     """The contact that MuJoCo mixes from the attributes of two shapes."""
-    share = 0.5 if one.weight == other.weight else one.weight / (one.weight + other.weight)
-    time = share * one.touch.time + (1 - share) * other.touch.time
-    return DampedContact(max(one.touch.friction, other.touch.friction), time)
+    share = 0.5 if first.weight == second.weight else first.weight / (first.weight + second.weight)
+    time = share * first.touch.time + (1 - share) * second.touch.time
+    return DampedContact(max(first.touch.friction, second.touch.friction), time)
 
 
 def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
@@ -96,10 +96,10 @@ def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
     return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
 
 
-def is_alike(wanted: DampedContact, actual: DampedContact, tolerance: float) -> bool:
+def has_same_contact(target: DampedContact, actual: DampedContact, tolerance: float) -> bool:
     """Whether two contacts have the same friction, and a stiffness that differs by a fraction of less than this."""
-    is_stiff = abs((wanted.time / actual.time) ** 2 - 1) < tolerance
-    return is_stiff and abs(wanted.friction - actual.friction) < 1e-9
+    is_stiff = abs((target.time / actual.time) ** 2 - 1) < tolerance
+    return is_stiff and abs(target.friction - actual.friction) < 1e-9
 
 
 def masks(touching: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -139,8 +139,8 @@ def contact_settings(
         listed: shapes that touch in pairs only.
     """
     touching = np.zeros((len(surfaces), len(surfaces)), dtype=bool)
-    for one, other in candidates:
-        touching[one, other] = touching[other, one] = True
+    for i, j in candidates:
+        touching[i, j] = touching[j, i] = True
     bits = masks(touching).tolist()
     skin = usual_skin(surfaces)
     shapes = [stated_contact(surface, skin) for surface in surfaces]
@@ -149,27 +149,27 @@ def contact_settings(
     for surface, shape, (contype, conaffinity) in zip(surfaces, shapes, bits, strict=True):
         settings = {"contype": str(contype), "conaffinity": str(conaffinity), "solmix": repr(shape.weight)}
         geoms.append(settings | _attributes(shape.touch, surface.compliance > 0, 1, points))
-    stated = cache(partial(_pair_attributes, points=points))  # many shapes are alike
+    pair_attributes = cache(partial(_pair_attributes, points=points))  # many shapes are alike
     at_once = {"solreffriction": text([2 * step, 1])}  # the shortest time constant that MuJoCo takes
-    for one, other in candidates:
-        is_mixed, attributes = stated(surfaces[one], surfaces[other], shapes[one], shapes[other])
-        is_alone = (one, other) in filtered or not (bits[one][0] and bits[other][0])
-        if not is_mixed or is_alone or one in listed or other in listed:
-            pairs[one, other] = attributes | at_once
+    for i, j in candidates:
+        is_mixed, attributes = pair_attributes(surfaces[i], surfaces[j], shapes[i], shapes[j])
+        is_alone = (i, j) in filtered or not (bits[i][0] and bits[j][0])
+        if not is_mixed or is_alone or i in listed or j in listed:
+            pairs[i, j] = attributes | at_once
     return ContactSettings(geoms, pairs)
 
 
 def _pair_attributes(
-    one: ShapeSurface, other: ShapeSurface, *shapes: StatedContact, points: int
+    first: ShapeSurface, second: ShapeSurface, *shapes: StatedContact, points: int
 ) -> tuple[bool, dict[str, str]]:
     """Whether MuJoCo mixes the attributes of two shapes to their right contact, and this as attributes of a pair."""
-    wanted = touch(one, other)
-    skins = (one.compliance > 0) + (other.compliance > 0)
-    is_mixed = is_alike(wanted, mixed(*shapes), _SKINS_TOLERANCE if skins == 2 else _RIGID_TOLERANCE)
-    return is_mixed, _attributes(wanted, skins > 0, 2, points)
+    target = touch(first, second)
+    skins = (first.compliance > 0) + (second.compliance > 0)
+    is_mixed = has_same_contact(target, mixed(*shapes), _SKINS_TOLERANCE if skins == 2 else _RIGID_TOLERANCE)
+    return is_mixed, _attributes(target, skins > 0, 2, points)
 
 
-def friction_of(contact: DampedContact, directions: int, points: int) -> list[float]:
+def friction_coefficients(contact: DampedContact, directions: int, points: int) -> list[float]:
     """Coefficients of friction of a contact in MuJoCo: sliding in `directions` directions, turning and rolling.
 
     A contact resists turning as pressure that is even over a patch does.
@@ -180,7 +180,7 @@ def friction_of(contact: DampedContact, directions: int, points: int) -> list[fl
 
 def _attributes(contact: DampedContact, is_skin: bool, directions: int, points: int) -> dict[str, str]:
     """A contact as attributes; that of a skin resists turning too."""
-    friction = friction_of(contact, directions, points)
+    friction = friction_coefficients(contact, directions, points)
     settings = {"friction": text(friction), "solref": text([contact.time, 1]), "condim": "4" if is_skin else "3"}
     return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})
 

@@ -83,12 +83,12 @@ class ShapeRange(NamedTuple):
     X_WG: RigidTransform | None  # its pose, if it is fixed
 
 
-def may_touch(one: ShapeRange, other: ShapeRange) -> bool:
+def may_touch(first: ShapeRange, second: ShapeRange) -> bool:
     """Whether two shapes can touch; True if both move, as this is unknown."""
-    return not (_is_beyond(one, other) or _is_beyond(other, one))
+    return not (_stays_clear(first, second) or _stays_clear(second, first))
 
 
-def _is_beyond(moving: ShapeRange, fixed: ShapeRange) -> bool:
+def _stays_clear(moving: ShapeRange, fixed: ShapeRange) -> bool:
     """Whether a shape is always off a fixed shape."""
     if fixed.X_WG is None:
         return False

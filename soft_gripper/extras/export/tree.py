@@ -1,4 +1,4 @@
-"""The tree of bodies of a finalized plant, as files of other simulators describe it: in the zero posture."""
+"""Reads the tree of bodies of a finalized plant for files of other simulators: joints, poses at zero, mobilities."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
@@ -23,8 +23,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 
 
-def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
-    """The joints to the children of each body, by its index."""
+def child_joints(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
+    """Joints to the children of each body, by its index."""
     joints: dict[Any, list[Joint]] = {}
     for index in plant.GetJointIndices():
         joint = plant.get_joint(index)
@@ -34,7 +34,7 @@ def joints_below(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
 
 def tree_depth(plant: MultibodyPlant) -> int:
     """The number of bodies in the longest chain of bodies that hang on each other, without the world."""
-    children = joints_below(plant)
+    children = child_joints(plant)
     depth = 0
     level = children.get(plant.world_body().index(), [])
     while level:
@@ -44,7 +44,7 @@ def tree_depth(plant: MultibodyPlant) -> int:
 
 
 def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
-    """Bodies that MuJoCo lets touch a body only by a listed pair, by its index.
+    """Bodies that touch a body in MuJoCo only by a listed pair, by its index.
 
     They are fixed to the body, or to one that a joint connects with it, unless that is fixed to the world.
     """
@@ -65,8 +65,8 @@ def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
 def springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, float]]]:
     """Stiffness and damping of every joint of fingers, by joint index."""
     for finger in fingers:
-        for way, stiffness in finger.finger.stiffnesses.items():
-            for joint, k in zip(finger.joints_of(way), stiffness, strict=True):
+        for deformation, stiffness in finger.finger.stiffnesses.items():
+            for joint, k in zip(finger.joints_of(deformation), stiffness, strict=True):
                 yield joint.index(), (float(k), float(k) * finger.finger.relaxation_time)
 
 
@@ -76,7 +76,7 @@ def exports_creep(finger: PlantFinger) -> bool:
     return bool(finger.finger.creep) and not (law is not None and law.widens)
 
 
-def left_out(station: Station) -> Iterator[str]:
+def missing_properties(station: Station) -> Iterator[str]:
     """Properties of fingers and parts of a scenario that the file does not have."""
     scenario = station.scenario
     for finger in station.fingers:
@@ -95,7 +95,7 @@ def left_out(station: Station) -> Iterator[str]:
         yield "pressure.leaks"
 
 
-def pose_at_zero(joint: Joint) -> RigidTransform:
+def zero_pose(joint: Joint) -> RigidTransform:
     """Pose of the child in the parent with the joint at zero; of a free body, its pose at the begin of a run."""
     plant = joint.GetParentPlant()
     child = joint.child_body()
@@ -109,7 +109,7 @@ def pose_at_zero(joint: Joint) -> RigidTransform:
     return X_PC
 
 
-def axis_of(joint: Joint) -> Array:
+def joint_axis(joint: Joint) -> Array:
     """The unit vector along or about which a joint moves, (3,), in its own frame.
 
     Raises:
@@ -123,13 +123,15 @@ def axis_of(joint: Joint) -> Array:
     raise InputError("export", "joint", joint.name(), expected)
 
 
-def inertia_of(body: RigidBody) -> RotationalInertia:
+def central_inertia(body: RigidBody) -> RotationalInertia:
     """Inertia of a body about its centre of mass, in its frame, kg m^2."""
-    about_center: RotationalInertia = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
-    return about_center
+    inertia: RotationalInertia = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
+    return inertia
 
 
-def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], step: float) -> dict[Any, float]:
+def mobilities(
+    plant: MultibodyPlant, joint_springs: Mapping[Any, tuple[float, float]], step: float
+) -> dict[Any, float]:
     """Mobility of the centre of mass of each body, 1/kg, by its index: the mean over all directions.
 
     With all joints at zero, acceleration per force: a third of the trace of J M^-1 J^T. What springs and dampers take
@@ -137,7 +139,7 @@ def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], s
 
     Args:
         plant: finalized.
-        held: stiffness K and damping D of joints, by their index; others have their own damping.
+        joint_springs: stiffness K and damping D of joints, by their index; others have their own damping.
         step: h, s; 0 for mobilities at an instant.
     """
     context = plant.CreateDefaultContext()
@@ -146,7 +148,7 @@ def mobilities(plant: MultibodyPlant, held: Mapping[Any, tuple[float, float]], s
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         if isinstance(joint, RevoluteJoint | PrismaticJoint):
             positions[joint.position_start()] = 0.0
-            stiffness, damping = held.get(joint.index(), (0.0, joint.default_damping()))
+            stiffness, damping = joint_springs.get(joint.index(), (0.0, joint.default_damping()))
             drag[joint.velocity_start()] = step * damping + step**2 * stiffness
     plant.SetPositions(context, positions)
     mass = plant.CalcMassMatrix(context)

@@ -95,7 +95,7 @@ def layout(data: xr.Dataset) -> dict[str, Any]:
             lines = [{"value": path, "enabled": True, "timestampMethod": "receiveTime"} for path in paths]
             panels[f"Plot!{group[0]}"] = {"title": group[0].replace("_", " "), "paths": lines, "isSynced": True}
     _, *plots = panels
-    tree = {"first": "3D!space", "second": _stacked(plots), "direction": "row", "splitPercentage": 60}
+    tree = {"first": "3D!space", "second": _stack_panels(plots), "direction": "row", "splitPercentage": 60}
     return {
         "configById": panels,
         "globalVariables": {},
@@ -105,13 +105,13 @@ def layout(data: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _stacked(panels: list[str]) -> Any:
+def _stack_panels(panels: list[str]) -> Any:
     """Panels below each other, of equal height."""
     if len(panels) < 2:
         return panels[0] if panels else None
-    first, *others = panels
+    first, *remaining = panels
     share = 100 / len(panels)
-    return {"first": first, "second": _stacked(others), "direction": "column", "splitPercentage": share}
+    return {"first": first, "second": _stack_panels(remaining), "direction": "column", "splitPercentage": share}
 
 
 def _lines(data: xr.Dataset, name: str) -> list[str]:
@@ -144,16 +144,16 @@ def _signal_topics(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
         numbers = values.values
 
         def make(i: int, numbers: Array = numbers, labels: list[list[Any]] = labels) -> dict[str, Any]:
-            return {"value": _labelled(numbers[i].tolist(), labels)}
+            return {"value": _label_values(numbers[i].tolist(), labels)}
 
         yield _topic(name), name, make
 
 
-def _labelled(values: Any, labels: list[list[Any]]) -> Any:
+def _label_values(values: Any, labels: list[list[Any]]) -> Any:
     """A number, or the entries along an axis, by its labels if these are names."""
     if not labels:
         return values if math.isfinite(values) else None
-    parts = [_labelled(value, labels[1:]) for value in values]
+    parts = [_label_values(value, labels[1:]) for value in values]
     return dict(zip(labels[0], parts, strict=True)) if isinstance(labels[0][0], str) else parts
 
 
@@ -219,8 +219,8 @@ def _scene(name: str, kind: str, points: Array, forces: tuple[Array, Array] | No
             "lines": [line],
             "arrows": [] if forces is None else _arrow(forces[0][i], forces[1][i]),
         }
-        others = {kind: list[Any]() for kind in ("cubes", "spheres", "cylinders", "triangles", "texts", "models")}
-        return {"deletions": [], "entities": [entity | others]}
+        empty_lists = {kind: list[Any]() for kind in ("cubes", "spheres", "cylinders", "triangles", "texts", "models")}
+        return {"deletions": [], "entities": [entity | empty_lists]}
 
     return make
 

@@ -1,4 +1,4 @@
-"""How well objects are grasped: trials of a task over random objects, and the strength of one grasp."""
+"""Quality of grasps: trials of a task over random objects, and the strength of one grasp."""
 
 import lazy_loader
 

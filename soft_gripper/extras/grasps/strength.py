@@ -129,7 +129,7 @@ def grasp_strength(
     held = held_object(scenario, held)
     text = dump_scenario(shortened_scenario(scenario))
     jobs = {load: (text, held, number, shake or Shake()) for number, load in enumerate(LOADS)}
-    return list(results(executor, strength_in, jobs, lambda load: report()).values())
+    return list(results(executor, direction_strength, jobs, lambda load: report()).values())
 
 
 def held_object(scenario: Scenario, name: str | None) -> str:
@@ -156,8 +156,8 @@ def shortened_scenario(scenario: Scenario) -> Scenario:
     return replace(scenario, task=replace(scenario.task, phases=phases))
 
 
-def strength_in(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
-    """The strength in one direction; runs in a worker, which caches the state before all loads."""
+def direction_strength(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+    """Measures the strength in one direction, in a worker that caches the state before all loads."""
     settled = get_or_make(
         _settled_grasps, (text, held), lambda: SettledGrasp.from_scenario(parse_scenario(_TEXT_NAME, text), held), 1
     )
@@ -200,7 +200,7 @@ class SettledGrasp:
         return cls(station, body, context.Clone())
 
     def strength(self, load: Load, shake: Shake) -> StrengthRow:
-        """The strength in one direction."""
+        """Measures the strength in one direction."""
         grasp = _HeldBody(self.station, self.body, self.context.Clone(), load, shake)
         unit = "mN m" if load.is_torque else "N"
         kind = "torque" if load.is_torque else "force"
@@ -258,8 +258,8 @@ class _HeldBody:
         self.grips: list[Grip] = [
             grip_at(self._context, finger, X_WO, center) for finger, (center, _) in centers.items()
         ]
-        self._poses = [self._pose_in(grip.link) for grip in self.grips]
-        self._begin = self._pose_in(self._base)
+        self._poses = [self._relative_pose(grip.link) for grip in self.grips]
+        self._begin = self._relative_pose(self._base)
         arms = [float(np.linalg.norm(center - self._center())) for center in p_WC]
         self._lever = max(float(np.mean(arms)), MIN_LEVER) if arms else MIN_LEVER
 
@@ -288,7 +288,7 @@ class _HeldBody:
     def _sample(self) -> LoadSample:
         wrench, centers = self._contact()
         resisted = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
-        X_PO = self._pose_in(self._base)
+        X_PO = self._relative_pose(self._base)
         moved = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
         return LoadSample(resisted, moved, _angle(self._begin, X_PO), self._loss(centers))
 
@@ -298,7 +298,7 @@ class _HeldBody:
         X_WO = self._body.EvalPoseInWorld(self._context)
         if np.mean([np.linalg.norm(shift(self._context, grip, X_WO)) for grip in self.grips]) > self._shake.slid:
             return SLID
-        turns = [_angle(X, self._pose_in(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
+        turns = [_angle(X, self._relative_pose(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
         return TURNED if min(turns) > self._shake.turned else ""
 
     def _contact(self) -> tuple[Array, dict[Any, tuple[Array, float]]]:
@@ -312,20 +312,20 @@ class _HeldBody:
         finger_patches: dict[Any, list[tuple[Array, float]]] = {}
         for patch in patches(results, self._own):
             sign = 1.0 if patch.geometries[0] in self._own else -1.0
-            other = patch.geometries[1 if sign > 0 else 0]
+            other_geometry = patch.geometries[1 if sign > 0 else 0]
             lever = patch.place - center
             wrench += sign * np.array([patch.torque + np.cross(lever, patch.force), patch.force])
-            if other in self._fingers:
+            if other_geometry in self._fingers:
                 normal = patch.normal / np.linalg.norm(patch.normal)
                 pressed = abs(float(patch.force @ normal))
-                finger_patches.setdefault(self._fingers[other], []).append((patch.place, pressed))
+                finger_patches.setdefault(self._fingers[other_geometry], []).append((patch.place, pressed))
         return wrench, {finger: _mean_center(finger_centers) for finger, finger_centers in finger_patches.items()}
 
     def _center(self) -> Array:
         p_W: Array = self._body.EvalPoseInWorld(self._context) @ self._body.default_com()
         return p_W
 
-    def _pose_in(self, body: RigidBody) -> RigidTransform:
+    def _relative_pose(self, body: RigidBody) -> RigidTransform:
         return self._body.body_frame().CalcPose(self._context, body.body_frame())
 
 
@@ -336,13 +336,13 @@ def _mean_center(finger_patches: Sequence[tuple[Array, float]]) -> tuple[Array, 
     return np.sum([weight * place for weight, (place, _) in zip(weights, finger_patches, strict=True)], axis=0), total
 
 
-def _angle(one: RigidTransform, other: RigidTransform) -> float:
+def _angle(first: RigidTransform, second: RigidTransform) -> float:
     """Angle of the rotation between two poses, rad."""
-    return abs(float((one.rotation().inverse() @ other.rotation()).ToAngleAxis().angle()))
+    return abs(float((first.rotation().inverse() @ second.rotation()).ToAngleAxis().angle()))
 
 
 def _resume(station: Station, context: Context) -> Simulator:
-    """A simulator that goes on from a context, without the events of a beginning."""
+    """Makes a simulator that continues from a context, without the events of a beginning."""
     simulator = Simulator(station.diagram, context)
     ApplySimulatorConfig(solver_config(station.scenario), simulator)
     simulator.Initialize(InitializeParams(suppress_initialization_events=True))
@@ -357,15 +357,15 @@ def _remove_supports(station: Station, body: RigidBody, context: Context) -> Non
     for finger in station.fingers:
         if not finger.is_anchored:  # otherwise the table is welded to them too
             gripper |= {welded.index() for welded in plant.GetBodiesWeldedTo(finger.base)}
-    own = set(plant.GetCollisionGeometriesForBody(body))
-    others: list[GeometryId] = []
+    skins = set(plant.GetCollisionGeometriesForBody(body))
+    supports: list[GeometryId] = []
     inspector = scene_graph.model_inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kProximity):
         owner = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-        if geometry not in own and owner.index() not in gripper:
-            others.append(geometry)
+        if geometry not in skins and owner.index() not in gripper:
+            supports.append(geometry)
     manager = scene_graph.collision_filter_manager(scene_graph.GetMyMutableContextFromRoot(context))
-    manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(own)), GeometrySet(others)))
+    manager.Apply(CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(skins)), GeometrySet(supports)))
 
 
 def strength_figure(rows: Sequence[StrengthRow], title: str) -> Figure:

@@ -50,18 +50,18 @@ def random_numbers(seed: int, scenario: str, trial: int) -> np.random.Generator:
 
 
 def draw(rng: np.random.Generator, ranges: TrialsConfig) -> TrialVariation:
-    """A variation with uniformly distributed components."""
+    """Draws a variation with uniformly distributed components."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (1e3 * ranges.offset, 1e3 * ranges.offset, np.degrees(ranges.yaw))
     spans = (1e3 * np.array(ranges.mass), np.array(ranges.friction), 1 + ranges.size * np.array([-1.0, 1.0]))
-    others = tuple(rng.uniform(least, most) for least, most in spans)
+    properties = tuple(rng.uniform(low, high) for low, high in spans)
     offset = 1e3 * ranges.offset_error
     turn = np.degrees(ranges.yaw_error)
     error = rng.uniform(-1.0, 1.0, 3) * (offset, offset, turn)
-    return TrialVariation(*map(float, (x, y, yaw, *others, *error)))
+    return TrialVariation(*map(float, (x, y, yaw, *properties, *error)))
 
 
 def vary(scenario: Scenario, rng: np.random.Generator) -> tuple[Scenario, TrialVariation]:
-    """A random variation of a scenario, and the draw; see `varied`. Sensor errors are redrawn as well."""
+    """Draws a random variation of a scenario; see `varied`. Sensor errors are redrawn as well."""
     _object(scenario)
     variation = draw(rng, cast(Varied, scenario.task).trials)
     variant = varied(scenario, variation)
@@ -142,7 +142,7 @@ class Trial:
 
     @property
     def rows(self) -> list[list[str]]:
-        """Its cells in each table."""
+        """Cells of the trial in each table."""
         parts = self.result, self.details, self.grasp
         return [[self.scenario, str(self.trial), *cells(part)] for part in parts]
 

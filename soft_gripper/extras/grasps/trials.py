@@ -114,7 +114,7 @@ FIGURE = "trials"
 SCENARIOS = ("pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate", "pick_and_place_apple")
 
 
-def check_scenario_for_trials(file: str) -> None:
+def check_trial_scenario(file: str) -> None:
     """Checks a scenario before any work is done.
 
     Raises:
@@ -164,7 +164,7 @@ def run_trials(
     )
     engine_change = {} if engine is None else {"engine": engine}
     changes = {file: engine_change | engine_step_of(file, engine_change, executor) for file in files}
-    tables.begin(_about(changes, seed), resume)
+    tables.begin(_describe_trials(changes, seed), resume)
     for suffix in (".png", ".svg"):  # figures of fewer trials
         (out / FIGURE).with_suffix(suffix).unlink(missing_ok=True)
     trials = {key: Trial.from_rows(rows) for key, rows in tables.rows.items()}
@@ -177,15 +177,15 @@ def run_trials(
 
     jobs = dict(_batches(changes, number, seed))
 
-    def failed(batch: Batch, cause: str) -> list[Trial]:
+    def fail_batch(batch: Batch, cause: str) -> list[Trial]:
         file, _, numbers, _ = jobs[batch]
         return [_failed_trial(file, seed, trial_number, cause) for trial_number in numbers]
 
-    def ended(batch: Batch) -> None:
+    def report_batch(batch: Batch) -> None:
         for key in batch:
             report(trials[key])
 
-    tables.run(executor, trials_together, jobs, keep, failed, ended, keys=lambda batch: batch)
+    tables.run(executor, trials_together, jobs, keep, fail_batch, report_batch, keys=lambda batch: batch)
     names = [Path(file).stem for file in files]
     order = sorted(trials, key=lambda key: (names.index(key[0]), int(key[1])))
     tables.finish(order)
@@ -214,7 +214,7 @@ def _batches(
             )
 
 
-def _about(changes: Mapping[str, Changes], seed: int) -> str:
+def _describe_trials(changes: Mapping[str, Changes], seed: int) -> str:
     """A description of the trials."""
     scenarios = (
         f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, change))}" for file, change in changes.items()
@@ -287,10 +287,10 @@ def _details(file: str, seed: int, trial: int) -> Details:
     """The random draw of a trial."""
     task = load_scenario(file).task
     assert task is not None
-    drawn = draw(random_numbers(seed, Path(file).stem, trial), cast(Varied, task).trials)
+    variation = draw(random_numbers(seed, Path(file).stem, trial), cast(Varied, task).trials)
     return Details(
-        **asdict(drawn),
-        reported_x_mm=drawn.x_mm + drawn.error_x_mm,
-        reported_y_mm=drawn.y_mm + drawn.error_y_mm,
-        reported_yaw_deg=drawn.yaw_deg + drawn.error_yaw_deg,
+        **asdict(variation),
+        reported_x_mm=variation.x_mm + variation.error_x_mm,
+        reported_y_mm=variation.y_mm + variation.error_y_mm,
+        reported_yaw_deg=variation.yaw_deg + variation.error_yaw_deg,
     )

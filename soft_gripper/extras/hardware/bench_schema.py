@@ -1,6 +1,6 @@
-"""The description of a bench: where its readings come from, what they mean, and where the results go. One page.
+"""Schema of a bench in YAML: the source of its readings, the meaning of its fields, and the sink of the results.
 
-An optional field that is omitted is None: there is no such item.
+An optional field that is omitted is None: there is no such item. A new option is a field of `BenchConfig`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -71,7 +71,7 @@ class BenchConfig:
 
     @property
     def pressure_factor(self) -> float:
-        """Pa per unit."""
+        """Unit of the pressures, Pa."""
         return PRESSURE[self.pressure_unit]
 
     def relative(self, pressure: Array) -> Array:
@@ -81,8 +81,8 @@ class BenchConfig:
 
     @property
     def names(self) -> list[str]:
-        """The fields of a message that are used."""
-        of_fingers = [
+        """Fields of a message that are used."""
+        finger_names = [
             name
             for finger in self.fingers.values()
             for name in (
@@ -90,7 +90,7 @@ class BenchConfig:
                 *instrument_columns(finger),
             )
         ]
-        return [*of_fingers, *(name for name in (self.count, self.time, self.opening) if name is not None)]
+        return [*finger_names, *(name for name in (self.count, self.time, self.opening) if name is not None)]
 
     def violations(self) -> Iterator[Violation]:
         twice = sorted({name for name in self.names if self.names.count(name) > 1})
@@ -112,7 +112,7 @@ def _line_violations(field_: str, address: str, form: str) -> Iterator[Violation
 
 
 def load_bench(file: Path) -> BenchConfig:
-    """The description in a YAML file.
+    """Reads the description in a YAML file.
 
     Raises:
         InputError: if there is no such file, or a field does not fit.
@@ -121,15 +121,15 @@ def load_bench(file: Path) -> BenchConfig:
     return load_config(file, read_yaml(file), BenchConfig)
 
 
-def described(inputs: Mapping[str, int], source: str) -> BenchConfig:
-    """The bench whose messages name the inputs of a `Bench`, `{finger}.{kind}`, by their sizes."""
+def bench_from_inputs(inputs: Mapping[str, int], source: str) -> BenchConfig:
+    """Describes a bench whose messages name the inputs of a `Bench`, `{finger}.{kind}`, by their sizes."""
     fields: dict[str, dict[str, list[str]]] = {}
     for name, size in inputs.items():
         finger, _, kind = name.rpartition(".")
         fields.setdefault(finger, {})[kind] = [f"{name}[{i}]" for i in range(size)]
     fingers = {}
-    for finger, of in fields.items():
-        driving = [of.pop(kind, []) for kind in ("pressure", "tension", "X_WB")]
-        (readings,) = of.values()
-        fingers[finger] = BenchFinger(readings, driving[0], driving[1], driving[2] or None)
+    for finger, kinds in fields.items():
+        pressures, tensions, pose = (kinds.pop(kind, []) for kind in ("pressure", "tension", "X_WB"))
+        (readings,) = kinds.values()
+        fingers[finger] = BenchFinger(readings, pressures, tensions, pose or None)
     return BenchConfig(source=source, count="count", time="time", fingers=fingers)

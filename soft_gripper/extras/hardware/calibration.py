@@ -1,9 +1,9 @@
-"""Recordings of free bending -> a calibration of the fingers in them.
+"""Calibrates fingers from recordings of free bending: files -> gains, offsets and a bend ratio for each finger.
 
-Recordings are those of `soft-gripper run` and `play`, or logs of hardware, any file of `tables`. Their columns are the
+Recordings are those of `soft-gripper run` and `play`, or logs of hardware (`table_files`). Their columns are the
 fields of a bench (`live.bench_schema`), or those of a recording of one finger, markers included (`recording_schema`).
-Where an instrument measures a force, the finger is not free. Its zero and drift are those of what it reads while it
-reads no more than at the beginning. It may be late: of each hold of the pressure, what it reads last counts.
+Where an instrument measures a force, the finger is not free. Zero and drift of the instrument follow from readings
+that are no larger than at the beginning. It may be late: of each hold of the pressure, its last readings count.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -34,13 +34,13 @@ from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout, strain_sensors
 
 ASSUMED = "gains are 1 within 5 %, the shape of the response is right, and the finger's own weight is its only load"
-_REST = 0.3  # s of constant pressure, after which a finger is assumed to be at rest
-_STEADY_PRESSURE = 0.02  # share of the pressure range; allowed variation in that time
-_SAMPLES, _PRESSED_SAMPLES = 3000, 800  # used per recording, spread evenly: of a free finger, and a pressed one
-_LEAST_FORCE = 0.05  # N, beyond which a measured force is a contact; scales drift by less in some minutes
-_MOTION = 0.01  # extension ratio: smallest range of the most stretched sensor
-_LEAST_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
-_RESIDUAL = 0.05  # share of that range; larger residuals indicate contact or a different finger
+_REST_TIME = 0.3  # s of constant pressure until a finger is assumed to be at rest
+_STEADY_PRESSURE_SHARE = 0.02  # share of the pressure range; allowed variation in that time
+_MAX_SAMPLES, _MAX_PRESSED_SAMPLES = 3000, 800  # used per recording, spread evenly: of a free finger, and a pressed one
+_MIN_CONTACT_FORCE = 0.05  # N; a larger measured force is a contact; scales drift by less in some minutes
+_MIN_RANGE = 0.01  # extension ratio: smallest range of the most stretched sensor
+_MIN_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
+_MAX_RESIDUAL_SHARE = 0.05  # share of that range; larger residuals indicate contact or a different finger
 
 
 class _Measured(NamedTuple):
@@ -51,11 +51,11 @@ class _Measured(NamedTuple):
     gravity: Planar  # (T) see FreeBending
     ratios: Array  # (T, R) extension ratios
     tip: Planar | None = None  # (T) m
-    press: FacePress | None = None  # (T) what an instrument measures; 0 N if nothing, NaN if it is not known
+    press: FacePress | None = None  # (T) measured by an instrument; 0 N without contact, NaN: unknown
 
 
-class _Recorded(NamedTuple):
-    """A recording of one finger: the nominal layout, and what was measured."""
+class _FingerRecording(NamedTuple):
+    """A recording of one finger: its nominal layout and its samples."""
 
     layout: SensorLayout
     samples: FreeBending
@@ -64,60 +64,60 @@ class _Recorded(NamedTuple):
 def calibrate_recordings(
     files: Sequence[Path], log: Log | None = None, sought: Collection[str] = ()
 ) -> CalibrationConfig:
-    """Fits gains, offsets, hysteresis, drift and the bend per pressure of each finger to all recordings together.
+    """Fits gains, offsets, hysteresis, drift and the bend ratio of each finger to all recordings together.
 
     The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
 
     Args:
         files: recordings of this project, unless `log` says how to read them.
         log: of other recordings.
-        sought: names of what is fitted beyond these, see `free_bending.SOUGHT`.
+        sought: names of further parameters to fit, see `free_bending.SOUGHT`.
 
     Raises:
         InputError: if the recordings cannot be read, are of different fingers, or do not show free bending.
     """
     layouts: dict[str, SensorLayout] = {}
-    recorded: dict[str, list[FreeBending]] = {}
+    samples_by_finger: dict[str, list[FreeBending]] = {}
     for file in files:
-        for layout, found in _simulated(file) if log is None else _logged(file, log):
+        for layout, recording in _run_recordings(file) if log is None else _log_recordings(file, log):
             name = layout.finger.name
             if layouts.setdefault(name, layout) != layout:
                 raise InputError(file, "finger", name, f"finger or sensors differ from those in {files[0]}")
-            recorded.setdefault(name, []).append(found)
+            samples_by_finger.setdefault(name, []).append(recording)
     fingers = {}
     declared = None if log is None else log.scenario.estimator.uncertainty.friction
     friction = {} if declared is None else {"friction": declared}
     for name, layout in layouts.items():
-        calibration = calibrate(layout, recorded[name], sought, **friction)
-        at_rest = np.concatenate([each.ratios[each.hold >= 0] for each in recorded[name]])
-        _check_fit(name, calibration, _range(at_rest[np.isfinite(at_rest).all(axis=1)]))
+        calibration = calibrate(layout, samples_by_finger[name], sought, **friction)
+        at_rest = np.concatenate([samples.ratios[samples.hold >= 0] for samples in samples_by_finger[name]])
+        _check_fit(name, calibration, _largest_strain_range(at_rest[np.isfinite(at_rest).all(axis=1)]))
         doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
         fingers[name] = as_config(layout, calibration, doubtful)
     return CalibrationConfig(ASSUMED, fingers)
 
 
-def as_config(layout: SensorLayout, found: Calibration, doubtful: Sequence[str] = ()) -> FingerCalibrationConfig:
+def as_config(layout: SensorLayout, calibration: Calibration, doubtful: Sequence[str] = ()) -> FingerCalibrationConfig:
     """Entry of the file for the calibration of a finger with that nominal layout.
 
     `doubtful` are holds that do not fit, in words.
     """
-    found_of_readings = "gains", "offsets", "gain_stds", "offset_stds", "drifts"
+    reading_fields = "gains", "offsets", "gain_stds", "offset_stds", "drifts"
     length, spacing, one_sided, sections = layout_identity(layout)
-    lists = {name: getattr(found, name).tolist() for name in found_of_readings}
+    lists = {name: getattr(calibration, name).tolist() for name in reading_fields}
     single = {
-        name: getattr(found, name)
+        name: getattr(calibration, name)
         for name in (
             *("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured"),
             *("response_curvature", "response_curvature_std", "pressure_offset", "pressure_offset_std"),
             *("bend_variation", "bend_variation_std", "strength", "strength_std", "friction", "bend_gain_std"),
         )
     }
-    found_before = {**lists, **single}
-    config = FingerCalibrationConfig(length, spacing, one_sided, sections, **found_before, doubtful=list(doubtful))
-    if found.states is not None:
+    numbers = {**lists, **single}
+    config = FingerCalibrationConfig(length, spacing, one_sided, sections, **numbers, doubtful=list(doubtful))
+    if calibration.states is not None:
         readings = [f"{path} {section}" for path in layout.path_names for section in range(layout.sections)]
         names = [*readings, "drive [N m]", "gravity x [m/s^2]", "gravity z [m/s^2]"]
-        states = found.states
+        states = calibration.states
         config.fitted = kept_states(names, states.fitted, states.widths, states.noise, states.disagreement)
     return config
 
@@ -128,11 +128,11 @@ def save_calibration(calibration: CalibrationConfig, path: Path) -> None:
         partial.write_text(yaml_dump(asdict(calibration)), encoding="utf-8")
 
 
-def _simulated(file: Path) -> Iterator[_Recorded]:
-    """The fingers of a recording of this project."""
+def _run_recordings(file: Path) -> Iterator[_FingerRecording]:
+    """Yields the fingers of a recording of this project."""
     recording, scenario, fingers = load_run(file)
     for finger in fingers:
-        layout, name = _nominal(scenario, finger, file), finger.name
+        layout, name = _nominal_layout(scenario, finger, file), finger.name
         pressure = read_signal(file, recording, f"{name}.sampled_pressure")
         strain = read_signal(file, recording, f"{name}.strain", layout.paths, layout.sections, allow_nan=True)
         X_WB = read_signal(file, recording, f"{name}.X_WB", 3, 4)
@@ -141,51 +141,52 @@ def _simulated(file: Path) -> Iterator[_Recorded]:
         gravity = planar_gravity(X_WB, np.array(scenario.gravity))
         samples = _free_bending(file, layout, _Measured(time, pressure, gravity, ratios))
         contact = f"{name}.contact"
-        if contact in recording.data and np.any(read_signal(file, recording, contact)[_resting(time, pressure)] > 0):
+        if contact in recording.data and np.any(read_signal(file, recording, contact)[_is_resting(time, pressure)] > 0):
             expected = "contact was detected; record free bending, or omit the threshold if that was noise"
             raise InputError(file, contact, True, expected)
-        yield _Recorded(layout, samples)
+        yield _FingerRecording(layout, samples)
 
 
-def _logged(file: Path, log: Log) -> Iterator[_Recorded]:
-    """The fingers of a log."""
+def _log_recordings(file: Path, log: Log) -> Iterator[_FingerRecording]:
+    """Yields the fingers of a log."""
     logs = read_finger_logs(file, log)
-    for each, press in zip(logs, _presses(logs), strict=True):
-        layout = _nominal(log.scenario, each.finger, file)
-        gravity = planar_gravity(each.X_WB, each.gravity)
-        ratios = layout.response.ratio(each.readings)
-        measured = _Measured(each.time, each.pressure, gravity, ratios, each.tip, press)
-        yield _Recorded(layout, _free_bending(file, layout, measured))
+    for finger_log, press in zip(logs, _presses(logs), strict=True):
+        layout = _nominal_layout(log.scenario, finger_log.finger, file)
+        gravity = planar_gravity(finger_log.X_WB, finger_log.gravity)
+        ratios = layout.response.ratio(finger_log.readings)
+        measured = _Measured(finger_log.time, finger_log.pressure, gravity, ratios, finger_log.tip, press)
+        yield _FingerRecording(layout, _free_bending(file, layout, measured))
 
 
 def _presses(logs: Sequence[FingerLog]) -> list[FacePress | None]:
-    """What instruments measure of forces in the runs of a file, without their zeros and drift."""
+    """Measured forces in the runs of a file, without zero and drift of the instrument."""
     forces = [log.measured.get("force") for log in logs]
-    runs = [_run(log, force) for log, force in zip(logs, forces, strict=True) if force is not None]
-    scale = find_instrument(runs, _LEAST_FORCE, most_delay=0.0) if runs else None
+    runs = [_instrument_run(log, force) for log, force in zip(logs, forces, strict=True) if force is not None]
+    scale = find_instrument(runs, _MIN_CONTACT_FORCE, max_delay=0.0) if runs else None
     corrected = iter([scale.corrected(i, run) for i, run in enumerate(runs)] if scale else [])
     return [
-        None if force is None else _press(log, next(corrected), force) for log, force in zip(logs, forces, strict=True)
+        None if force is None else _to_press(log, next(corrected), force)
+        for log, force in zip(logs, forces, strict=True)
     ]
 
 
-def _run(log: FingerLog, force: Measured) -> InstrumentRun:
-    """What an instrument reads, beside what it reads more than at the beginning."""
+def _instrument_run(log: FingerLog, force: Measured) -> InstrumentRun:
+    """Readings of an instrument, and their excess over the beginning as an estimate."""
     value = latest(log.time, force.value)
-    begins = value[(log.time <= log.time[0] + _REST) & np.isfinite(value)]
-    zero = float(np.median(begins)) if len(begins) else 0.0
-    return InstrumentRun(log.time, value, value - zero, _resting(log.time, log.pressure))
+    first_values = value[(log.time <= log.time[0] + _REST_TIME) & np.isfinite(value)]
+    zero = float(np.median(first_values)) if len(first_values) else 0.0
+    return InstrumentRun(log.time, value, value - zero, _is_resting(log.time, log.pressure))
 
 
-def _press(log: FingerLog, force: Array, measured: Measured) -> FacePress:
+def _to_press(log: FingerLog, force: Array, measured: Measured) -> FacePress:
     """A force at its place; NaN where it presses at an unknown one."""
     place = latest(log.time, measured.place)
-    pressing = np.where(np.abs(force) <= _LEAST_FORCE, 0.0, force + 0 * place)
+    pressing = np.where(np.abs(force) <= _MIN_CONTACT_FORCE, 0.0, force + 0 * place)
     axis = None if measured.along is None else complex(measured.along[1], measured.along[0])
     return FacePress(pressing, np.nan_to_num(place), None if axis is None else axis / abs(axis))
 
 
-def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
+def _nominal_layout(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
     """The nominal layout of a finger, before any calibration."""
     nominal = read_nominal_model(replace(scenario.nominal, calibration=None))
     layout = strain_sensors(nominal.layout(finger.finger, scenario.sensor), str(file))
@@ -193,61 +194,61 @@ def _nominal(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayou
 
 
 def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> FreeBending:
-    """The samples of a recording, checked."""
+    """Checks the samples of a recording and thins them out."""
     time, pressure, gravity, ratios, tip, press = measured
-    name, rest = layout.finger.name, _resting(time, pressure)
+    name, is_resting = layout.finger.name, _is_resting(time, pressure)
     if press is not None:
-        rest = _last_steady(rest, press.force, time)
+        is_resting = _steady_ends(is_resting, press.force, time)
     _check_readings(file, name, ratios, pressure)
-    read = rest & np.isfinite(ratios).all(axis=1)
-    _check_motion(file, name, ratios[read].reshape(-1, layout.paths, layout.sections))
-    begins = rest & ~np.append(False, rest[:-1])
-    hold = np.where(rest, begins.cumsum() - 1, -1)
+    has_readings = is_resting & np.isfinite(ratios).all(axis=1)
+    _check_motion(file, name, ratios[has_readings].reshape(-1, layout.paths, layout.sections))
+    begins = is_resting & ~np.append(False, is_resting[:-1])
+    hold = np.where(is_resting, begins.cumsum() - 1, -1)
     if press is not None and not np.nan_to_num(press.force).any():
         press = None
-    most = _SAMPLES if press is None else _PRESSED_SAMPLES
-    chosen = np.unique(np.linspace(0, len(time) - 1, min(most, len(time))).astype(int))
-    kept = None if tip is None else tip[chosen]
+    count = _MAX_SAMPLES if press is None else _MAX_PRESSED_SAMPLES
+    chosen = np.unique(np.linspace(0, len(time) - 1, min(count, len(time))).astype(int))
+    tips = None if tip is None else tip[chosen]
     if press is not None:
         press = press._replace(force=np.nan_to_num(press.force[chosen]), place=press.place[chosen])
-    return FreeBending(time[chosen], pressure[chosen], gravity[chosen], ratios[chosen], hold[chosen], kept, press)
+    return FreeBending(time[chosen], pressure[chosen], gravity[chosen], ratios[chosen], hold[chosen], tips, press)
 
 
-def _resting(time: Array, pressure: Array) -> NDArray[np.bool_]:
-    """Samples before which the pressure has been steady for long enough, (T,)."""
-    return steady(pressure, _rest_samples(time), _STEADY_PRESSURE * float(np.ptp(pressure)))
+def _is_resting(time: Array, pressure: Array) -> NDArray[np.bool_]:
+    """Mask of the samples before which the pressure was steady for long enough, (T,)."""
+    return steady(pressure, _rest_samples(time), _STEADY_PRESSURE_SHARE * float(np.ptp(pressure)))
 
 
 def _rest_samples(time: Array) -> int:
-    return round(_REST / float(np.median(np.diff(time)))) if len(time) > 1 else 1
+    return round(_REST_TIME / float(np.median(np.diff(time)))) if len(time) > 1 else 1
 
 
-def _last_steady(rest: NDArray[np.bool_], force: Array, time: Array) -> NDArray[np.bool_]:
-    """The samples of every stretch of rest in which the force has become steady, to its end, (T,)."""
-    is_steady = rest & steady(force, _rest_samples(time), _LEAST_FORCE / 2)
-    moves = np.flatnonzero(rest & ~is_steady)
-    stretch = (rest & ~np.append(False, rest[:-1])).cumsum()
+def _steady_ends(is_resting: NDArray[np.bool_], force: Array, time: Array) -> NDArray[np.bool_]:
+    """Mask of the end of every stretch of rest, from where the force is steady, (T,)."""
+    is_steady = is_resting & steady(force, _rest_samples(time), _MIN_CONTACT_FORCE / 2)
+    moves = np.flatnonzero(is_resting & ~is_steady)
+    stretch = (is_resting & ~np.append(False, is_resting[:-1])).cumsum()
     last = np.full(stretch.max() + 1, -1)
     last[stretch[moves]] = moves  # the last of each counts
-    found: NDArray[np.bool_] = is_steady & (np.arange(len(rest)) > last[stretch])
-    return found
+    ends: NDArray[np.bool_] = is_steady & (np.arange(len(is_resting)) > last[stretch])
+    return ends
 
 
-def _range(ratios: Array) -> float:
+def _largest_strain_range(ratios: Array) -> float:
     """Range of the most stretched sensor, 1st to 99th percentile, extension ratio."""
-    return float(_ranges(ratios).max())
+    return float(_strain_ranges(ratios).max())
 
 
-def _ranges(ratios: Array) -> Array:
+def _strain_ranges(ratios: Array) -> Array:
     low, high = np.percentile(ratios, [1, 99], axis=0)
     ranges: Array = high - low
     return ranges
 
 
 def _check_readings(file: Path, name: str, ratios: Array, pressure: Array) -> None:
-    for reading, lost in enumerate(np.isnan(ratios).mean(axis=0)):
-        if lost > 0.5:
-            expected = f"reading {reading} is NaN in {100 * lost:.0f} % of the samples; a dead sensor has no gain"
+    for reading, lost_share in enumerate(np.isnan(ratios).mean(axis=0)):
+        if lost_share > 0.5:
+            expected = f"reading {reading} is NaN in {100 * lost_share:.0f} % of the samples; a dead sensor has no gain"
             raise InputError(file, f"{name}.strain", np.nan, expected)
     readings = {f"reading {i}": ratio for i, ratio in enumerate(ratios.T)}
     for stuck in stuck_readings(readings, {"pressure": pressure}):
@@ -257,21 +258,21 @@ def _check_readings(file: Path, name: str, ratios: Array, pressure: Array) -> No
 
 def _check_motion(file: Path, name: str, ratios: Array) -> None:
     """Checks that every section moves, of ratios (T, paths, sections)."""
-    moved = _ranges(ratios).max(axis=0) if len(ratios) else np.zeros(ratios.shape[-1])
-    if moved.max() < _MOTION:
-        expected = f"too little motion at rest; step the pressure so that sensors stretch by at least {_MOTION:g}"
-        raise InputError(file, f"{name}.strain", round(float(moved.max()), 6), expected)
-    for section in np.flatnonzero(moved < _MOTION):
+    ranges = _strain_ranges(ratios).max(axis=0) if len(ratios) else np.zeros(ratios.shape[-1])
+    if ranges.max() < _MIN_RANGE:
+        expected = f"too little motion at rest; step the pressure so that sensors stretch by at least {_MIN_RANGE:g}"
+        raise InputError(file, f"{name}.strain", round(float(ranges.max()), 6), expected)
+    for section in np.flatnonzero(ranges < _MIN_RANGE):
         expected = f"section {section} hardly moves; free bending cannot calibrate one that the pressure does not bend"
-        raise InputError(file, f"{name}.strain", round(float(moved[section]), 6), expected)
+        raise InputError(file, f"{name}.strain", round(float(ranges[section]), 6), expected)
 
 
-def _check_fit(name: str, found: Calibration, moved: float) -> None:
+def _check_fit(name: str, calibration: Calibration, moved: float) -> None:
     because = "something was touched, or it is a different finger"
-    for gain in (found.bend_ratio, *found.gains):
-        if not _LEAST_GAIN <= gain <= 1 / _LEAST_GAIN:
+    for gain in (calibration.bend_ratio, *calibration.gains):
+        if not _MIN_GAIN <= gain <= 1 / _MIN_GAIN:
             expected = f"no finger differs that much from its nominal model; {because}"
-            raise InputError("calibrate", f"gain or bend per pressure of '{name}'", round(float(gain), 4), expected)
-    if not found.residual <= _RESIDUAL * moved:
-        expected = f"more than {_RESIDUAL * moved:.2g} is left; {because}"
-        raise InputError("calibrate", f"residual of '{name}'", round(found.residual, 6), expected)
+            raise InputError("calibrate", f"gain or bend ratio of '{name}'", round(float(gain), 4), expected)
+    if not calibration.residual <= _MAX_RESIDUAL_SHARE * moved:
+        expected = f"is more than {_MAX_RESIDUAL_SHARE * moved:.2g}; {because}"
+        raise InputError("calibrate", f"residual of '{name}'", round(calibration.residual, 6), expected)

@@ -1,13 +1,13 @@
-"""An instrument that reads late, from a zero of its own, and drifts: found by comparison with an estimate of the same.
+"""Finds delay, zero and drift of an instrument by comparison with an estimate of the same quantity, T samples of both.
 
 With e the estimate, each run of the instrument reads
 
     m(t) = a e(t - T) + m_0 + d t .
 
 The delay T and the drift d are those of the instrument in all runs, its zero m_0 is that of a run, which may begin with
-another tare. T is that with the least sum of absolute residuals of a line through each run; m_0 and d are those of what
-is read while the estimate is as good as zero, at rest: by lines of one slope, robustly. The factor a is not applied:
-how estimate and instrument differ is what is to be known.
+another tare. T has the least sum of absolute residuals of a line through each run; m_0 and d are lines of one slope
+through the readings at rest with an estimate of about zero, fitted robustly. The factor a is not applied: it is the
+difference of estimate and instrument that is sought.
 """
 
 from collections.abc import Sequence
@@ -18,13 +18,17 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 
-MOST_DELAY = 2.0  # s
-_FREE_SHARE = 0.1  # of the 95th percentile of the estimate, below which nothing touches
-_FEWEST = 10  # samples from which a zero is found
-_LEAST_SPAN = 10.0  # s between the first and the last of them from which a drift is found
-_PASSES, _HUBER, _STD_PER_MEDIAN = 8, 1.5, 1.4826  # of the robust lines; standard deviations; of a normal variable
-_NOTHING = 1e-9  # smallest spread of residuals
-_MOST_ROWS = 4000  # samples of a run that the delay is sought in
+MAX_DELAY = 2.0  # s
+_MAX_FREE_SHARE = 0.1  # of the 95th percentile of the estimate, below which nothing touches
+_MIN_ZERO_SAMPLES = 10  # samples from which a zero is found
+_MIN_DRIFT_SPAN = 10.0  # s between the first and the last of them from which a drift is found
+_LINE_ITERATIONS, _HUBER_DEVIATIONS, _STD_PER_MEDIAN = (
+    8,
+    1.5,
+    1.4826,
+)  # of the robust lines; standard deviations; of a normal variable
+_MIN_SPREAD = 1e-9  # smallest spread of residuals
+_MAX_DELAY_SAMPLES = 4000  # samples of a run that the delay is sought in
 
 
 @dataclass(frozen=True)
@@ -39,25 +43,25 @@ class InstrumentRun:
 
 @dataclass(frozen=True)
 class Instrument:
-    """Delay, zero and drift found of an instrument."""
+    """Delay, zero and drift of an instrument."""
 
     delay: float  # s
     zeros: tuple[float, ...]  # in each run; NaN: not found, since the finger was never free
     drift: float  # per s, in all runs; NaN: not found, since the finger was never free for long enough
 
     def corrected(self, number: int, run: InstrumentRun) -> Array:
-        """Readings that it would have had in a run without delay, zero and drift, (T,); as far as these are known."""
+        """Readings in a run without delay, zero and drift, (T,), as far as these are known."""
         zero, drift = np.nan_to_num([self.zeros[number], self.drift])
-        return _earlier(run.value - zero - drift * run.time, _steps(self.delay, run))
+        return _advance(run.value - zero - drift * run.time, _steps(self.delay, run))
 
 
-def find_instrument(runs: Sequence[InstrumentRun], least: float, most_delay: float = MOST_DELAY) -> Instrument:
-    """Delay, zeros and drifts; `least` is an estimate below which nothing touches, whatever its range."""
-    steps = range(int(most_delay / _period(runs[0])) + 1)
+def find_instrument(runs: Sequence[InstrumentRun], minimum: float, max_delay: float = MAX_DELAY) -> Instrument:
+    """Finds delay, zeros and drift; nothing touches where the estimate is below `minimum`."""
+    steps = range(int(max_delay / _period(runs[0])) + 1)
     spread = [float(np.nanstd(run.estimate)) for run in runs]
-    costs = [sum(_misfit(run, shift) for run in runs) for shift in steps] if max(spread) > 0 else [0.0]
+    costs = [sum(_line_misfit(run, shift) for run in runs) for shift in steps] if max(spread) > 0 else [0.0]
     delay = _period(runs[0]) * int(np.argmin(costs))
-    zeros, drift = _lines(runs, delay, least)
+    zeros, drift = _fit_zeros(runs, delay, minimum)
     return Instrument(delay, zeros, drift)
 
 
@@ -69,48 +73,48 @@ def _steps(delay: float, run: InstrumentRun) -> int:
     return round(delay / _period(run))
 
 
-def _earlier(value: Array, steps: int) -> Array:
-    """Values `steps` samples later, in the place of those now; NaN at the end."""
+def _advance(value: Array, steps: int) -> Array:
+    """Values moved forward by `steps` samples; NaN at the end."""
     return np.append(value[steps:], np.full(min(steps, len(value)), np.nan))
 
 
-def _misfit(run: InstrumentRun, steps: int) -> float:
-    """Sum of absolute residuals of a line through what an instrument reads `steps` later, over the estimate."""
-    value = _earlier(run.value, steps)
-    known = np.flatnonzero(np.isfinite(value + run.estimate))
-    known = known[:: max(1, len(known) // _MOST_ROWS)]
-    if len(known) < _FEWEST:
+def _line_misfit(run: InstrumentRun, steps: int) -> float:
+    """Mean absolute residual of a line through the readings `steps` later, over the estimate."""
+    value = _advance(run.value, steps)
+    rows = np.flatnonzero(np.isfinite(value + run.estimate))
+    rows = rows[:: max(1, len(rows) // _MAX_DELAY_SAMPLES)]
+    if len(rows) < _MIN_ZERO_SAMPLES:
         return np.inf
-    basis = np.column_stack([run.estimate[known], np.ones(len(known)), run.time[known]])
-    found = np.linalg.lstsq(basis, value[known], rcond=None)[0]
-    return float(np.abs(value[known] - basis @ found).mean())
+    basis = np.column_stack([run.estimate[rows], np.ones(len(rows)), run.time[rows]])
+    coefficients = np.linalg.lstsq(basis, value[rows], rcond=None)[0]
+    return float(np.abs(value[rows] - basis @ coefficients).mean())
 
 
-def _lines(runs: Sequence[InstrumentRun], delay: float, least: float) -> tuple[tuple[float, ...], float]:
-    """Zeros and drift of what an instrument reads while nothing touches, by lines of one slope, fitted robustly."""
-    free = [_free(run, delay, least) for run in runs]
-    known = [i for i, (time, _) in enumerate(free) if len(time) >= _FEWEST]
-    if not known:
+def _fit_zeros(runs: Sequence[InstrumentRun], delay: float, minimum: float) -> tuple[tuple[float, ...], float]:
+    """Zeros and drift of the readings while nothing touches, by robust lines of one slope."""
+    free = [_free_readings(run, delay, minimum) for run in runs]
+    usable = [i for i, (time, _) in enumerate(free) if len(time) >= _MIN_ZERO_SAMPLES]
+    if not usable:
         return (np.nan,) * len(runs), np.nan
-    time, value = (np.concatenate([free[i][part] for i in known]) for part in (0, 1))
-    number = np.repeat(np.arange(len(known)), [len(free[i][0]) for i in known])
-    drifts = max(np.ptp(free[i][0]) for i in known) >= _LEAST_SPAN
-    basis = np.column_stack([number[:, None] == np.arange(len(known)), time * drifts]).astype(float)
+    time, value = (np.concatenate([free[i][part] for i in usable]) for part in (0, 1))
+    number = np.repeat(np.arange(len(usable)), [len(free[i][0]) for i in usable])
+    drifts = max(np.ptp(free[i][0]) for i in usable) >= _MIN_DRIFT_SPAN
+    basis = np.column_stack([number[:, None] == np.arange(len(usable)), time * drifts]).astype(float)
     weight, steps = np.ones(len(time)), np.diff(np.unique(value))
     resolution = float(steps.min()) if len(steps) else 0.0  # 0 if it never changes
-    for _ in range(_PASSES):
-        found = np.linalg.lstsq(basis * weight[:, None], value * weight, rcond=None)[0]
-        left = np.abs(value - basis @ found)
-        spread = max(_HUBER * _STD_PER_MEDIAN * float(np.median(left)), resolution, _NOTHING)
-        weight = np.sqrt(spread / np.maximum(left, spread))
-    zeros = dict(zip(known, found.tolist(), strict=False))
-    return tuple(zeros.get(i, np.nan) for i in range(len(runs))), float(found[-1]) if drifts else np.nan
+    for _ in range(_LINE_ITERATIONS):
+        coefficients = np.linalg.lstsq(basis * weight[:, None], value * weight, rcond=None)[0]
+        residuals = np.abs(value - basis @ coefficients)
+        spread = max(_HUBER_DEVIATIONS * _STD_PER_MEDIAN * float(np.median(residuals)), resolution, _MIN_SPREAD)
+        weight = np.sqrt(spread / np.maximum(residuals, spread))
+    zeros = dict(zip(usable, coefficients.tolist(), strict=False))
+    return tuple(zeros.get(i, np.nan) for i in range(len(runs))), float(coefficients[-1]) if drifts else np.nan
 
 
-def _free(run: InstrumentRun, delay: float, least: float) -> tuple[Array, Array]:
-    """Times, and what an instrument reads at them, while nothing touches."""
+def _free_readings(run: InstrumentRun, delay: float, minimum: float) -> tuple[Array, Array]:
+    """Times and readings while nothing touches."""
     size, steps = np.abs(run.estimate), _steps(delay, run)
-    most = max(least, _FREE_SHARE * float(np.nanpercentile(size, 95))) if np.isfinite(size).any() else least
-    value = _earlier(run.value, steps)
-    free = run.rest & (size < most) & np.isfinite(value)
+    limit = max(minimum, _MAX_FREE_SHARE * float(np.nanpercentile(size, 95))) if np.isfinite(size).any() else minimum
+    value = _advance(run.value, steps)
+    free = run.rest & (size < limit) & np.isfinite(value)
     return run.time[free] + steps * _period(run), value[free]

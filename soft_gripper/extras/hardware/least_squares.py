@@ -1,4 +1,4 @@
-"""Least squares, as everything that is fitted to recordings uses them: a problem, and the fit that solves it.
+"""Solves the least-squares problems of all fits to recordings: a `Problem` -> the `Fit` that solves it.
 
 Over a vector x of P unknowns, a fit minimises the sum of (w_i r_i(x))^2 of R residuals r with weights w. If outliers
 are expected, a residual beyond f counts less than by its square, as  2 f^2 (sqrt(1 + (r / f)^2) - 1) ; where such a
@@ -19,7 +19,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.document import require
 
-M = TypeVar("M")  # what the unknowns are the numbers of
+M = TypeVar("M")  # model that the unknowns describe
 
 
 class Progress(NamedTuple, Generic[M]):
@@ -28,7 +28,7 @@ class Progress(NamedTuple, Generic[M]):
     step: int
     error: float  # see `Problem`
     model: M
-    missing: int = 0  # residuals that are not to be had, which do not count in the error
+    missing: int = 0  # residuals that cannot be computed, which do not count in the error
 
 
 Report = Callable[[Progress[Any]], None]
@@ -43,11 +43,11 @@ class Problem(Generic[M]):
     """A problem of R residuals and P unknowns."""
 
     build_model: Callable[[Array], M]  # from a vector
-    residuals: Callable[[Array], Array]  # (P,) -> (R,); NaN: not to be had
+    residuals: Callable[[Array], Array]  # (P,) -> (R,); NaN: cannot be computed
     slopes: Callable[[Array, Array], Array] | None = None  # vector, residuals there -> (R, P); None: by differences
     weights: Array | float = 1.0  # (R,)
     outlier: float | None = None  # residual beyond which one counts less; None: all count by their squares
-    missing: float = 0.0  # what counts for a residual that is not to be had
+    missing: float = 0.0  # counts for a residual that cannot be computed
     bounds: tuple[ArrayLike, ArrayLike] = (-np.inf, np.inf)
     error: Callable[[Array], float] | None = None  # figure of merit of residuals; above 1: no fit
     options: Mapping[str, Any] = field(default_factory=dict)  # of scipy's search
@@ -60,7 +60,7 @@ class Fit(Generic[M]):
     build_model: Callable[[Array], M]  # from a vector, see `Problem`
     x: Array  # (P,)
     residuals: Array  # (R,) without their weights
-    slopes: Array  # (R, P) likewise
+    slopes: Array  # (R, P) without their weights
     weights: Array  # (R,) with which ordinary least squares have the same minimum
     cost: float  # half of what was minimised
     error: float  # see `Problem`; NaN: none
@@ -81,10 +81,10 @@ class Fit(Generic[M]):
     def change_without(
         self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: Array | float = 1.0
     ) -> Array:
-        """Change of the unknowns if only some of the residuals count, to the first order, (P,).
+        """First-order change of the unknowns if only some of the residuals count, (P,).
 
         Args:
-            kept: which count, (R,); those of a prior among them.
+            kept: mask of those that count, (R,), a prior's included.
             unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
             scales: typical changes of the unknowns, by which changes are compared.
         """
@@ -94,7 +94,7 @@ class Fit(Generic[M]):
         return scales * change
 
     def model_without(self, kept: NDArray[np.bool_]) -> M:
-        """The model that is fitted to some of the residuals, (R,), to the first order."""
+        """First-order model that is fitted to some of the residuals, (R,)."""
         return self.build_model(self.x + self.change_without(kept))
 
     def profile(self, count: int) -> "Fit[M]":
@@ -106,7 +106,7 @@ class Fit(Generic[M]):
 
 
 def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> Fit[M]:
-    """The fit with the least cost of those from any of the starts, (K, P), that come near what was measured.
+    """Fit with the least cost among those from the starts, (K, P), that come near the measurements.
 
     Raises:
         InputError: if none does.
@@ -114,7 +114,7 @@ def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> F
     fits = list[Fit[M]]()
     for start in np.atleast_2d(starts):
         try:
-            fits.append(_fit_from(problem, start, report))
+            fits.append(_search(problem, start, report))
         except InputError as error:
             last = error
     if not fits:
@@ -122,15 +122,15 @@ def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> F
     return min(fits, key=lambda solution: solution.cost)
 
 
-def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
+def _search(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
     weights, last, step = np.asarray(problem.weights), dict[str, Array](), 0
 
-    def filled(residuals: Array) -> Array:
+    def fill_missing(residuals: Array) -> Array:
         return np.nan_to_num(residuals, nan=problem.missing)
 
     def residuals(x: Array) -> Array:
         last["residuals"] = problem.residuals(x)
-        return weights * filled(last["residuals"])
+        return weights * fill_missing(last["residuals"])
 
     def slopes(x: Array) -> Array:
         """Slopes, which the search asks for where it has computed residuals last."""
@@ -144,7 +144,7 @@ def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
         last["slopes"] = problem.slopes(x, last["residuals"])
         return weights[..., None] * last["slopes"]
 
-    search = optimize.least_squares(
+    solution = optimize.least_squares(
         residuals,
         np.clip(start, *problem.bounds),
         "2-point" if problem.slopes is None else slopes,
@@ -153,13 +153,22 @@ def _fit_from(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
         f_scale=problem.outlier or 1.0,
         **problem.options,
     )
-    left: Array = search.fun / weights
-    error = np.nan if problem.error is None else problem.error(left)
-    expected = "no fit comes near what was measured: start closer, or free fewer keys"
-    require(not error > 1 and bool(np.isfinite(search.cost)), "identify", "residual", f"{100 * error:.3g} %", expected)
-    far = 0.0 if problem.outlier is None else left / problem.outlier
-    by_squares = np.broadcast_to(weights * (1 + far**2) ** -0.25, left.shape)
-    by_unknowns = last.get("slopes", search.jac / weights[..., None])
+    misfits: Array = solution.fun / weights
+    error = np.nan if problem.error is None else problem.error(misfits)
+    expected = "no fit comes near the measurements: start closer, or free fewer keys"
+    require(
+        not error > 1 and bool(np.isfinite(solution.cost)), "identify", "residual", f"{100 * error:.3g} %", expected
+    )
+    ratio = 0.0 if problem.outlier is None else misfits / problem.outlier
+    equal_weights = np.broadcast_to(weights * (1 + ratio**2) ** -0.25, misfits.shape)
+    jacobian = last.get("slopes", solution.jac / weights[..., None])
     return Fit(
-        problem.build_model, search.x, left, by_unknowns, by_squares, float(search.cost), error, bool(search.success)
+        problem.build_model,
+        solution.x,
+        misfits,
+        jacobian,
+        equal_weights,
+        float(solution.cost),
+        error,
+        bool(solution.success),
     )

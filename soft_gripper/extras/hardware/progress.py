@@ -1,4 +1,4 @@
-"""Progress of calls that are made elsewhere."""
+"""Shows the progress of calls in other processes."""
 
 import sys
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ _TERMINAL_PERIOD, _LOG_PERIOD = 1.0, 10.0  # s, between two reports while no cal
 
 
 def wait_for(calls: Sequence["Future[Any]"], title: str, unit: str) -> None:
-    """Waits until all calls have ended, and says on stderr how many have, and for how long they have been made."""
+    """Waits until all calls have ended; stderr shows their number and the time."""
     period = _TERMINAL_PERIOD if sys.stderr.isatty() else _LOG_PERIOD
     with tqdm(total=len(calls), desc=title, unit=unit, dynamic_ncols=True) as bar:
         pending = set(calls)
         while pending:
-            ended, pending = wait(pending, period, FIRST_COMPLETED)
-            bar.update(len(ended))
+            finished, pending = wait(pending, period, FIRST_COMPLETED)
+            bar.update(len(finished))
             bar.refresh()

@@ -1,4 +1,4 @@
-"""A recording in a file, with its scenario and fingers."""
+"""Reads a recording of this project: a file -> its signals, scenario and fingers."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.scenario_file import parse_scenario
 from soft_gripper.scenario.schema import Scenario
 
-_LARGEST = 1e9  # largest absolute value of any signal, in SI units
+_MAX_SIZE = 1e9  # largest absolute value of any signal, in SI units
 
 
 class RecordedRun(NamedTuple):
@@ -49,8 +49,8 @@ def _check_time(file: Path, recording: Recording, period: float) -> None:
     """Checks that samples are a period apart, because they are addressed by index."""
     time = recording.data.get("time")
     if time is None or time.dims != ("time",) or time.dtype.kind != "f" or not len(time):
-        found = None if time is None else f"{time.dtype} {time.dims}"
-        raise InputError(file, "time", found, "give the time of every sample, s")
+        variable = None if time is None else f"{time.dtype} {time.dims}"
+        raise InputError(file, "time", variable, "give the time of every sample, s")
     steps = np.diff(time.values, prepend=-period)
     wrong = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
     if len(wrong):
@@ -74,7 +74,7 @@ def read_signal(file: object, recording: Recording, name: str, *shape: int, allo
         raise InputError(
             file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected}"
         )
-    wrong = values[~((np.abs(values) < _LARGEST) | (allow_nan & np.isnan(values)))]
+    wrong = values[~((np.abs(values) < _MAX_SIZE) | (allow_nan & np.isnan(values)))]
     if len(wrong):
-        raise InputError(file, name, float(wrong[0]), f"give finite numbers with absolute values below {_LARGEST:g}")
+        raise InputError(file, name, float(wrong[0]), f"give finite numbers with absolute values below {_MAX_SIZE:g}")
     return values

@@ -1,6 +1,7 @@
-"""The description of a hardware recording: its whole schema, and how it is read. Columns are given by their names.
+"""Schema of the description of a hardware recording, in YAML: columns by their names, units, frames and instruments.
 
-An optional field that is omitted is None: there is no such item.
+An optional field that is omitted is None: there is no such item. A new kind of signal is a field of `RecordingConfig`
+and part of its `columns`.
 """
 
 import os
@@ -12,7 +13,7 @@ from pathlib import Path
 
 from soft_gripper.extras.hardware.text_pattern import (
     MAX_LENGTH,
-    filled,
+    fill_pattern,
     has_syntax,
     pattern_problem,
     plain_number_pattern,
@@ -41,7 +42,7 @@ class SourceConfig:
 
 @dataclass
 class TextConfig:
-    """How a file of text is written, where that cannot be told from the file."""
+    """Form of a file of text, where the file does not show it."""
 
     separator: str | None = quantity(None, filled=True)  # of the cells; " " stands for any number of spaces and tabs
     decimal: str | None = quantity(None, known=(".", ","))  # sign
@@ -72,12 +73,12 @@ class MarkersConfig:
     bodies: dict[str, list[str]] = field(default_factory=dict)  # markers by rigid body: "base", "tip"; empty: none
     # Markers on the finger whose places are known, x, y and z in the frame of the tip, or of `at`; of settled states
     places: dict[str, list[float]] = quantity({}, "m")
-    # Where along the finger those are that are not at its tip, as shares of its length
+    # Arc lengths of the markers that are not at the tip, as fractions of the length
     at: dict[str, float] = quantity({}, least=0, most=1)
 
-    def of(self, marker: str) -> list[str]:
+    def column_names(self, marker: str) -> list[str]:
         """The three columns of a marker."""
-        return [filled(self.columns, {"marker": marker, "axis": axis}) for axis in "xyz"]
+        return [fill_pattern(self.columns, {"marker": marker, "axis": axis}) for axis in "xyz"]
 
     def violations(self) -> Iterator[Violation]:
         if expected := pattern_problem(self.columns, ("marker", "axis")):
@@ -90,9 +91,9 @@ class MarkersConfig:
                 yield f"places.{name}", place, f"is not listed in bodies.tip: {', '.join(self.bodies.get('tip', []))}"
             if len(place) != 3:
                 yield f"places.{name}", place, "must be 3 numbers"
-        for name, share in self.at.items():
+        for name, fraction in self.at.items():
             if name not in self.places:
-                yield f"at.{name}", share, f"has no place: {', '.join(self.places) or 'none is given'}"
+                yield f"at.{name}", fraction, f"has no place: {', '.join(self.places) or 'none is given'}"
 
 
 @dataclass
@@ -150,7 +151,7 @@ class LengthsConfig:
 
 @dataclass
 class TendonsConfig:
-    """Lengths of tendons that are pulled in; from where they are counted is not known, see the finger's `slack`."""
+    """Lengths of tendons that are pulled in, from an unknown origin, see the finger's `slack`."""
 
     columns: dict[str, str] = field(default_factory=dict)  # by the tendon's name in the finger file
     # Tendons that a column lets out by as much as it pulls another in: their motor winds both
@@ -172,7 +173,7 @@ class TendonsConfig:
 
 @dataclass
 class LabelsConfig:
-    """A column of text that names what was moved in a row."""
+    """A column of text that names the motion of a row."""
 
     column: str = ""
     # Rows in which it matches the same text are a family, left out of a fit together. Text with {word} and {number},
@@ -180,7 +181,7 @@ class LabelsConfig:
     family: str = ""
 
     def violations(self) -> Iterator[Violation]:
-        expected = pattern_problem(self.family, known=("word", "number"))
+        expected = pattern_problem(self.family, optional=("word", "number"))
         if has_syntax(self.family):
             expected = f"give text, such as pair{{number}}_{{word}}|seg{{number}}; {_NOT_REGULAR}"
         if expected:
@@ -211,7 +212,7 @@ class LoadNameConfig:
 
 @dataclass
 class InstrumentConfig:
-    """An instrument beside the finger's sensors: what it reads at a place along the finger."""
+    """An instrument beside the finger's sensors, which measures at a position along the finger."""
 
     column: str = quantity("", filled=True)
     place: float | None = quantity(None, "m", least=0)  # from the base along the finger
@@ -227,7 +228,7 @@ class InstrumentConfig:
 
     @property
     def columns(self) -> list[str]:
-        """Its columns: what it reads and, if that changes, where."""
+        """Columns of its readings and, if it changes, of its position."""
         return [self.column, *([] if self.place_column is None else [self.place_column])]
 
 
@@ -247,14 +248,14 @@ class MeasuredForceConfig(InstrumentConfig):
 
 @dataclass
 class MeasuredTorqueConfig(InstrumentConfig):
-    """The moment about a place, across the bending plane, of what touches the finger beyond; positive if it closes."""
+    """Moment of the contacts beyond a position about it, across the bending plane; positive if it closes the finger."""
 
     unit: str = quantity("N m", known=tuple(TORQUE))
 
 
 @dataclass
 class MeasuredAngleConfig(InstrumentConfig):
-    """The angle by which the finger has turned at a place, from its base on; positive if it closes."""
+    """Angle between the base and a position along the finger; positive if it closes."""
 
     unit: str = quantity("rad", known=tuple(ANGLE))
 
@@ -328,22 +329,22 @@ class RecordingConfig:
 
     @property
     def columns(self) -> dict[str, str]:
-        """The columns of numbers that are described, but for the time, each with the field that names it."""
-        found = dict.fromkeys(self.readings, "readings")
+        """Described columns of numbers, without the time, each with the field that names it."""
+        fields = dict.fromkeys(self.readings, "readings")
         if self.markers is not None:
             names = [name for body in self.markers.bodies.values() for name in body]
-            found |= dict.fromkeys((column for name in names for column in self.markers.of(name)), "markers")
+            fields |= dict.fromkeys((column for name in names for column in self.markers.column_names(name)), "markers")
         for body, pose in self.poses.items():
-            found |= dict.fromkeys(pose.position, f"poses.{body}.position")
-            found |= dict.fromkeys(pose.quaternion, f"poses.{body}.quaternion")
+            fields |= dict.fromkeys(pose.position, f"poses.{body}.position")
+            fields |= dict.fromkeys(pose.quaternion, f"poses.{body}.quaternion")
         if self.pressures is not None:
-            found |= dict.fromkeys(self.pressures.columns, "pressures.columns")
+            fields |= dict.fromkeys(self.pressures.columns, "pressures.columns")
         if self.lengths is not None:
-            found |= dict.fromkeys((wire.column for wire in self.lengths.wires.values()), "lengths.wires")
+            fields |= dict.fromkeys((wire.column for wire in self.lengths.wires.values()), "lengths.wires")
         if self.tendons is not None:
-            found |= dict.fromkeys(self.tendons.columns.values(), "tendons.columns")
-            found |= dict.fromkeys(self.tendons.antagonists.values(), "tendons.antagonists")
-        return found | instrument_columns(self)
+            fields |= dict.fromkeys(self.tendons.columns.values(), "tendons.columns")
+            fields |= dict.fromkeys(self.tendons.antagonists.values(), "tendons.antagonists")
+        return fields | instrument_columns(self)
 
     def violations(self) -> Iterator[Violation]:
         header = self.header or []
@@ -352,18 +353,22 @@ class RecordingConfig:
 
 
 AnyInstrument = MeasuredForceConfig | MeasuredTorqueConfig | MeasuredAngleConfig
-KINDS = ("force", "torque", "angle")  # of what instruments measure
+KINDS = ("force", "torque", "angle")  # quantities of instruments
 
 
 def instruments(described: object) -> dict[str, AnyInstrument]:
-    """The instruments of a description with fields `measured_force` and so on, by what they measure."""
-    found = {kind: getattr(described, f"measured_{kind}") for kind in KINDS}
-    return {kind: config for kind, config in found.items() if config is not None}
+    """Instruments of a description with fields `measured_force` and so on, by their quantity."""
+    configs = {kind: getattr(described, f"measured_{kind}") for kind in KINDS}
+    return {kind: config for kind, config in configs.items() if config is not None}
 
 
 def instrument_columns(described: object, prefix: str = "") -> dict[str, str]:
-    """The columns of the instruments of such a description, each with the field that names it, after a prefix."""
-    return {column: f"{prefix}measured_{kind}" for kind, of in instruments(described).items() for column in of.columns}
+    """Columns of the instruments of a description, each with the field that names it, after a prefix."""
+    return {
+        column: f"{prefix}measured_{kind}"
+        for kind, config in instruments(described).items()
+        for column in config.columns
+    }
 
 
 SHIPPED = DIRECTORY / "recordings"
@@ -383,9 +388,9 @@ def load_description(name_or_path: str | Path) -> RecordingConfig:
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         path = SHIPPED / f"{name_or_path}.yaml"
-        known = ", ".join(description_names())
+        shipped_names = ", ".join(description_names())
         shipped = str(name_or_path) in description_names()
-        require(shipped, "recording", "--as", str(name_or_path), f"not shipped; known: {known}; or give a path")
+        require(shipped, "recording", "--as", str(name_or_path), f"not shipped; known: {shipped_names}; or give a path")
     config = load_config(path, read_yaml(path), RecordingConfig)
     if config.finger is not None and not config.finger.startswith("package://"):
         config.finger = os.path.realpath(path.parent / config.finger)

@@ -1,4 +1,4 @@
-"""Files of a described experiment -> recordings as arrays.
+"""Reads and checks the files of a described experiment: a file and its description -> `HardwareRecording` of T samples.
 
 Headings have no sign: motion capture sometimes reports a body with symmetric markers rotated by 180 degrees.
 """
@@ -17,7 +17,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.ambient import seems_absolute
 from soft_gripper.extras.hardware.clipping import stuck_readings
-from soft_gripper.extras.hardware.measured import Measured, measured_by
+from soft_gripper.extras.hardware.measured import Measured, read_instruments
 from soft_gripper.extras.hardware.recording_schema import (
     LENGTH,
     PRESSURE,
@@ -27,17 +27,17 @@ from soft_gripper.extras.hardware.recording_schema import (
     RecordingConfig,
     load_description,
 )
-from soft_gripper.extras.hardware.table import Columns, Table, runs_of, without_zero_stamps
+from soft_gripper.extras.hardware.table import Columns, Table, drop_zero_stamps, split_runs
 from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
 from soft_gripper.extras.hardware.text_pattern import find, plain_number_pattern
 from soft_gripper.files.document import require, require_value
 from soft_gripper.files.notes import LEFT_OUT, READ, Note, collect_notes, note
 
-_FARTHEST_BODY = 5.0  # lengths of the finger between its bodies, at most
-_NEAREST = 0.1  # and at least, or its markers are together
-_RIGID = 0.05  # lengths of the finger by which the distance of two markers on one body may change
-_RESTS = 0.02  # lengths of the finger that a base may move more than the tip
-_LOST_TIME = 0.1  # s, after which a marker that is seen again is not compared with where it was
+_MAX_SIZE_RATIO = 5.0  # lengths of the finger, largest distance of bodies
+_MIN_SIZE_RATIO = 0.1  # lengths of the finger; markers that are closer have a wrong unit
+_MAX_DISTANCE_CHANGE = 0.05  # lengths of the finger: change of the distance of two markers on one body
+_MAX_BASE_MOTION = 0.02  # lengths of the finger, that of the base over that of the tip
+_MAX_LOST_TIME = 0.1  # s; a marker that is seen again later is not compared with its last position
 
 
 def check_size(path: Path, field: str, points: dict[str, Array], length: float) -> None:
@@ -46,28 +46,28 @@ def check_size(path: Path, field: str, points: dict[str, Array], length: float) 
     Raises:
         InputError: if it is so large or small that the unit must be wrong.
     """
-    seen = [point[~np.isnan(point).any(axis=1)] for point in points.values()]
-    places = np.array([np.median(point, axis=0) for point in seen if len(point)])
-    if len(places) < 2:
+    finite_points = [point[~np.isnan(point).any(axis=1)] for point in points.values()]
+    medians = np.array([np.median(point, axis=0) for point in finite_points if len(point)])
+    if len(medians) < 2:
         return
-    size = float(np.linalg.norm(np.ptp(places, axis=0)))
-    if not _NEAREST * length < size < _FARTHEST_BODY * length:
+    size = float(np.linalg.norm(np.ptp(medians, axis=0)))
+    if not _MIN_SIZE_RATIO * length < size < _MAX_SIZE_RATIO * length:
         expected = f"they spread over {size:.3g} m, and the finger is {length:g} m long: is the unit right?"
-        raise InputError(path, f"{field}.unit", f"{len(places)} bodies or markers", expected)
+        raise InputError(path, f"{field}.unit", f"{len(medians)} bodies or markers", expected)
 
 
-def check_exchanged(path: Path, time: Array, markers: dict[str, Array]) -> None:
-    """Checks that two markers, each (T, 3) m, do not swap names, in which case each jumps to the place of the other.
+def check_swapped(path: Path, time: Array, markers: dict[str, Array]) -> None:
+    """Checks that no two markers, each (T, 3) m, swap names: each would jump to the other.
 
     Raises:
         InputError: naming both markers, and the times.
     """
     for a, b in combinations(markers, 2):
-        seen = np.flatnonzero(~np.isnan(markers[a] + markers[b]).any(axis=1))
-        p, q, t = markers[a][seen], markers[b][seen], time[seen]
-        kept = _distance(p[1:], p[:-1]) + _distance(q[1:], q[:-1])
-        exchanged = _distance(p[1:], q[:-1]) + _distance(q[1:], p[:-1])
-        jumps = np.flatnonzero((2 * exchanged < kept) & (np.diff(t) < _LOST_TIME))
+        rows = np.flatnonzero(~np.isnan(markers[a] + markers[b]).any(axis=1))
+        p, q, t = markers[a][rows], markers[b][rows], time[rows]
+        step_distance = _distance(p[1:], p[:-1]) + _distance(q[1:], q[:-1])
+        swapped_distance = _distance(p[1:], q[:-1]) + _distance(q[1:], p[:-1])
+        jumps = np.flatnonzero((2 * swapped_distance < step_distance) & (np.diff(t) < _MAX_LOST_TIME))
         if len(jumps):
             times = ", ".join(f"{t[i + 1]:.2f}" for i in jumps[:6]) + (" ..." if len(jumps) > 6 else "")
             raise InputError(path, "markers", f"{a}, {b}", f"swap names at {times} s: exchange their columns there")
@@ -85,10 +85,10 @@ def check_rigid(
         for a, b in combinations(names, 2):
             distance = _distance(markers[a], markers[b])
             change = np.abs(distance - np.nanmedian(distance)) if np.isfinite(distance).any() else np.zeros(1)
-            if np.nanmax(change) > _RIGID * length:
+            if np.nanmax(change) > _MAX_DISTANCE_CHANGE * length:
                 worst = int(np.nanargmax(change))
-                found = f"their distance changes by {change[worst] * 1e3:.1f} mm at {time[worst]:.2f} s"
-                expected = f"{found}: are they on one rigid body? Markers along a finger need a body each"
+                change_text = f"their distance changes by {change[worst] * 1e3:.1f} mm at {time[worst]:.2f} s"
+                expected = f"{change_text}: are they on one rigid body? Markers along a finger need a body each"
                 raise InputError(path, f"markers.bodies.{body}", f"{a}, {b}", expected)
 
 
@@ -101,7 +101,7 @@ def check_base_rests(path: Path, markers: dict[str, Array], bodies: dict[str, li
     if "tip" not in bodies or "base" not in bodies:
         return
     moved = {body: max(_motion(markers[name]) for name in bodies[body]) for body in ("tip", "base")}
-    if moved["base"] > moved["tip"] + _RESTS * length:
+    if moved["base"] > moved["tip"] + _MAX_BASE_MOTION * length:
         expected = f"the base moves by {moved['base'] * 1e3:.1f} mm and the tip by {moved['tip'] * 1e3:.1f} mm"
         raise InputError(path, "markers.bodies", "base, tip", f"{expected}: are their markers exchanged?")
 
@@ -113,11 +113,11 @@ def _distance(p: Array, q: Array) -> Array:
 
 def _motion(p: Array) -> float:
     """Distance of a marker from its median position, 90th percentile, which ignores single outliers."""
-    seen = p[~np.isnan(p).any(axis=1)]
-    return float(np.percentile(_distance(seen, np.median(seen, axis=0)), 90)) if len(seen) else 0.0
+    points = p[~np.isnan(p).any(axis=1)]
+    return float(np.percentile(_distance(points, np.median(points, axis=0)), 90)) if len(points) else 0.0
 
 
-def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, Array]:
+def read_markers(table: Table, config: RecordingConfig, time: Array) -> dict[str, Array]:
     """Markers (T, 3) m by name, in the axes of the recording; NaN where one is not seen.
 
     Raises:
@@ -128,22 +128,22 @@ def markers_of(table: Table, config: RecordingConfig, time: Array) -> dict[str, 
     described, unit = config.markers, LENGTH[config.markers.unit]
     markers: dict[str, Array] = {}
     for name in (name for body in described.bodies.values() for name in body):
-        p = table.columns(described.of(name)) * unit
+        p = table.columns(described.column_names(name)) * unit
         p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = (
             np.nan
         )  # some systems write zeros for markers that are not seen
         markers[name] = p
     for body, names in described.bodies.items():
-        seen = any(np.isfinite(markers[name]).any() for name in names)
-        require(seen, table.path, f"markers.bodies.{body}", names, "none of them is ever seen")
+        is_seen = any(np.isfinite(markers[name]).any() for name in names)
+        require(is_seen, table.path, f"markers.bodies.{body}", names, "none of them is ever seen")
     check_size(table.path, "markers", markers, config.length)
-    check_exchanged(table.path, time, markers)
+    check_swapped(table.path, time, markers)
     check_rigid(table.path, time, markers, described.bodies, config.length)
     check_base_rests(table.path, markers, described.bodies, config.length)
     return markers
 
 
-_NORM = 0.01  # allowed deviation of a quaternion's norm from 1
+_NORM_TOLERANCE = 0.01  # allowed deviation of a quaternion's norm from 1
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class BodyPose:
     R: Array  # (T, 3, 3), its axes
 
 
-def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
+def read_poses(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
     """Poses by body, in the axes of the recording; NaN where a quaternion is missing or has not unit norm.
 
     Raises:
@@ -164,7 +164,7 @@ def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
     for name, pose in config.poses.items():
         p = table.columns(pose.position) * LENGTH[pose.unit]
         wxyz = table.columns(pose.quaternion)
-        good = np.abs(np.linalg.norm(wxyz, axis=1) - 1) < _NORM
+        good = np.abs(np.linalg.norm(wxyz, axis=1) - 1) < _NORM_TOLERANCE
         if not good.any():
             raise InputError(table.path, f"poses.{name}.quaternion", pose.quaternion, "none of them has unit norm")
         R = np.full((len(p), 3, 3), np.nan)
@@ -177,7 +177,7 @@ def poses_of(table: Table, config: RecordingConfig) -> dict[str, BodyPose]:
 
 @dataclass(frozen=True)
 class HardwareRecording:
-    """The contents of one file, in SI units, with vectors in the finger's frame B. NaN: not seen."""
+    """Contents of one file, in SI units, with vectors in the finger's frame B. NaN: not seen."""
 
     name: str  # of the file, without its suffix
     config: RecordingConfig  # how the file is described: bodies, wires, event and what is unknown
@@ -198,23 +198,23 @@ class HardwareRecording:
     notes: tuple[Note, ...] = ()  # what is missing, was mended or left out
 
 
-_MOST_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
-_LEAST_PRESSURE = 10.0  # Pa, lowest plausible driving pressure
+_MAX_PRESSURE = 1e7  # Pa, highest plausible pressure in a soft body
+_MIN_PRESSURE = 10.0  # Pa, lowest plausible driving pressure
 
 
-def check_relative(path: Path, field: str, pressure: Array, reference: NDArray[np.bool_], how: str) -> None:
+def check_relative(path: Path, field: str, pressure: Array, reference: NDArray[np.bool_], remedy: str) -> None:
     """Checks that a pressure, (T,) Pa, is relative to the surroundings; `how` says what to do if it is not.
 
     Raises:
         InputError: if it rests near the pressure of the air in the reference span, and is never near zero.
     """
-    seen = pressure[reference & np.isfinite(pressure)]
-    rests = float(np.median(seen)) if len(seen) else 0.0
-    if seems_absolute(rests, pressure):
-        raise InputError(path, field, f"{rests / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {how}")
+    values = pressure[reference & np.isfinite(pressure)]
+    level = float(np.median(values)) if len(values) else 0.0
+    if seems_absolute(level, pressure):
+        raise InputError(path, field, f"{level / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {remedy}")
 
 
-def pressures_of(table: Table, config: RecordingConfig, reference: NDArray[np.bool_]) -> Array | None:
+def read_pressures(table: Table, config: RecordingConfig, reference: NDArray[np.bool_]) -> Array | None:
     """Measured pressures, relative to the surroundings, Pa, (T, C); None if none are described.
 
     `reference` is true in the reference span, (T,).
@@ -227,21 +227,21 @@ def pressures_of(table: Table, config: RecordingConfig, reference: NDArray[np.bo
     described = config.pressures
     unit = described.scale or PRESSURE[described.unit]
     pressures = table.columns(described.columns) * unit
-    most = float(np.nanmax(np.abs(pressures), initial=0.0))
-    fine = most == 0 or _LEAST_PRESSURE < most < _MOST_PRESSURE
-    require(fine, table.path, "pressures.unit", described.unit, f"the highest is then {most:.3g} Pa: is it right?")
+    highest = float(np.nanmax(np.abs(pressures), initial=0.0))
+    fits = highest == 0 or _MIN_PRESSURE < highest < _MAX_PRESSURE
+    require(fits, table.path, "pressures.unit", described.unit, f"the highest is then {highest:.3g} Pa: is it right?")
     if described.zeroed:
-        seen = pressures[reference & np.isfinite(pressures).all(axis=1)]
-        require(len(seen) > 0, table.path, "pressures.zeroed", True, "no pressure is known in the reference span")
-        return pressures - seen.mean(axis=0)
+        open_ = pressures[reference & np.isfinite(pressures).all(axis=1)]
+        require(len(open_) > 0, table.path, "pressures.zeroed", True, "no pressure is known in the reference span")
+        return pressures - open_.mean(axis=0)
     if described.ambient is None:
-        how = "give `pressures.ambient`, what it has in open air, or `zeroed: true`; if not, `ambient: 0`"
+        remedy = "give `pressures.ambient`, what it has in open air, or `zeroed: true`; if not, `ambient: 0`"
         for column, pressure in zip(described.columns, pressures.T, strict=True):
-            check_relative(table.path, f"pressure in {column}", pressure, reference, how)
+            check_relative(table.path, f"pressure in {column}", pressure, reference, remedy)
     return pressures - (described.ambient or 0.0) * unit
 
 
-def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
+def read_lengths(table: Table, config: RecordingConfig) -> dict[str, Array]:
     """Measured lengths, m, (T,), by wire.
 
     Raises:
@@ -253,18 +253,18 @@ def lengths_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     unit = described.scale or LENGTH[described.unit]
     columns = [wire.column for wire in described.wires.values()]
     lengths = table.columns(columns) * unit
-    most = float(np.nanmax(np.abs(lengths), initial=0.0))
-    expected = f"the longest is then {most:.3g} m, and the finger {config.length:g} m: is it right?"
-    require(most < 10 * config.length, table.path, "lengths.unit or scale", described.unit, expected)
+    longest = float(np.nanmax(np.abs(lengths), initial=0.0))
+    expected = f"the longest is then {longest:.3g} m, and the finger {config.length:g} m: is it right?"
+    require(longest < 10 * config.length, table.path, "lengths.unit or scale", described.unit, expected)
     change = float(np.nanmax(np.ptp(lengths, axis=0), initial=0.0))
     expected = f"no wire then changes by more than {change:.3g} m, and the finger is {config.length:g} m: is it right?"
-    fine = change == 0 or change > 1e-3 * config.length
-    require(fine, table.path, "lengths.unit or scale", described.unit, expected)
+    fits = change == 0 or change > 1e-3 * config.length
+    require(fits, table.path, "lengths.unit or scale", described.unit, expected)
     return dict(zip(described.wires, lengths.T, strict=True))
 
 
-def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
-    """Lengths of tendons that are pulled in, m, (T,), by tendon.
+def read_pulled_lengths(table: Table, config: RecordingConfig) -> dict[str, Array]:
+    """Pulled-in lengths of tendons, m, (T,), by tendon.
 
     Raises:
         InputError: if a column is missing, or the unit cannot be right.
@@ -275,76 +275,72 @@ def pulled_of(table: Table, config: RecordingConfig) -> dict[str, Array]:
     columns, let_out = list(described.columns.values()), list(described.antagonists.values())
     wound = table.columns(columns), -table.columns(let_out)
     pulled = np.concatenate(wound, axis=1) * described.scale
-    most = float(np.nanmax(np.ptp(pulled, axis=0), initial=0.0))
-    expected = f"the most that a tendon moves is then {most:.3g} m, and the finger is {config.length:g} m long"
-    fine = 1e-4 * config.length < most < config.length
-    require(fine, table.path, "tendons.unit", described.unit, f"{expected}: is it right?")
+    motion = float(np.nanmax(np.ptp(pulled, axis=0), initial=0.0))
+    expected = f"the most that a tendon moves is then {motion:.3g} m, and the finger is {config.length:g} m long"
+    fits = 1e-4 * config.length < motion < config.length
+    require(fits, table.path, "tendons.unit", described.unit, f"{expected}: is it right?")
     return dict(zip([*described.columns, *described.antagonists], pulled.T, strict=True))
 
 
-_INTERVALS = 5e-4, 5.0  # s, plausible between samples of a soft finger
+_PLAUSIBLE_INTERVALS = 5e-4, 5.0  # s, plausible between samples of a soft finger
 _STATED_INTERVALS = 1e-6, np.inf  # s, if the unit of time is stated
-_FEWEST_SAMPLES = 2  # samples, minimum for a recording
+_MIN_SAMPLES = 2  # samples, minimum for a recording
 
 
-def check_interval(path: Path, field: str, time: Array, least: float, most: float, how: str) -> None:
+def check_interval(path: Path, field: str, time: Array, min_interval: float, max_interval: float, remedy: str) -> None:
     """Checks that the median interval of times, (T,) s, is plausible; `how` says what to do if it is not.
 
     Raises:
         InputError: if it is not between `least` and `most`, s.
     """
     interval = float(np.median(np.diff(time)))
-    if not least <= interval <= most:
-        expected = f"samples are {duration(interval)} apart: {how}"
+    if not min_interval <= interval <= max_interval:
+        expected = f"samples are {duration(interval)} apart: {remedy}"
         raise InputError(path, field, float(time[1]), expected)
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit in which it is a number from 1 on, as far as there is one."""
+    """Text of a time in the largest unit that fits into it."""
     unit = max((unit for unit in TIME if TIME[unit] <= max(seconds, TIME["ns"]) and unit != "cs"), key=TIME.__getitem__)
     return f"{seconds / TIME[unit]:.3g} {unit}"
 
 
-_LONGEST_GAP = 60.0  # s, between two rows of one recording
+_MAX_GAP = 60.0  # s, between two rows of one recording
 
 
-def without_repeats(table: Table, time: str, unit: float, longest_gap: float = _LONGEST_GAP) -> Table:
-    """The samples with distinct times; `unit` of the times, and `longest_gap`, s.
+def drop_repeats(table: Table, time: str, unit: float, max_gap: float = _MAX_GAP) -> Table:
+    """Drops samples that repeat a time; `unit` of the times, and `max_gap`, s.
 
     Raises:
         InputError: if time runs backwards, most of it stands still, or rows are so far apart that they are of several
             recordings.
     """
     t = table.columns([time])[:, 0]
-    timed = table.kept(np.isfinite(t))
+    timed = table.select(np.isfinite(t))
     t = t[np.isfinite(t)]
-    require(
-        len(t) >= _FEWEST_SAMPLES, table.path, time, len(t), f"needs at least {_FEWEST_SAMPLES} samples with a time"
-    )
+    require(len(t) >= _MIN_SAMPLES, table.path, time, len(t), f"needs at least {_MIN_SAMPLES} samples with a time")
     back = np.flatnonzero(np.diff(t) < 0)
     if len(back):
         row, value = int(timed.rows[back[0] + 1]), float(t[back[0] + 1])
         expected = f"time runs backwards in row {row}, after {t[back[0]]:g}: split the file there, or sort it"
         raise InputError(table.path, time, value, expected)
-    far = np.flatnonzero(np.diff(t) * unit > longest_gap)
+    far = np.flatnonzero(np.diff(t) * unit > max_gap)
     if len(far):
         row, value = int(timed.rows[far[0] + 1]), float(t[far[0] + 1])
-        expected = f"a gap of more than {longest_gap:g} s before row {row}, after {t[far[0]]:g}: split the file there"
+        expected = f"a gap of more than {max_gap:g} s before row {row}, after {t[far[0]]:g}: split the file there"
         if 2 * len(far) > len(t):
-            expected = (
-                f"most rows are more than {longest_gap:g} s apart: is `time_unit` right? one of {', '.join(TIME)}"
-            )
+            expected = f"most rows are more than {max_gap:g} s apart: is `time_unit` right? one of {', '.join(TIME)}"
         raise InputError(table.path, time, value, expected)
-    own = np.concatenate(([True], np.diff(t) > 0))
-    row = int(timed.rows[np.argmin(own)])
+    is_new = np.concatenate(([True], np.diff(t) > 0))
+    row = int(timed.rows[np.argmin(is_new)])
     expected = f"most rows repeat a time, the first of them row {row}: does the clock count seconds alone?"
-    require(bool(own.mean() > 0.5), table.path, time, float(t[np.argmin(own)]), expected)
-    if not own.all():
+    require(bool(is_new.mean() > 0.5), table.path, time, float(t[np.argmin(is_new)]), expected)
+    if not is_new.all():
         why = f"they repeat a time, the first of them row {row}"
-        note(LEFT_OUT, table.path, f"{len(own) - own.sum()} of {len(own)} rows", "", why)
+        note(LEFT_OUT, table.path, f"{len(is_new) - is_new.sum()} of {len(is_new)} rows", "", why)
     if len(timed.values) < len(table.values):
         note(LEFT_OUT, table.path, f"{len(table.values) - len(timed.values)} rows", "", "they have no time")
-    return timed.kept(own)
+    return timed.select(is_new)
 
 
 def note_defects(path: Path, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]) -> None:
@@ -366,23 +362,23 @@ def note_stuck(path: Path, readings: dict[str, Array], others: dict[str, Array])
         note(READ, path, stuck.name, f"{stuck.value:g}", stuck.question)
 
 
-_GRAM = 1e-3  # kg
+_KG_PER_GRAM = 1e-3  # kg
 
 
-def pressure_in_name(path: Path, ways: list[PressureNameConfig]) -> float | None:
-    """The commanded pressure in a file's name, Pa; None if there is none."""
-    for way in ways:
-        if found := find(plain_number_pattern(way.pattern), path.stem):
-            return float(found[1]) * PRESSURE[way.unit]
+def named_pressure(path: Path, patterns: list[PressureNameConfig]) -> float | None:
+    """Commanded pressure in a file's name, Pa; None if there is none."""
+    for pattern in patterns:
+        if match := find(plain_number_pattern(pattern.pattern), path.stem):
+            return float(match[1]) * PRESSURE[pattern.unit]
     return None
 
 
-def load_in_name(path: Path, load: LoadNameConfig | None) -> float:
-    """The mass at the tip according to a file name, kg; 0 if it gives none."""
-    found = find(plain_number_pattern(load.pattern), path.stem) if load else None
-    if load is None or found is None:
+def named_load(path: Path, load: LoadNameConfig | None) -> float:
+    """Mass at the tip according to a file name, kg; 0 if it gives none."""
+    match = find(plain_number_pattern(load.pattern), path.stem) if load else None
+    if load is None or match is None:
         return 0.0
-    return load.masses.get(found[1], float(found[1]) * _GRAM)
+    return load.masses.get(match[1], float(match[1]) * _KG_PER_GRAM)
 
 
 @dataclass(frozen=True)
@@ -392,12 +388,12 @@ class RecordingFrame:
     origin: Array
     R: Array
 
-    def placed(self, p: Array) -> Array:
+    def to_frame(self, p: Array) -> Array:
         """Points (..., 3) m in B."""
         return (p - self.origin) @ self.R
 
 
-def axes_of(config: RecordingConfig) -> Array:
+def frame_axes(config: RecordingConfig) -> Array:
     """Axes of B in those of the recording, (3, 3), each a column."""
     z = np.array(config.frame.z) / np.linalg.norm(config.frame.z)
     x = np.array(config.frame.x) - np.dot(config.frame.x, z) * z
@@ -405,33 +401,33 @@ def axes_of(config: RecordingConfig) -> Array:
     return np.column_stack((x, np.cross(z, x), z))
 
 
-def frame_of(
+def recording_frame(
     path: Path,
     config: RecordingConfig,
     markers: dict[str, Array],
     poses: dict[str, BodyPose],
     reference: NDArray[np.bool_],
 ) -> RecordingFrame:
-    """Frame B as described; `reference` is true in the reference span, (T,).
+    """Frame B of a description; `reference` is true in the reference span, (T,).
 
     Raises:
         InputError: if its origin is neither given nor measured.
     """
-    R = axes_of(config)
+    R = frame_axes(config)
     if config.frame.origin is not None:
         return RecordingFrame(np.array(config.frame.origin), R)
     if "base" in poses:
-        return RecordingFrame(seen_mean(poses["base"].p[reference]), R)
+        return RecordingFrame(finite_mean(poses["base"].p[reference]), R)
     base = config.markers.bodies.get("base", []) if config.markers else []
     expected = "without it a pose or markers of the body 'base' are needed"
     require(len(base) > 0, path, "frame.origin", None, expected)
-    return RecordingFrame(seen_mean(np.array([seen_mean(markers[name][reference]) for name in base])), R)
+    return RecordingFrame(finite_mean(np.array([finite_mean(markers[name][reference]) for name in base])), R)
 
 
-def seen_mean(p: Array) -> Array:
+def finite_mean(p: Array) -> Array:
     """Mean over the finite rows of (T, 3), NaN if there are none."""
-    seen = p[~np.isnan(p).any(axis=1)]
-    mean: Array = seen.mean(axis=0) if len(seen) else np.full(3, np.nan)
+    finite_points = p[~np.isnan(p).any(axis=1)]
+    mean: Array = finite_points.mean(axis=0) if len(finite_points) else np.full(3, np.nan)
     return mean
 
 
@@ -441,42 +437,42 @@ def read_recordings(path: Path, config: RecordingConfig) -> list[HardwareRecordi
     Raises:
         InputError: naming file, column or marker, and row or time, if it contradicts the description.
     """
-    with collect_notes() as of_file:
+    with collect_notes() as file_notes:
         table, unit = _table(path, config), config.time_scale
         if config.event != "settled":
-            table = without_zero_stamps(table, config.time, unit)
-    runs = [table] if config.pause is None else runs_of(table, config.time, config.pause / unit)
+            table = drop_zero_stamps(table, config.time, unit)
+    runs = [table] if config.pause is None else split_runs(table, config.time, config.pause / unit)
     names = [path.stem] if len(runs) == 1 else [f"{path.stem}_{i}" for i in range(1, len(runs) + 1)]
-    found = []
+    recordings = []
     for name, run in zip(names, runs, strict=True):
         with collect_notes() as notes:
             recording = _read(name, run, config)
-        found.append(replace(recording, notes=(*of_file, *notes)))
-    return found
+        recordings.append(replace(recording, notes=(*file_notes, *notes)))
+    return recordings
 
 
 def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
     """Reads a file that is one run; errors as of `read_recordings`, and if there are several."""
-    found = read_recordings(path, config)
-    require(len(found) == 1, path, "pause", config.pause, f"the file has {len(found)} runs, and one is expected here")
-    return found[0]
+    runs = read_recordings(path, config)
+    require(len(runs) == 1, path, "pause", config.pause, f"the file has {len(runs)} runs, and one is expected here")
+    return runs[0]
 
 
 def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
-    longest_gap = np.inf if config.event == "settled" else config.pause or _LONGEST_GAP  # at rest, time does not matter
+    max_gap = np.inf if config.event == "settled" else config.pause or _MAX_GAP  # at rest, time does not matter
     path, unit = run.path, config.time_scale
-    table = without_repeats(run, config.time, unit, longest_gap)
+    table = drop_repeats(run, config.time, unit, max_gap)
     time = table.columns([config.time])[:, 0] * unit
     if config.event != "settled":
-        least, most = _INTERVALS if config.time_unit is None else _STATED_INTERVALS
-        how = f"is `time_unit` right? one of {', '.join(TIME)}; state it, even if it is s"
-        check_interval(path, config.time, time, least, most, how)
+        min_interval, max_interval = _PLAUSIBLE_INTERVALS if config.time_unit is None else _STATED_INTERVALS
+        remedy = f"is `time_unit` right? one of {', '.join(TIME)}; state it, even if it is s"
+        check_interval(path, config.time, time, min_interval, max_interval, remedy)
     reference = time <= time[0] + config.reference
-    markers, poses = markers_of(table, config, time), poses_of(table, config)
-    B = frame_of(path, config, markers, poses, reference)
-    placed = {name: B.placed(p) for name, p in markers.items()}
+    markers, poses = read_markers(table, config, time), read_poses(table, config)
+    B = recording_frame(path, config, markers, poses, reference)
+    placed = {name: B.to_frame(p) for name, p in markers.items()}
     note_defects(path, time, placed, reference)
-    pressures, lengths = pressures_of(table, config, reference), lengths_of(table, config)
+    pressures, lengths = read_pressures(table, config, reference), read_lengths(table, config)
     readings = {f"reading {i}": column for i, column in enumerate(table.columns(config.readings).T)}
     driving = {} if pressures is None else {f"pressure {i}": column for i, column in enumerate(pressures.T)}
     note_stuck(path, readings | {f"length {wire}": length for wire, length in lengths.items()}, driving)
@@ -485,16 +481,16 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
         config=config,
         time=time,
         markers=placed,
-        reference={name: seen_mean(p[reference]) for name, p in placed.items()},
-        poses={name: BodyPose(B.placed(pose.p), B.R.T @ pose.R) for name, pose in poses.items()},
+        reference={name: finite_mean(p[reference]) for name, p in placed.items()},
+        poses={name: BodyPose(B.to_frame(pose.p), B.R.T @ pose.R) for name, pose in poses.items()},
         pressures=pressures,
         readings=table.columns(config.readings) if config.readings else None,
         lengths=lengths,
-        pulled=pulled_of(table, config),
-        measured=measured_by(table, config, config.length),
+        pulled=read_pulled_lengths(table, config),
+        measured=read_instruments(table, config, config.length),
         labels=table.labels,
-        commanded_pressure=pressure_in_name(path, config.commanded_pressure),
-        load_mass=load_in_name(path, config.load),
+        commanded_pressure=named_pressure(path, config.commanded_pressure),
+        load_mass=named_load(path, config.load),
         load_place=None if config.load_place is None else (config.load_place[0], config.load_place[1]),
         gravity=None if config.gravity is None else np.array(config.gravity) @ B.R,
     )
@@ -549,20 +545,20 @@ def recording_paths(files: Sequence[str], described_as: str | None = None, data:
 
 
 def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
-    places = [Path(file)]
+    candidates = [Path(file)]
     if folder is not None:
-        places += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
-    found = next((place for place in places if os.path.isfile(place) or is_bag_folder(place)), None)
+        candidates += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
+    path = next((candidate for candidate in candidates if os.path.isfile(candidate) or is_bag_folder(candidate)), None)
     below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
-    if found is None:
+    if path is None:
         raise InputError("recording", "FILE", file, f"there is no such file here, {below}")
-    return found
+    return path
 
 
 def _description(path: Path, described_as: str | None) -> RecordingConfig:
     if described_as is not None:
         return load_description(described_as)
-    places = path.with_suffix(".yaml"), path.with_name("recording.yaml")
-    found = next((place for place in places if os.path.isfile(place)), None)
-    expected = f"no description: give --as NAME, or put {places[0].name} or {places[1].name} next to it"
-    return load_description(require_value(found, path, "description", expected))
+    candidates = path.with_suffix(".yaml"), path.with_name("recording.yaml")
+    description = next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
+    expected = f"no description: give --as NAME, or put {candidates[0].name} or {candidates[1].name} next to it"
+    return load_description(require_value(description, path, "description", expected))

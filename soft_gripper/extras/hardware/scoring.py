@@ -1,7 +1,7 @@
-"""Splits of recordings into fitted and held-out ones, predictions of the latter, and statistics of their errors.
+"""Splits recordings into fitted and held-out ones, predicts the latter, and gives statistics of their errors.
 
-Every experiment on recordings uses these: a fit to the fitted recordings of a split is a function that predicts each of
-its tested ones, and errors are summarised by the same statistics everywhere.
+All experiments on recordings use this: a fit to the fitted recordings of a split is a function that predicts each of
+its tested ones. Another statistic is a line of `_STATISTICS`.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 
-FITTED, TESTED, LEFT_OUT = "fit", "test", "left out"  # roles of what is scored
+FITTED, TESTED, LEFT_OUT = "fit", "test", "left out"  # roles of a recording in a table of scores
 NORMAL_95 = 1.959964  # standard deviations to either side that hold 95 % of normal errors
 
 _Recording = TypeVar("_Recording")
@@ -28,18 +28,18 @@ class Split(Generic[_Recording]):
     tested: Sequence[_Recording]
 
 
-def each_left_out(recordings: Sequence[_Recording]) -> list[Split[_Recording]]:
-    """A split for each recording, which is predicted by a fit to all others."""
-    return [Split([*recordings[:i], *recordings[i + 1 :]], [one]) for i, one in enumerate(recordings)]
+def leave_one_out(recordings: Sequence[_Recording]) -> list[Split[_Recording]]:
+    """Split for each recording, which a fit to all others predicts."""
+    return [Split([*recordings[:i], *recordings[i + 1 :]], [recording]) for i, recording in enumerate(recordings)]
 
 
-def groups_left_out(groups: Sequence[NDArray[np.str_]]) -> list[list[NDArray[np.bool_]]]:
-    """The rows that are fitted when each group, in the order of their names, is left out: (R,) for each recording.
+def leave_groups_out(groups: Sequence[NDArray[np.str_]]) -> list[list[NDArray[np.bool_]]]:
+    """Mask (R,) of the fitted rows of each recording, for each group that is left out, in the order of their names.
 
     `groups` names the group of every row of each recording, (R,); a row whose name is empty is always fitted.
     """
-    names = sorted({str(name) for of in groups for name in of} - {""})
-    return [[of != name for of in groups] for name in names]
+    names = sorted({str(name) for row_groups in groups for name in row_groups} - {""})
+    return [[row_groups != name for row_groups in groups] for name in names]
 
 
 def predictions(
@@ -61,14 +61,14 @@ _STATISTICS: dict[str, Callable[[Array], Any]] = {
 
 
 def error_columns(errors: Array, *columns: str) -> dict[str, float]:
-    """Statistics of distances of any shape, by their columns of a table: "mean_mm" has the mean, in mm if they are.
+    """Statistics of distances of any shape by column: "mean_mm" has the mean of errors in mm.
 
-    NaN, of what was not seen, does not count.
+    NaN (not seen) does not count.
     """
-    seen = errors[np.isfinite(errors)]
-    return {column: float(_STATISTICS[column.removesuffix("_mm")](seen)) for column in columns}
+    finite_errors = errors[np.isfinite(errors)]
+    return {column: float(_STATISTICS[column.removesuffix("_mm")](finite_errors)) for column in columns}
 
 
 def percent_within(errors: Array, band: Array) -> float:
-    """Share of errors, %, within a band to either side of 0, of the same shape; NaN does not count."""
+    """Percentage of errors within a band to either side of 0, of the same shape; NaN does not count."""
     return 100 * float((np.abs(errors) <= band)[np.isfinite(errors)].mean())

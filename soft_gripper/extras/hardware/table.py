@@ -1,4 +1,4 @@
-"""A table of a recording: the columns that are needed of a file, and how they are asked for."""
+"""Tables of recordings: named columns, (T, columns), and the `Columns` that a reader is asked for."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,64 +13,66 @@ from soft_gripper.errors import InputError, did_you_mean, near_names
 from soft_gripper.extras.hardware.recording_schema import TextConfig
 from soft_gripper.files.notes import LEFT_OUT, note
 
-HELD = 0.1  # s, see `Columns.hold`
-_LARGEST = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
-_ROUNDING = 1e-6  # of an age that is `hold`
-_MOST_SHOWN = 12  # columns in a message
-_MOST_COMPARED = 1000  # names that a mistyped one is compared with
-_CLOCK_JUMP, _CLOCK_STEPS = 60.0, 100  # s and median intervals: a clock that is set goes from 0 by more than both
+DEFAULT_HOLD = 0.1  # s, see `Columns.hold`
+_MAX_NUMBER = 1e20  # largest number: admits a clock that counts nanoseconds since 1970
+_AGE_TOLERANCE = 1e-6  # of an age that is `hold`
+_MAX_COLUMNS_SHOWN = 12  # columns in a message
+_MAX_NAMES_COMPARED = 1000  # names that a mistyped one is compared with
+_MIN_CLOCK_JUMP, _MIN_CLOCK_STEPS = (
+    60.0,
+    100,
+)  # s and median intervals: a clock that is set goes from 0 by more than both
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns that are needed of a file, and how they are found in it."""
+    """Needed columns of a file, and the way they are named in it."""
 
-    names: Mapping[str, str]  # columns of numbers, each with the field that needs it, for messages
+    names: Mapping[str, str]  # columns of numbers with the field that names each, for messages
     time: str
     time_unit: float = 1.0  # s, of that column
     header: Sequence[str] | None = None  # names of the columns of text; None: they are in the file
-    text: TextConfig = field(default_factory=TextConfig)  # how text is written, as far as it is given
+    text: TextConfig = field(default_factory=TextConfig)  # form of the text, as far as it is given
     label: str | None = None  # the column of text that is not a number
     points: str = ""  # pattern of the names of a C3D point's columns, with {marker} and {axis}; empty: no points
     point_unit: float = 1.0  # m, of those columns
-    # Age, s, up to which the last value of a signal is used in rows without one; None: `HELD` in bags, and no value is
-    # used in another row of a table
+    # Largest age, s, of the last value of a signal in rows without one; None: `DEFAULT_HOLD` in bags, 0 in tables
     hold: float | None = None
 
     @property
     def fields(self) -> dict[str, str]:
-        """All columns of numbers with the field that needs each, the time first."""
-        return {self.time: "time", **{name: of for name, of in self.names.items() if name != self.time}}
+        """All columns of numbers with the field that names each, the time first."""
+        return {self.time: "time", **{name: field_name for name, field_name in self.names.items() if name != self.time}}
 
     @property
-    def wanted(self) -> dict[str, str]:
-        """All columns with the field that needs each, that of the label at the end."""
+    def all_fields(self) -> dict[str, str]:
+        """All columns with the field that names each, that of the label at the end."""
         return self.fields if self.label is None else {**self.fields, self.label: "labels.column"}
 
-    def places(self, path: Path, there: Sequence[str]) -> list[int]:
-        """Where the columns of `wanted` are among those of a file.
+    def places(self, path: Path, file_names: Sequence[str]) -> list[int]:
+        """Indices of the columns of `needed` among those of a file.
 
         Raises:
             InputError: naming the field whose column is missing, with the nearest, or is there several times.
         """
-        wanted = self.wanted
-        places: dict[str, list[int]] = {name: [] for name in wanted}
-        for i, name in enumerate(there):
+        all_fields = self.all_fields
+        places: dict[str, list[int]] = {name: [] for name in all_fields}
+        for i, name in enumerate(file_names):
             if name in places:
                 places[name].append(i)
-        return [_place(path, field, name, there, places[name]) for name, field in wanted.items()]
+        return [_place(path, field, name, file_names, places[name]) for name, field in all_fields.items()]
 
 
-def _place(path: Path, field: str, name: str, there: Sequence[str], places: Sequence[int]) -> int:
+def _place(path: Path, field: str, name: str, file_names: Sequence[str], places: Sequence[int]) -> int:
     if not places:
-        hint = did_you_mean(near_names(name, there[:_MOST_COMPARED])[:1])
+        hint = did_you_mean(near_names(name, file_names[:_MAX_NAMES_COMPARED])[:1])
         hint += " " if hint else ""
-        shown = ", ".join(there[:_MOST_SHOWN]) + (" ..." if len(there) > _MOST_SHOWN else "")
+        shown = ", ".join(file_names[:_MAX_COLUMNS_SHOWN]) + (" ..." if len(file_names) > _MAX_COLUMNS_SHOWN else "")
         raise InputError(path, field, name, f"no such column; {hint}its columns: {shown}")
     if len(places) > 1:
-        longer = [other for other in there if other.endswith(f":{name}")]
-        how = f"give one of {', '.join(longer)}" if longer else "rename one, or name all of them in `header`"
-        raise InputError(path, field, name, f"{len(places)} columns of the file have this name: {how}")
+        longer = [longer_name for longer_name in file_names if longer_name.endswith(f":{name}")]
+        remedy = f"give one of {', '.join(longer)}" if longer else "rename one, or name all of them in `header`"
+        raise InputError(path, field, name, f"{len(places)} columns of the file have this name: {remedy}")
     return places[0]
 
 
@@ -89,9 +91,9 @@ class Table:
     labels: tuple[str, ...] = ()  # of the samples, if a column of text is described
 
     def __post_init__(self) -> None:
-        wrong = np.argwhere(np.abs(self.values) > _LARGEST)
+        wrong = np.argwhere(np.abs(self.values) > _MAX_NUMBER)
         if len(wrong):
-            (row, column), expected = wrong[0], f"give finite numbers, at most {_LARGEST:g} in magnitude"
+            (row, column), expected = wrong[0], f"give finite numbers, at most {_MAX_NUMBER:g} in magnitude"
             value = float(self.values[row, column])
             raise InputError(self.path, self.names[column], value, f"in row {self.rows[row]}: {expected}")
 
@@ -99,25 +101,25 @@ class Table:
         """Columns by name, (T, len(names)), among those that the table was asked for."""
         return self.values[:, [self.names.index(name) for name in names]]
 
-    def kept(self, keep: NDArray[np.bool_]) -> "Table":
-        """The samples for which `keep` is true, (T,)."""
+    def select(self, keep: NDArray[np.bool_]) -> "Table":
+        """Samples for which `keep` is true, (T,)."""
         labels = tuple(compress(self.labels, keep))
         return replace(self, values=self.values[keep], rows=self.rows[keep], labels=labels)
 
 
-def runs_of(table: Table, time: str, pause: float) -> list[Table]:
-    """The runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another.
+def split_runs(table: Table, time: str, pause: float) -> list[Table]:
+    """Runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another.
 
     Raises:
         InputError: if no sample has a time, or a run has a single row.
     """
     t = table.columns([time])[:, 0]
-    table, t = table.kept(np.isfinite(t)), t[np.isfinite(t)]
+    table, t = table.select(np.isfinite(t)), t[np.isfinite(t)]
     step = np.diff(t, prepend=t[:1])
     number = np.cumsum((step < 0) | (step > pause))
     if not len(t):
         raise InputError(table.path, time, 0, "no sample has a time")
-    runs = [table.kept(number == i) for i in range(int(number[-1]) + 1)]
+    runs = [table.select(number == i) for i in range(int(number[-1]) + 1)]
     for run in runs:
         if len(run.rows) < 2:
             expected = f"is a run by itself in row {run.rows[0]}: is `pause` right, and does time run on?"
@@ -125,8 +127,8 @@ def runs_of(table: Table, time: str, pause: float) -> list[Table]:
     return runs
 
 
-def without_zero_stamps(table: Table, time: str, unit: float) -> Table:
-    """The samples since the clock was set, whose time then begins at 0; `unit` of the time, s.
+def drop_zero_stamps(table: Table, time: str, unit: float) -> Table:
+    """Samples since the clock was set, whose time then begins at 0; `unit` of the time, s.
 
     Before a clock is set, a time of 0 is recorded.
     """
@@ -134,35 +136,39 @@ def without_zero_stamps(table: Table, time: str, unit: float) -> Table:
     first = int(np.argmax(t != 0)) if len(t) else 0
     steps = np.diff(t[first:][np.isfinite(t[first:])])
     is_unset = first > 0 and not (t[first:] == 0).any()  # a clock that fails later is told from its own numbers
-    if not is_unset or not len(steps) or not t[first] > max(_CLOCK_JUMP / unit, _CLOCK_STEPS * np.median(steps)):
+    if (
+        not is_unset
+        or not len(steps)
+        or not t[first] > max(_MIN_CLOCK_JUMP / unit, _MIN_CLOCK_STEPS * np.median(steps))
+    ):
         return table
     why = f"their time is 0: the clock was set before row {table.rows[first]}"
     note(LEFT_OUT, table.path, f"{first} of {len(t)} rows", "", why)
-    set_clock = table.kept(np.arange(len(t)) >= first)
-    return replace(set_clock, values=set_clock.values - t[first] * (np.array(table.names) == time))
+    timed = table.select(np.arange(len(t)) >= first)
+    return replace(timed, values=timed.values - t[first] * (np.array(table.names) == time))
 
 
-def held(table: Table, columns: Columns) -> Table:
-    """A table in whose empty cells the last value is held, if `columns.hold` is given.
+def hold_values(table: Table, columns: Columns) -> Table:
+    """Fills empty cells with the last value, if `columns.hold` is given.
 
     Rows without any value are left out, and rows of one time that have no signal in common are one.
     """
     if columns.hold is None:
         return table
     signals = [i for i, name in enumerate(table.names) if name != columns.time]
-    table = table.kept(np.isfinite(table.values[:, signals]).any(axis=1))
+    table = table.select(np.isfinite(table.values[:, signals]).any(axis=1))
     t, values = table.columns([columns.time])[:, 0], table.values[:, signals]
     last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(t))[:, None], 0), axis=0)
     run = np.cumsum(np.diff(t, prepend=t[:1]) < 0)  # time that begins anew begins another
     age = (t[:, None] - t[last]) * columns.time_unit
-    is_fresh = (run[:, None] == run[last]) & (age <= columns.hold * (1 + _ROUNDING))
+    is_fresh = (run[:, None] == run[last]) & (age <= columns.hold * (1 + _AGE_TOLERANCE))
     filled = table.values.copy()
     filled[:, signals] = np.where(is_fresh, np.take_along_axis(values, last, axis=0), np.nan)
-    return replace(table, values=filled).kept(_message_group_ends(t, np.isfinite(values)))
+    return replace(table, values=filled).select(_message_group_ends(t, np.isfinite(values)))
 
 
 def _message_group_ends(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Rows but for those, (T,), whose time the next row has too, if no signal has several values at that time."""
+    """Mask of the last row of each time, (T,), and of all rows of a time with several values of a signal."""
     begins = np.flatnonzero(np.diff(t, prepend=np.nan) != 0)
     if not len(begins):
         return np.ones(len(t), dtype=bool)
@@ -172,7 +178,7 @@ def _message_group_ends(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bo
 
 
 def leave_out_start(table: Table, columns: Columns, hold: float) -> Table:
-    """The samples from which on every signal has a value, but for those that begin later than `hold`, s."""
+    """Drops the samples before every signal has a value, but for signals that begin later than `hold`, s."""
     if not len(table.rows):
         return table
     t = table.columns([columns.time])[:, 0]
@@ -182,7 +188,7 @@ def leave_out_start(table: Table, columns: Columns, hold: float) -> Table:
     keep = ~(t < begin.max(initial=-np.inf))
     if not keep.all():
         note(LEFT_OUT, table.path, f"{len(t) - keep.sum()} of {len(t)} rows", "", "some signals began after them")
-    return table.kept(keep)
+    return table.select(keep)
 
 
 def note_missing(table: Table, columns: Columns, hold: float | None) -> None:

@@ -19,10 +19,10 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.bag_messages import bag_columns
 from soft_gripper.extras.hardware.c3d_points import c3d_points
-from soft_gripper.extras.hardware.reading_apart import read_apart
+from soft_gripper.extras.hardware.isolated_reading import read_isolated
 from soft_gripper.extras.hardware.recording_schema import LENGTH
-from soft_gripper.extras.hardware.table import HELD, Columns, Table, held, leave_out_start, note_missing
-from soft_gripper.extras.hardware.text_pattern import filled
+from soft_gripper.extras.hardware.table import DEFAULT_HOLD, Columns, Table, hold_values, leave_out_start, note_missing
+from soft_gripper.extras.hardware.text_pattern import fill_pattern
 from soft_gripper.extras.hardware.text_table import read_text_table
 from soft_gripper.files.document import require
 from soft_gripper.files.text import check_regular
@@ -43,17 +43,17 @@ def read_table(path: Path, columns: Columns) -> Table:
     require(is_text or columns.label is None, path, "labels.column", columns.label, "is read of files of text alone")
     hold = columns.hold
     if is_text:
-        table = held(read_text_table(path, columns), columns)
+        table = hold_values(read_text_table(path, columns), columns)
     elif path.suffix.lower() in BAGS or is_bag_folder(path):
-        hold = HELD if hold is None else hold
+        hold = DEFAULT_HOLD if hold is None else hold
         _require_extra(path, "ros", "rosbags", "mcap")
         names = tuple(columns.fields)
-        values = read_apart(bag_columns, path, names[0], names[1:], hold, columns.time_unit)
+        values = read_isolated(bag_columns, path, names[0], names[1:], hold, columns.time_unit)
         table = Table(path, names, values, np.arange(len(values)) + 1)
     elif path.suffix.lower() == ".c3d":
         table = _read_c3d(path, columns)
     else:
-        table = held(_read_netcdf(path, columns), columns)
+        table = hold_values(_read_netcdf(path, columns), columns)
     if hold is not None:
         table = leave_out_start(table, columns, hold)
     note_missing(table, columns, hold)
@@ -68,56 +68,56 @@ def is_bag_folder(path: Path) -> bool:
 def _read_netcdf(path: Path, columns: Columns) -> Table:
     data, time = Recording.load(path).data, columns.time
     if time not in data.variables or data[time].ndim != 1:
-        known = ", ".join(str(name) for name in data.variables if data[name].ndim == 1)
-        raise InputError(path, "time", time, f"is not a variable with one dimension; these are: {known}")
-    (along,) = data[time].dims
-    count = data.sizes[along]
+        candidates = ", ".join(str(name) for name in data.variables if data[name].ndim == 1)
+        raise InputError(path, "time", time, f"is not a variable with one dimension; these are: {candidates}")
+    (time_axis,) = data[time].dims
+    count = data.sizes[time_axis]
     require(count > 0, path, "file", path.name, "is empty: it has no samples")
     names, values = list[str](), list[Array]()
     for name in data.variables:
         variable = data[name]
-        if along in variable.dims and variable.dtype.kind in "biufmM" and variable.size:
-            flat = variable.transpose(along, ...).values.reshape(count, -1)
+        if time_axis in variable.dims and variable.dtype.kind in "biufmM" and variable.size:
+            flat = variable.transpose(time_axis, ...).values.reshape(count, -1)
             if flat.dtype.kind in "mM":
                 flat = (flat - flat[:1]) / np.timedelta64(1, "s") / columns.time_unit
-            sizes = [size for dim, size in variable.sizes.items() if dim != along]
-            places = [",".join(map(str, place)) for place in np.ndindex(*sizes)]
-            names += [f"{name}[{place}]" if place else str(name) for place in places]
+            sizes = [size for dim, size in variable.sizes.items() if dim != time_axis]
+            indices = [",".join(map(str, index)) for index in np.ndindex(*sizes)]
+            names += [f"{name}[{index}]" if index else str(name) for index in indices]
             values.append(flat)
     chosen = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
     return Table(path, tuple(columns.fields), chosen, np.arange(count) + 1)
 
 
-_MOST_RATE = 1e6  # Hz
+_MAX_RATE = 1e6  # Hz
 
 
 def _read_c3d(path: Path, columns: Columns) -> Table:
     """Points, NaN where one is not seen, and analog channels at their times, which start at 0."""
     _require_extra(path, "c3d", "ezc3d")
-    data = read_apart(c3d_points, path)
+    data = read_isolated(c3d_points, path)
     points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
     labels = [str(label).strip() for label in data["LABELS"]][: points.shape[1]] if columns.points else []
     channels = [str(label).strip() for label in data["CHANNELS"]][: len(data["analogs"])]
     require(points.shape[2] > 0, path, "file", path.name, "is empty: it has no points")
     require(bool(labels or channels), path, "markers", None, "it has no analog channels: describe its markers")
-    require(0 < rate <= _MOST_RATE, path, "POINT:RATE", rate, f"must be above 0, and at most {_MOST_RATE:g} Hz")
-    own = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
-    require(own in LENGTH, path, "POINT:UNITS", own, f"one of {', '.join(LENGTH)}")
+    require(0 < rate <= _MAX_RATE, path, "POINT:RATE", rate, f"must be above 0, and at most {_MAX_RATE:g} Hz")
+    unit = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
+    require(unit in LENGTH, path, "POINT:UNITS", unit, f"one of {', '.join(LENGTH)}")
     frames = np.arange(points.shape[2])
 
-    def of_point(label: str) -> list[str]:
-        return [filled(columns.points, {"marker": label, "axis": axis}) for axis in "xyz"]
+    def point_columns(label: str) -> list[str]:
+        return [fill_pattern(columns.points, {"marker": label, "axis": axis}) for axis in "xyz"]
 
-    scale = LENGTH[own] / columns.point_unit
+    scale = LENGTH[unit] / columns.point_unit
     flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * scale
     analogs = data["analogs"][: len(channels)].T
-    every = max(len(analogs) // len(frames), 1) if channels else 1
-    together = analogs[::every][: len(frames)] if channels else np.empty((len(frames), 0))
-    names = [*(name for label in labels for name in of_point(label)), *channels]
-    values = np.column_stack((flat, together))
+    stride = max(len(analogs) // len(frames), 1) if channels else 1
+    synchronous = analogs[::stride][: len(frames)] if channels else np.empty((len(frames), 0))
+    names = [*(name for label in labels for name in point_columns(label)), *channels]
+    values = np.column_stack((flat, synchronous))
     # A label has its subject in front, and may be given without.
-    short = [i for i, name in enumerate(names) if ":" in name]
-    names, values = names + [names[i].rpartition(":")[2] for i in short], values[:, [*range(len(names)), *short]]
+    prefixed = [i for i, name in enumerate(names) if ":" in name]
+    names, values = names + [names[i].rpartition(":")[2] for i in prefixed], values[:, [*range(len(names)), *prefixed]]
     time = frames / rate / columns.time_unit
     places = columns.places(path, [columns.time, *names])
     return Table(path, tuple(columns.fields), np.column_stack((time, values))[:, places], frames + 1)

@@ -1,4 +1,4 @@
-"""The mass at the tip of a finger, weighed by the shape in which it rests: settled states of an identified finger.
+"""Weighs the mass at the tip of an identified finger by the shape in which it rests: settled states -> mass and band.
 
 A finger that was identified in known states, at least one of them with a known mass, rests in others where tendons,
 springs and weight balance. With markers p of states under an unknown mass m, predicted as p(m), Gauss-Newton steps
@@ -15,7 +15,7 @@ i, of which each counts as  1 / correlation time  (`correlation_time`; Newey and
 
     std(m) = sqrt(N var(J_i . r_i) correlation time) / (J' J) .
 
-The other part is what the fit leaves open. With C the covariance of its parameters, and G the changes of markers by
+The other part is the uncertainty of the fit. With C the covariance of its parameters, and G the changes of markers by
 these,
 
     std(m)^2 = g' C g ,   g = G' J / (J' J) .
@@ -23,15 +23,15 @@ these,
 It includes the scale: modulus, density and stiffness of tendons may change in proportion without a change of shape,
 unless a load is known. A single load that is small beside the finger's own weight leaves it open.
 
-Both parts suppose that the model errs in a new shape as in the fitted ones. Where tendons are pulled otherwise, the
+Both parts suppose that the model errs in a new shape as in the fitted ones. Where tendons are pulled differently, the
 band is  sqrt(1 + growth^2 d)  times as wide, d being the mean distance of the rows from the nearest fitted pulled
 lengths (`fitted_states`). The growth is learned in the fit (`learned_growth`), by leaving out regions of pulled lengths
-under whatever load: it is such that the mass that is weighed there is within 95 % of these bands. A mass between fitted
-ones is interpolated; by how much it is lighter or heavier than all of them counts in d as pulled lengths do.
+under any load, so that 95 % of these bands hold the mass that is weighed there. A mass between fitted
+ones is interpolated; its distance from the range of fitted masses counts in d as pulled lengths do.
 
 With a recording of much the same motion without a load, the errors that the model makes in it where the tendons are
-pulled most alike are taken from those of the loaded one, as a balance is tared: what is wrong in the model for both
-cancels.
+pulled most alike are subtracted from those of the loaded one, as a balance is tared: common errors of the model
+cancel.
 
 An error that lasts longer than the window, such as a tendon that has slackened since, is not in it.
 """
@@ -60,8 +60,8 @@ from soft_gripper.extras.hardware.identification.model_band import are_far
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
-    by_rows,
-    in_balance,
+    balanced_rows,
+    balanced_series,
     marker_slopes,
     note_unbalanced,
     state_errors,
@@ -73,10 +73,10 @@ from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.sensors.fitted_states import FittedStates, spread_of
 
 _NORMAL_95 = 1.96
-_STEP = 0.02  # kg, of the finite differences
-_STEPS = 4
-_FEWEST_ROWS = 10  # rows of a window
-_HALVES = (2, 4, 8)  # regions of equal numbers of rows, in which a mass is weighed without them
+_MASS_STEP = 0.02  # kg, of the finite differences
+_ITERATIONS = 4
+_MIN_ROWS = 10  # rows of a window
+_REGION_COUNTS = (2, 4, 8)  # regions of equal numbers of rows, in which a mass is weighed without them
 _PULL_TOLERANCE = 0.2  # share of the range of the pulled lengths
 
 
@@ -94,169 +94,173 @@ class Weighing:
     named_g: Annotated[float, "g"]  # by the file's name; 0 if it names none
 
 
-class Fitted(NamedTuple):
-    """The fit of a finger, as it is kept."""
+class KeptFit(NamedTuple):
+    """Kept fit of a finger."""
 
     states: FittedStatesConfig
     confidence: ConfidenceConfig
 
 
 def weigh(
-    model: Model, states: SettledStates, window: float, tare: SettledStates | None = None, fitted: Fitted | None = None
+    model: Model, states: SettledStates, window: float, tare: SettledStates | None = None, fitted: KeptFit | None = None
 ) -> list[Weighing]:
-    """Weighs what hangs on the tip in every window of a recording, and in the last row over all of it.
+    """Weighs the load on the tip in every window of a recording, and in the last row over all of it.
 
     Args:
         model: the identified finger, without a load, in its set-up.
-        states: of the recording; its own load is not looked at but named in the result.
+        states: of the recording; its stated load is not used but named in the result.
         window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
         tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
-        fitted: what is kept of the fit; None: the finger is exact.
+        fitted: kept fit; None: the finger is exact.
 
     Raises:
         InputError: if the rows have no times, those in which the finger finds a balance are too few for a window, or
             the fit is that of another finger.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
-    offset = np.zeros(states.markers.shape) if tare is None else _errors_alike(model, tare, states)
-    mass, error, slope = _linearised(model, states, offset)
+    offset = np.zeros(states.markers.shape) if tare is None else _tare_errors(model, tare, states)
+    mass, error, slope = _linearize_mass(model, states, offset)
     require(states.time is not None, states.name, "time", None, "the rows need times for windows")
     assert states.time is not None
-    since = states.time - states.time[0]
-    count = max(round(float(since[-1]) / window), 1)
-    of_window = np.minimum((since / window).astype(int), count - 1)
+    elapsed = states.time - states.time[0]
+    count = max(round(float(elapsed[-1]) / window), 1)
+    window_numbers = np.minimum((elapsed / window).astype(int), count - 1)
     note_unbalanced(states, error + slope)
-    known = in_balance(error + slope)
-    at = replace(states, load=mass)
-    is_far, apart, left_open = (
-        (np.full(len(known), np.nan), np.zeros(len(known)), np.zeros((len(known), 0)))
+    balanced = balanced_rows(error + slope)
+    loaded_states = replace(states, load=mass)
+    is_far, band_growth, deviations = (
+        (np.full(len(balanced), np.nan), np.zeros(len(balanced)), np.zeros((len(balanced), 0)))
         if fitted is None
-        else _by_fit(fitted, model, at, slope)
+        else _fit_terms(fitted, model, loaded_states, slope)
     )
-    found = []
-    for rows in [*(known & (of_window == i) for i in range(count)), known]:
-        expected = f"a window needs at least {_FEWEST_ROWS} rows: make it longer"
-        require(int(rows.sum()) >= _FEWEST_ROWS, states.name, "--window", window, expected)
-        away, band = _weighed(error[rows], slope[rows], left_open[rows])
-        band *= float(np.sqrt(1 + apart[rows].mean()))
-        begin, end = since[rows][[0, -1]]
+    weighings = []
+    for rows in [*(balanced & (window_numbers == i) for i in range(count)), balanced]:
+        expected = f"a window needs at least {_MIN_ROWS} rows: make it longer"
+        require(int(rows.sum()) >= _MIN_ROWS, states.name, "--window", window, expected)
+        change, band = _weigh_rows(error[rows], slope[rows], deviations[rows])
+        band *= float(np.sqrt(1 + band_growth[rows].mean()))
+        begin, end = elapsed[rows][[0, -1]]
         span = states.name, float(begin), float(end), int(rows.sum())
         far = 100 * float(is_far[rows].mean())
-        found.append(Weighing(*span, 1e3 * (mass + away), 1e3 * band, far, 1e3 * states.load))
-    return found
+        weighings.append(Weighing(*span, 1e3 * (mass + change), 1e3 * band, far, 1e3 * states.load))
+    return weighings
 
 
-def _by_fit(fitted: Fitted, model: Model, states: SettledStates, slope: Array) -> tuple[Array, Array, Array]:
-    """Of every row: whether it is far from what was fitted; growth^2 d, (R,); what the fit leaves open, (R, P)."""
+def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Array) -> tuple[Array, Array, Array]:
+    """Mask of the rows far from the fitted states, growth^2 d, (R,), and deviations of the mass, (R, P)."""
     confidence, name = fitted.confidence, states.name
     free = confidence.free(model)
     expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
     require(len(free.names) == len(confidence.std), name, "confidence", len(confidence.std), expected)
-    by_keys = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
-    kept = fitted.states.fitted
-    loads = kept.states[:, -1]
-    beyond = abs(states.load - np.clip(states.load, loads.min(), loads.max())) / kept.spread[-1]
-    distance = np.hypot(kept.part(slice(-1)).distance(states.pulled), beyond)
-    apart = confidence.load_growth**2 * distance
-    return are_far(fitted.states, states).astype(float), apart, _left_open(by_keys, confidence.covariance, slope)
-
-
-def _left_open(by_keys: Array, covariance: Array, slope: Array) -> Array:
-    """Contribution of each row to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'.
-
-    `by_keys` are derivatives of the markers by the parameters, (R M 3, P).
-    """
-    sizes, directions = np.linalg.eigh(covariance)
-    by_roots = by_keys @ (directions * np.sqrt(np.maximum(sizes, 0.0)))
-    left_open: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), by_roots.reshape(*slope.shape, -1))
-    return left_open
-
-
-def learned_growth(found: IdentifiedStates) -> float:
-    """How the band of a weighed mass grows with the distance of pulled lengths; 0: no recording has a load.
-
-    Learned to the first order, from fits without a region of pulled lengths, by the mass of each recording there.
-    """
-    fit, count = found.fit, len(found.left_out)
-    states, errors = found.states[:count], found.errors[:count]
-    if not any(of.load for of in states):
-        return 0.0
-    slope = np.concatenate([_by_mass(found.model, of, of.load)[1] for of in states])
-    size, known = slope[0].size, in_balance(slope)
-    residuals, by_keys = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
-    recording = np.repeat(np.arange(count), [len(of.pulled) for of in states])
-    pulled = np.concatenate([of.pulled for of in states])
-    shapes, last = (
-        FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))),
-        mean_correlation_time(by_rows(errors)),
+    parameter_slopes = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
+    kept_states = fitted.states.fitted
+    loads = kept_states.states[:, -1]
+    load_distance = abs(states.load - np.clip(states.load, loads.min(), loads.max())) / kept_states.spread[-1]
+    distance = np.hypot(kept_states.part(slice(-1)).distance(states.pulled), load_distance)
+    band_growth = confidence.load_growth**2 * distance
+    return (
+        are_far(fitted.states, states).astype(float),
+        band_growth,
+        _mass_deviations(parameter_slopes, confidence.covariance, slope),
     )
 
-    def without(region: NDArray[np.bool_]) -> LeftOut:
-        kept = np.repeat(~region, size)
-        moved = fit.change_without(kept, UNOBSERVABLE, fit.free.scales)
-        covariance = confidence_of(fit.free, fit.x, fit.residuals[kept], fit.slopes[kept], last).covariance
-        of_recordings = [np.flatnonzero(region & known & (recording == i)) for i in range(count)]
-        weighed, distances = [], []
-        for rows in [rows for rows in of_recordings if len(rows) >= _FEWEST_ROWS]:
-            own, keys = _centred(slope[rows]), _centred(by_keys[rows])
-            left_open = _left_open(keys.reshape(-1, len(moved)), covariance, own)
-            weighed.append(_weighed(_centred(residuals[rows]) + keys @ moved, own, left_open))
-            distances.append(shapes.without(region).distance(pulled[rows]).mean())
-        away, band = np.array(weighed).reshape(-1, 2).T
-        return LeftOut(np.abs(away / band)[:, None], np.sqrt(distances)[:, None])
 
-    regions = [shapes.regions(), *(shapes.halves(most) for most in _HALVES)]
-    left_out = tqdm(regions_left_out(regions, without), desc="bands of loads", unit="region", dynamic_ncols=True)
+def _mass_deviations(parameter_slopes: Array, covariance: Array, slope: Array) -> Array:
+    """Contribution of each row to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'.
+
+    `parameter_slopes` are derivatives of the markers by the parameters, (R M 3, P).
+    """
+    sizes, directions = np.linalg.eigh(covariance)
+    unit_slopes = parameter_slopes @ (directions * np.sqrt(np.maximum(sizes, 0.0)))
+    deviations: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), unit_slopes.reshape(*slope.shape, -1))
+    return deviations
+
+
+def learned_growth(identified: IdentifiedStates) -> float:
+    """Growth of the band of a weighed mass with the distance of pulled lengths; 0: no recording has a load.
+
+    It is learned to the first order, from fits without a region of pulled lengths, by the mass of each recording there.
+    """
+    fit, count = identified.fit, len(identified.left_out)
+    states, errors = identified.states[:count], identified.errors[:count]
+    if not any(run.load for run in states):
+        return 0.0
+    slope = np.concatenate([_mass_slope(identified.model, run, run.load)[1] for run in states])
+    size, balanced = slope[0].size, balanced_rows(slope)
+    residuals, by_parameter = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
+    recording = np.repeat(np.arange(count), [len(run.pulled) for run in states])
+    pulled = np.concatenate([run.pulled for run in states])
+    shapes, lasting = (
+        FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))),
+        mean_correlation_time(balanced_series(errors)),
+    )
+
+    def leave_out(region: NDArray[np.bool_]) -> LeftOut:
+        is_kept = np.repeat(~region, size)
+        change = fit.change_without(is_kept, UNOBSERVABLE, fit.free.scales)
+        covariance = confidence_of(fit.free, fit.x, fit.residuals[is_kept], fit.slopes[is_kept], lasting).covariance
+        recording_rows = [np.flatnonzero(region & balanced & (recording == i)) for i in range(count)]
+        masses, distances = [], []
+        for rows in [rows for rows in recording_rows if len(rows) >= _MIN_ROWS]:
+            mass_slopes, key_slopes = _center(slope[rows]), _center(by_parameter[rows])
+            deviations = _mass_deviations(key_slopes.reshape(-1, len(change)), covariance, mass_slopes)
+            masses.append(_weigh_rows(_center(residuals[rows]) + key_slopes @ change, mass_slopes, deviations))
+            distances.append(shapes.without(region).distance(pulled[rows]).mean())
+        changes, band = np.array(masses).reshape(-1, 2).T
+        return LeftOut(np.abs(changes / band)[:, None], np.sqrt(distances)[:, None])
+
+    regions = [shapes.regions(), *(shapes.halves(most) for most in _REGION_COUNTS)]
+    left_out = tqdm(regions_left_out(regions, leave_out), desc="bands of loads", unit="region", dynamic_ncols=True)
     return learned_widths(np.ones((1, 1)), [*left_out]).growth
 
 
-def _centred(values: Array) -> Array:
+def _center(values: Array) -> Array:
     """Values of markers, (R, M, 3, ...), without their mean."""
     return values - values.mean(axis=(0, 1))
 
 
-def _errors_alike(model: Model, tare: SettledStates, states: SettledStates) -> Array:
+def _tare_errors(model: Model, tare: SettledStates, states: SettledStates) -> Array:
     """Errors of the unloaded model where tendons were pulled most as in each row, (R, M, 3) m."""
     error, pulled = state_errors(model, replace(tare, load=0.0)), cKDTree(tare.pulled)
-    apart, nearest = pulled.query(states.pulled)
+    distances, nearest = pulled.query(states.pulled)
     reach = float(np.ptp(tare.pulled, axis=0).max())
     expected = (
         f"pulls no tendons as this recording does: rows are {100 * _PULL_TOLERANCE:.0f} % of the range apart, or more"
     )
-    require(float(np.median(apart)) <= _PULL_TOLERANCE * reach, states.name, "--tare", tare.name, expected)
+    require(float(np.median(distances)) <= _PULL_TOLERANCE * reach, states.name, "--tare", tare.name, expected)
     return error[nearest]
 
 
-def _linearised(model: Model, states: SettledStates, offset: Array) -> tuple[float, Array, Array]:
-    """The mass at which a finger agrees best, or 0; errors of the markers, and their slopes by the mass, (R, M, 3).
+def _linearize_mass(model: Model, states: SettledStates, offset: Array) -> tuple[float, Array, Array]:
+    """Mass at which a finger agrees best, or 0; errors of the markers, and their slopes by the mass, (R, M, 3).
 
-    `offset` are errors that the model makes without a load, (R, M, 3) m; they are taken from these.
+    `offset` are the errors of the model without a load, (R, M, 3) m, which are subtracted.
     """
     mass = 0.0
-    for _ in range(_STEPS):
-        error, slope = _by_mass(model, states, mass)
+    for _ in range(_ITERATIONS):
+        error, slope = _mass_slope(model, states, mass)
         error = error - offset
-        before, mass = mass, max(mass - float(np.nansum(slope * error) / np.nansum(slope**2)), 0.0)
-    return before, error, slope
+        last_mass, mass = mass, max(mass - float(np.nansum(slope * error) / np.nansum(slope**2)), 0.0)
+    return last_mass, error, slope
 
 
-def _by_mass(model: Model, states: SettledStates, mass: float) -> tuple[Array, Array]:
+def _mass_slope(model: Model, states: SettledStates, mass: float) -> tuple[Array, Array]:
     """Errors of the markers under a mass at the tip, kg, and their slopes by it, (R, M, 3)."""
-    error, more = (state_errors(model, replace(states, load=m)) for m in (mass, mass + _STEP))
-    return error, (more - error) / _STEP
+    error, heavier_error = (state_errors(model, replace(states, load=m)) for m in (mass, mass + _MASS_STEP))
+    return error, (heavier_error - error) / _MASS_STEP
 
 
-def _weighed(error: Array, slope: Array, left_open: Array) -> tuple[float, float]:
-    """Change of the mass with which rows agree best, and its band, kg, of which `left_open`, (R, P), has a part."""
+def _weigh_rows(error: Array, slope: Array, deviations: Array) -> tuple[float, float]:
+    """Change of the mass with which rows agree best, and its band, kg, which includes `deviations`, (R, P)."""
     strength = float((slope**2).sum())
-    away = -float((slope * error).sum()) / strength
-    sums = (slope * (error + slope * away)).sum(axis=(1, 2))
-    variance = len(sums) * sums.var() * correlation_time(sums) + (left_open.sum(axis=0) ** 2).sum()
-    return away, _NORMAL_95 * float(np.sqrt(variance)) / strength
+    change = -float((slope * error).sum()) / strength
+    sums = (slope * (error + slope * change)).sum(axis=(1, 2))
+    variance = len(sums) * sums.var() * correlation_time(sums) + (deviations.sum(axis=0) ** 2).sum()
+    return change, _NORMAL_95 * float(np.sqrt(variance)) / strength
 
 
 def weighing_figure(weighings: Sequence[Weighing]) -> Figure:
-    """Plots the mass in every window with its band, and what the file's name says, a panel for each recording."""
+    """Plots the mass in every window with its band, and the mass in the file's name, a panel for each recording."""
     names = list(dict.fromkeys(row.recording for row in weighings))
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(

@@ -81,8 +81,8 @@ def page_contents(
     signals: Mapping[str, OutputPort],
     fingers: Collection[str],
 ) -> dict[str, Any]:
-    """The data sent to the page of a command when it is opened; for `signals` and `fingers` see `plots_of`."""
-    plots = plots_of(signals, fingers)
+    """The data sent to the page of a command when it is opened; for `signals` and `fingers` see `list_plots`."""
+    plots = list_plots(signals, fingers)
     return {
         "command": command,
         "name": name,
@@ -94,7 +94,7 @@ def page_contents(
     }
 
 
-def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
+def list_plots(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
     """The plots that can be chosen, by title; signals of the fingers share one.
 
     Returns:
@@ -103,10 +103,10 @@ def plots_of(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dic
     """
     plots: dict[str, dict[str, Any]] = {}
     for name, port in signals.items():
-        owner, _, own = name.rpartition(".")
+        owner, _, signal_name = name.rpartition(".")
         if port.size() <= MAX_LINES:
             scale, unit = _display_unit(signal_of(port).unit)
-            kind = own if owner in fingers else name
+            kind = signal_name if owner in fingers else name
             axes = signal_of(port).axes
             plot = plots.setdefault(kind, {"unit": unit, "scale": scale, "axes": " ".join(axes), "signals": {}})
             plot["signals"][name] = [" ".join(map(str, entry)) for entry in product(*axes.values())]

@@ -133,7 +133,7 @@ class Session:
             self.driver.note = self._problem = ""
             self._with_view(partial(self._react, button))
         if not self._is_stopped:
-            self._with_view(self._go_on)
+            self._with_view(self._advance)
 
     def _with_view(self, act: Callable[[], None]) -> None:
         """Acts, and once more if the view failed, so that no click is lost with it."""
@@ -144,7 +144,7 @@ class Session:
                 if not self.driver.recovers():
                     raise
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         if self.driver.advance():
             status, values = self.driver.frame(self.feed.wanted_signals)
             self.feed.send({**self._status(), **status}, values)
@@ -179,7 +179,7 @@ class Session:
         }
 
 
-def run_on_page(
+def serve_session(
     session: Session,
     command: str,
     options: argparse.Namespace,

@@ -85,6 +85,6 @@ class SignalFeed:
                     continue
                 late = reader.late(now)
                 reader.unseen.append((self._number, now))
-                own = {name: value for name, value in finite.items() if name in reader.signals}
-                message = {"number": self._number, "status": {**status, "late": late}, "values": own}
+                listener_values = {name: value for name, value in finite.items() if name in reader.signals}
+                message = {"number": self._number, "status": {**status, "late": late}, "values": listener_values}
                 listener(json.dumps(message))

@@ -34,9 +34,9 @@ class Bar:
     def text(self) -> str:
         """The text of the claim."""
         sensors = " or ".join(map(str, self.sections)) + (" sensor" if self.sections == (1,) else " sensors")
-        where = "" if self.scenarios is None else ", one place touched"
+        place = "" if self.scenarios is None else ", one place touched"
         worst = "" if self.worst is None else f", {self.worst:.3g} mm at every step"
-        return f"{sensors} per side{where}: within {self.mean:.3g} mm (mean){worst}; the tip twice that"
+        return f"{sensors} per side{place}: within {self.mean:.3g} mm (mean){worst}; the tip twice that"
 
 
 BARS = (
@@ -73,10 +73,10 @@ def _errors(rows: Sequence[PoseRow], bar: Bar, column: str) -> tuple[float, floa
 
 def _none_is_worse(rows: Sequence[PoseRow]) -> Claim:
     arcs = np.array([row.pose_error_mm for row in estimator_rows(rows, ARCS)])
-    others = [estimator_rows(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
-    beyond = np.array([[row.pose_error_mm for row in other] for other in others]) - arcs
-    which, step = np.unravel_index(np.argmax(beyond), beyond.shape)
-    worst = others[which][step]
+    other_rows = [estimator_rows(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
+    excess = np.array([[row.pose_error_mm for row in other] for other in other_rows]) - arcs
+    estimator, step = np.unravel_index(np.argmax(excess), excess.shape)
+    worst = other_rows[estimator][step]
     where = f"{worst.estimator}, {worst.sections} per side, {worst.scenario} at {worst.pressure_kpa:.0f} kPa"
     text = f"no estimator is more than {SAME:g} mm worse than {ARCS} at any step"
-    return Claim("ours", text, bool(np.max(beyond) <= SAME), f"{beyond[which, step]:.3f} mm worse: {where}")
+    return Claim("ours", text, bool(np.max(excess) <= SAME), f"{excess[estimator, step]:.3f} mm worse: {where}")

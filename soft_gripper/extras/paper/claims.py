@@ -1,6 +1,6 @@
-"""The findings of the paper and the claims of this project, each compared with our results.
+"""Compares the findings of the paper and the claims of this project with our results. A claim is a `Claim` of `claims`.
 
-The bars of the paper are its own; ours leave little room above what was measured, so that a change for the worse shows.
+Our bars are close to the measured numbers, so that a change for the worse shows.
 NaN in what a claim needs makes it fail: NumPy's reductions propagate NaN, and no comparison with NaN is true.
 """
 
@@ -34,18 +34,18 @@ class Claim:
 
 
 def claims(poses: Sequence[PoseRow], forces: Sequence[ForceRow]) -> list[Claim]:
-    """All claims about the scenarios in the rows."""
+    """Collects all claims about the scenarios in the rows."""
     scenarios = list(dict.fromkeys(row.scenario for row in poses))
     contact = [scenario for scenario in scenarios if scenario != FREE]
     all_claims: list[Claim] = []
     if FREE in scenarios:
         all_claims += _free_bending(poses)
     if FREE in scenarios and contact:
-        all_claims.append(_one_is_not_enough(poses, contact))
+        all_claims.append(_single_sensor_claim(poses, contact))
     if contact:
         all_claims += _contact(poses, contact) + _more_sensors(poses, contact) + _base_torque(forces, contact)
     if any(row.scenario == FREE for row in forces):
-        all_claims.append(_no_false_load(forces))
+        all_claims.append(_free_load_claim(forces))
     return all_claims
 
 
@@ -56,11 +56,11 @@ def verdict(all_claims: Sequence[Claim]) -> str:
 
 
 def _free_bending(rows: Sequence[PoseRow]) -> list[Claim]:
-    one, four = (_pose(rows, FREE, sections).max() for sections in (1, 4))
+    single, fourfold = (_pose(rows, FREE, sections).max() for sections in (1, 4))
     bend = np.max([row.bend_angle_deg for row in rows if row.scenario == FREE])
     worse = np.max([_excess(rows, FREE, more, 1) for more in (2, 3, 4)])
     return [
-        _claim("paper", "free bending: one sensor is within 3 mm at every step", one < 3, f"{one:.2f} mm"),
+        _claim("paper", "free bending: one sensor is within 3 mm at every step", single < 3, f"{single:.2f} mm"),
         _claim(
             "paper",
             "free bending: more sensors are never worse than one",
@@ -70,13 +70,13 @@ def _free_bending(rows: Sequence[PoseRow]) -> list[Claim]:
         _claim(
             "ours",
             f"free bending up to {FAR} degrees: four sensors are within 0.25 mm at every step",
-            four < 0.25 and bend >= FAR,
-            f"{four:.2f} mm, {bend:.1f} degrees",
+            fourfold < 0.25 and bend >= FAR,
+            f"{fourfold:.2f} mm, {bend:.1f} degrees",
         ),
     ]
 
 
-def _one_is_not_enough(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Claim:
+def _single_sensor_claim(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Claim:
     """More than a ratio to four sensors, which is as large in free bending, where one sensor is enough."""
     ratios = np.array([_pose(rows, s, 1).mean() for s in scenarios]) / _pose(rows, FREE, 1).mean()
     text = "contact: one sensor is not enough, its mean error is at least 2.5 times that of free bending"
@@ -101,11 +101,11 @@ def _contact(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
 
 
 def _more_sensors(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
-    worse = np.max([_excess(rows, s, few + 1, few) for s in scenarios for few in (2, 3)])
+    worse = np.max([_excess(rows, s, count + 1, count) for s in scenarios for count in (2, 3)])
     pose_gain, tip_gain = (largest_gain(rows, scenarios, 2, 4, error) for error in ("pose_error_mm", "tip_error_mm"))
     gains = np.array([-np.diff(mean_errors(rows, s, "pose_error_mm")) for s in scenarios])
     ratios = np.array([_pose(rows, s, 2).mean() / _pose(rows, s, 4).mean() for s in scenarios])
-    least, most = SECOND_ORDER
+    low, high = SECOND_ORDER
     return [
         _claim(
             "paper",
@@ -115,8 +115,8 @@ def _more_sensors(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Cla
         ),
         _claim(
             "ours",
-            f"contact: an error of second order, with two sensors {least:g} to {most:g} times that with four",
-            ratios.min() >= least and ratios.max() <= most,
+            f"contact: an error of second order, with two sensors {low:g} to {high:g} times that with four",
+            ratios.min() >= low and ratios.max() <= high,
             f"{ratios.min():.2f} to {ratios.max():.2f} times",
         ),
     ]
@@ -138,7 +138,7 @@ def _base_torque(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> list[Cla
     ]
 
 
-def _no_false_load(rows: Sequence[ForceRow]) -> Claim:
+def _free_load_claim(rows: Sequence[ForceRow]) -> Claim:
     false = np.max(np.abs([row.estimated_nm for row in rows if row.sections == 4 and row.scenario == FREE]))
     text = "force: below 0.4 mN m at every joint where nothing is touched"
     return _claim("ours", text, false < 4e-4, f"{1e3 * false:.2f} mN m")
@@ -152,7 +152,7 @@ def _pose(rows: Sequence[PoseRow], scenario: str, sections: int) -> Array:
     return errors_of(rows, scenario, sections, "pose_error_mm")
 
 
-def _excess(rows: Sequence[PoseRow], scenario: str, more: int, fewer: int) -> float:
-    """By how much `more` sensors err beyond `fewer` at one step, mm."""
-    excess = _pose(rows, scenario, more) - _pose(rows, scenario, fewer)
+def _excess(rows: Sequence[PoseRow], scenario: str, count: int, reference_count: int) -> float:
+    """Largest excess of the error with `count` sensors over that with `reference_count` at one step, mm."""
+    excess = _pose(rows, scenario, count) - _pose(rows, scenario, reference_count)
     return float(np.max(np.where(np.abs(excess) < SAME, 0, excess)))

@@ -51,28 +51,28 @@ def tip_errors(
     offsets = np.array(finger.sensor_offsets)[:, None, None]
     in_middles = segment_path_lengths(q, ds, offsets)
     tip = forward_kinematics(q, ds).tip
-    at_starts, tip_of_starts = chain_with_joints_at_starts(q, ds, offsets)
+    at_starts, tip_of_starts = start_joint_chain(q, ds, offsets)
     middles, starts, noisy = [], [], []
     for count in sections:
         ends = finger.section_ends(count)[:-1]
         paths = np.add.reduceat(in_middles, ends, axis=-1)
         middles.append(np.abs(_tip(paths, finger) - tip))
         starts.append(np.abs(_tip(np.add.reduceat(at_starts, ends, axis=-1), finger) - tip_of_starts))
-        rest = finger.length / count
-        errors = [_tip(paths + noise * rest * rng.normal(size=paths.shape), finger) - tip for _ in range(200)]
+        rest_length = finger.length / count
+        errors = [_tip(paths + noise * rest_length * rng.normal(size=paths.shape), finger) - tip for _ in range(200)]
         noisy.append(np.sqrt(np.mean(np.abs(errors) ** 2, axis=0)))
     return TipErrors(sections, np.array(middles), np.array(starts), np.array(noisy))
 
 
-def chain_with_joints_at_starts(q: Array, ds: float, offsets: Array) -> tuple[Array, Planar]:
+def start_joint_chain(q: Array, ds: float, offsets: Array) -> tuple[Array, Planar]:
     """Lengths of sensor paths over every segment, and the tip, of a chain whose joint i lies where segment i begins.
 
     `offsets` (paths, 1, 1) m are from the axis; lengths (paths, steps, N) m, tip (steps) m in B. As in
     `kinematics.sensor_path` a point of a path at a joint lies on the bisector of its links.
     """
     headings = q.cumsum(axis=-1)
-    before = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
-    bisectors = np.concatenate([(before + headings) / 2, headings[..., -1:]], axis=-1)
+    last_headings = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
+    bisectors = np.concatenate([(last_headings + headings) / 2, headings[..., -1:]], axis=-1)
     links = ds * link_directions(q)
     sides = rotated(in_plane(offsets, 0.0), bisectors)
     return np.abs(links + np.diff(sides, axis=-1)), links.sum(axis=-1)
@@ -106,7 +106,7 @@ def held_tip_errors(scenario: Scenario, recording: Recording, finger: Finger) ->
 
 
 def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
-    """All differences of this evaluation from the paper's.
+    """Collects the differences of this evaluation from the paper's.
 
     Args:
         rows: of the evaluation.
@@ -133,12 +133,12 @@ def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> PaperDi
 
 def _gains(rows: Sequence[PoseRow], contact: Sequence[str]) -> PaperDifference:
     pose, tip = (largest_gain(rows, contact, 2, 4, error) for error in (POSE, TIP))
-    left = np.max([mean_errors(rows, name, POSE)[1] for name in contact])
+    residual = np.max([mean_errors(rows, name, POSE)[1] for name in contact])
     return PaperDifference(
         "Gain from two to four sensors, in contact",
         f"{PAPER_POSE_GAIN} mm (pose) and {PAPER_TIP_GAIN} mm (fingertip).",
         f"Up to {pose:.1f} mm (pose) and {tip:.1f} mm (fingertip), at the step that gains most.",
-        f"Two sensors leave less to gain: a mean pose error of {left:.2f} mm at most. Nothing disturbs the sensors"
+        f"Two sensors leave less to gain: a mean pose error of {residual:.2f} mm at most. Nothing disturbs the sensors"
         " here, and their places and the finger are exactly known.",
     )
 

@@ -74,7 +74,7 @@ CAPTIONS = {
 Advance = Callable[[float], Any]
 
 
-def unfinished(out: Path) -> list[str]:
+def unfinished_runs(out: Path) -> list[str]:
     """Names in RUNS without a complete run in `out`."""
     return [name for name in RUNS if not is_finished(out / name, evaluated_scenario(name))]
 
@@ -93,10 +93,10 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
     longest_first = sorted(names, key=lambda name: -len(scenarios[name].models))
     jobs = {out / name: (name,) for name in longest_first}
     duration = {out / name: scenario.duration for name, scenario in scenarios.items()}
-    run_study(executor, files_of_run, jobs, write_folder, ended=lambda folder: advance(duration[folder]))
+    run_study(executor, run_files, jobs, write_folder, ended=lambda folder: advance(duration[folder]))
 
 
-def files_of_run(name: str) -> dict[str, bytes]:
+def run_files(name: str) -> dict[str, bytes]:
     """Runs a scenario or the task; returns the files that it leaves, by their names."""
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary) / "run"

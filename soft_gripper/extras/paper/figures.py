@@ -70,12 +70,12 @@ def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above:
         for row in rows:
             if row.sections == sections:
                 step_rows.setdefault(row.pressure_kpa, []).append(row)
-        along, errors = (
+        x_values, errors = (
             np.array([np.mean([getattr(row, column) for row in step]) for _, step in sorted(step_rows.items())])
             for column in (x, error)
         )
-        drawn = errors > above
-        axes.plot(along[drawn], errors[drawn], **section_style(sections))
+        is_drawn = errors > above
+        axes.plot(x_values[is_drawn], errors[is_drawn], **section_style(sections))
 
 
 _UNEQUAL_COLOR = "#5aa02c"  # color of a second layout of as many sections
@@ -85,22 +85,22 @@ def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
     """Plots torque along the first finger at the last step, true and estimated; below, the mean error."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
-        above, below = figure.subplots(2, len(scenarios), sharey="row", squeeze=False)
-        for along, against, scenario in zip(above, below, scenarios, strict=True):
+        torque_row, error_row = figure.subplots(2, len(scenarios), sharey="row", squeeze=False)
+        for torque_axes, error_axes, scenario in zip(torque_row, error_row, scenarios, strict=True):
             chosen = [row for row in rows if row.scenario == scenario]
-            _draw_along(along, chosen)
-            _draw_against_pressure(against, chosen)
-            run_with_pressure(against, chosen)
-            along.set(title=scenario.replace("_", " ").capitalize(), xlabel="joint, from the base")
-            against.set(xlabel="pressure [kPa]")
-        above[0].set_ylabel("external torque [mN m]")
-        below[0].set_ylim(bottom=0)  # of all of them, now that every error is drawn
-        below[0].set_ylabel("mean error over the joints [mN m]")
-        above[0].legend(frameon=False, fontsize="small", title="sensors per side")
+            _draw_torques(torque_axes, chosen)
+            _draw_mean_errors(error_axes, chosen)
+            run_with_pressure(error_axes, chosen)
+            torque_axes.set(title=scenario.replace("_", " ").capitalize(), xlabel="joint, from the base")
+            error_axes.set(xlabel="pressure [kPa]")
+        torque_row[0].set_ylabel("external torque [mN m]")
+        error_row[0].set_ylim(bottom=0)  # of all of them, now that every error is drawn
+        error_row[0].set_ylabel("mean error over the joints [mN m]")
+        torque_row[0].legend(frameon=False, fontsize="small", title="sensors per side")
     return figure
 
 
-def _draw_along(axes: Axes, rows: Sequence[ForceRow]) -> None:
+def _draw_torques(axes: Axes, rows: Sequence[ForceRow]) -> None:
     last = [row for row in rows if row.finger == rows[0].finger and row.pressure_kpa == rows[-1].pressure_kpa]
     for sections in sorted({row.sections for row in last}):
         torque = [1e3 * row.estimated_nm for row in last if row.sections == sections]
@@ -109,7 +109,7 @@ def _draw_along(axes: Axes, rows: Sequence[ForceRow]) -> None:
     axes.plot(truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")
 
 
-def _draw_against_pressure(axes: Axes, rows: Sequence[ForceRow]) -> None:
+def _draw_mean_errors(axes: Axes, rows: Sequence[ForceRow]) -> None:
     for sections in sorted({row.sections for row in rows}):
         errors: dict[float, list[float]] = {}
         for row in rows:
@@ -123,30 +123,30 @@ def contact_force_figure(rows: Sequence[ContactForceRow], scenarios: Sequence[st
     """Plots force and location of the contact of the first finger against pressure, true, and for every layout."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
-        above, below = figure.subplots(2, len(scenarios), sharex="col", squeeze=False)
-        for force, place, scenario in zip(above, below, scenarios, strict=True):
+        force_row, place_row = figure.subplots(2, len(scenarios), sharex="col", squeeze=False)
+        for force, place, scenario in zip(force_row, place_row, scenarios, strict=True):
             chosen = [row for row in rows if row.scenario == scenario]
             chosen = [row for row in chosen if row.finger == chosen[0].finger]
-            _draw_beside_true(force, chosen, "n")
-            _draw_beside_true(place, chosen, "mm")
+            _draw_estimates(force, chosen, "n")
+            _draw_estimates(place, chosen, "mm")
             run_with_pressure(force, chosen)
             force.set_title(scenario.replace("_", " ").capitalize())
             force.axhline(0, color="0.8", lw=0.8, zorder=0)
             place.set(xlabel="pressure [kPa]", ylim=(0, 125))
-        above[0].set_ylabel("contact force [N]")
-        below[0].set_ylabel("contact location [mm from the base]")
-        below[0].legend(frameon=False, fontsize="small", title="sections per side, where they meet")
+        force_row[0].set_ylabel("contact force [N]")
+        place_row[0].set_ylabel("place [mm from the base]")
+        place_row[0].legend(frameon=False, fontsize="small", title="sections per side, where they meet")
     return figure
 
 
-def _draw_beside_true(axes: Axes, rows: Sequence[ContactForceRow], unit: str) -> None:
+def _draw_estimates(axes: Axes, rows: Sequence[ContactForceRow], unit: str) -> None:
     layouts = dict.fromkeys((row.sections, row.borders) for row in rows)
     numbers = [sections for sections, _ in layouts]
     for i, (sections, borders) in enumerate(layouts):
         layout_rows = [row for row in rows if row.borders == borders]
-        look = section_style(sections) | ({"color": _UNEQUAL_COLOR, "marker": "v"} if sections in numbers[:i] else {})
+        style = section_style(sections) | ({"color": _UNEQUAL_COLOR, "marker": "v"} if sections in numbers[:i] else {})
         values = [getattr(row, f"estimated_{unit}") for row in layout_rows]
-        look |= {"mfc": "none", "label": f"{sections}: {borders} mm"}
-        axes.plot([row.pressure_kpa for row in layout_rows], values, **look)
+        style |= {"mfc": "none", "label": f"{sections}: {borders} mm"}
+        axes.plot([row.pressure_kpa for row in layout_rows], values, **style)
     truth = [getattr(row, f"true_{unit}") for row in layout_rows]
     axes.plot([row.pressure_kpa for row in layout_rows], truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")

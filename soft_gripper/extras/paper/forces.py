@@ -1,4 +1,4 @@
-"""Contact forces of a run, estimated and true, for several numbers of sensor sections."""
+"""Tables contact forces of a run, estimated and true, for several numbers of sensor sections."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
@@ -47,20 +47,20 @@ def contact_force_table(
     rows: list[ContactForceRow] = []
     for finger in station.fingers:
         for sections, borders in layouts:
-            again = read_again(station, recording, finger, sections, borders)
-            rows += _contact_rows(name, station, recording, finger, again)
+            readings = read_again(station, recording, finger, sections, borders)
+            rows += _contact_rows(name, station, recording, finger, readings)
     return rows
 
 
 def _contact_rows(
-    name: str, station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain
+    name: str, station: Station, recording: Recording, finger: PlantFinger, readings: ReadAgain
 ) -> Iterator[ContactForceRow]:
     scenario = station.scenario
-    layout = again.layout
-    held = held_rows(scenario, recording)
-    contact = again.shape(ESTIMATOR, held.ravel()).contact
+    layout = readings.layout
+    rows = held_rows(scenario, recording)
+    contact = readings.shape(ESTIMATOR, rows.ravel()).contact
     assert contact is not None
-    force, s = (part.reshape(held.shape) for part in (contact.force, contact.arc_length))
+    force, s = (part.reshape(rows.shape) for part in (contact.force, contact.arc_length))
     forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUE_SIGNALS)
     place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
     columns = [samples.mean(axis=-1) for samples in (force, *forces)]

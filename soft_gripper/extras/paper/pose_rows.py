@@ -27,7 +27,7 @@ def mean_errors(rows: Sequence[PoseRow], scenario: str, error: str) -> Array:
     return np.array([errors_of(rows, scenario, sections, error).mean() for sections in counts])
 
 
-def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], few: int, more: int, error: str) -> float:
+def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], low: int, high: int, error: str) -> float:
     """Largest reduction of the error from `few` to `more` sensors at any step of any scenario, mm."""
-    gains = [errors_of(rows, name, few, error) - errors_of(rows, name, more, error) for name in scenarios]
+    gains = [errors_of(rows, name, low, error) - errors_of(rows, name, high, error) for name in scenarios]
     return float(np.max([gain.max() for gain in gains]))

@@ -16,7 +16,7 @@ from soft_gripper.scenario.schema import Scenario
 # Inches.
 HEIGHT, TITLE = 2.3, 0.3  # of a picture; of the title above it
 GAP, INNER = 0.15, 0.06  # between pairs of pictures, across and down; between the two of a pair
-ROW = 9.6  # maximum width of a row with several pairs
+MAX_ROW_WIDTH = 9.6  # maximum width of a row with several pairs
 BAR = 1.1  # space to the right of the pictures
 STYLE: dict[Any, Any] = {"font.size": 11}
 
@@ -54,7 +54,7 @@ def pair_places(widths: Sequence[float]) -> list[tuple[float, float, float]]:
     """Left, top and width, inches, of pairs of pictures that fill one row after another, each row centred."""
     rows: list[list[float]] = []
     for width in widths:
-        if rows and sum(rows[-1]) + len(rows[-1]) * GAP + width <= ROW:
+        if rows and sum(rows[-1]) + len(rows[-1]) * GAP + width <= MAX_ROW_WIDTH:
             rows[-1].append(width)
         else:
             rows.append([width])

@@ -37,7 +37,7 @@ class SliderCommand:
     value: Callable[[Sequence[float]], Any]  # of the port, from the values of the sliders
 
 
-def commands_of(station: StationParts) -> list[SliderCommand]:
+def slider_commands(station: StationParts) -> list[SliderCommand]:
     """The commands of a station of an `open_scenario`, in the order in which they are shown."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
@@ -58,16 +58,16 @@ def _drive_commands(station: StationParts) -> Iterator[SliderCommand]:
         if finger.finger.pressures:
             names = [" ".join(filter(None, (finger.name, chamber, "[kPa]"))) for chamber in chambers]
             pushing = tuple(pressure_slider(name, supply, next(keys)) for name in names)
-            yield SliderCommand(f"{finger.name}.pressure_command", pushing, partial(_scaled, 1e3))
+            yield SliderCommand(f"{finger.name}.pressure_command", pushing, partial(_scale, 1e3))
         pulling = tuple(
             _tendon_slider(f"{finger.name} {tendon.name}", tendons, next(keys)) for tendon in finger.finger.tendons
         )
         if pulling:
             scale = 1.0 if tendons.command == "tension" else 1e-3
-            yield SliderCommand(f"{finger.name}.{tendons.command}_command", pulling, partial(_scaled, scale))
+            yield SliderCommand(f"{finger.name}.{tendons.command}_command", pulling, partial(_scale, scale))
 
 
-def _scaled(scale: float, values: Sequence[float]) -> list[float]:
+def _scale(scale: float, values: Sequence[float]) -> list[float]:
     return [scale * value for value in values]
 
 
@@ -133,13 +133,13 @@ class ControlPanel(Panel):
 
     def __init__(self, station: Station):
         """`station` is one of an `open_scenario`."""
-        self._commands = commands_of(station.parts)
-        own = [slider for command in self._commands for slider in command.sliders]
+        self._commands = slider_commands(station.parts)
+        sliders_ = [slider for command in self._commands for slider in command.sliders]
         pressures = [c.sliders for c in self._commands if c.port.endswith(".pressure_command")]
         are_alike = len(pressures) > 1 and all(len(sliders) == 1 for sliders in pressures)
         together = [sliders[0].name for sliders in pressures] if are_alike else []
         common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if together else []
-        super().__init__(_STATION_BUTTONS, common + own, together)
+        super().__init__(_STATION_BUTTONS, common + sliders_, together)
 
     def apply(self, station: Station, context: Context) -> None:
         """Sets the inputs of a station, in its context, to the slider commands."""

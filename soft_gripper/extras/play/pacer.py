@@ -32,8 +32,8 @@ class Pacer:
             self._sleep(early)
         elif early < -PATIENCE:
             self._ahead = self._clock() - simulated
-        (before, last), now = self._past[-1], self._clock()
-        self.played, self._lasted = self.played + simulated - last, self._lasted + now - before
+        (last_clock, last), now = self._past[-1], self._clock()
+        self.played, self._lasted = self.played + simulated - last, self._lasted + now - last_clock
         self._past.append((now, simulated))
         while self._past[-1][0] - self._past[0][0] > WINDOW and len(self._past) > 2:
             self._past.popleft()

@@ -99,13 +99,13 @@ class SimulationDriver(Driver):
         self._failures += 1
         if self._failures == _MAX_VIEWS:
             raise InputError("play", "Meshcat", f"failed {_MAX_VIEWS} times", "stop the client that sends it junk")
-        before = self._simulator.get_context()
+        last_context = self._simulator.get_context()
         cut_off(self.scene)
         self._show()
         self._simulator = make_simulator(self.station)
-        _set_state(self._simulator.get_mutable_context(), before)
+        _set_state(self._simulator.get_mutable_context(), last_context)
         self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
-        self.pacer.restart(before.get_time())
+        self.pacer.restart(last_context.get_time())
         self.note = "the view failed and was opened again"
         return True
 

@@ -46,8 +46,8 @@ class SoftKind(DeformableKind):
         from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
 
         elements = read_tetrahedra(path).scaled(config.scale)
-        drawn = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
-        add_visual(link, f"file://{keep_by_content(drawn)}", config.color)
+        surface_text = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
+        add_visual(link, f"file://{keep_by_content(surface_text)}", config.color)
         body = add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
         add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": friction})
         material = {

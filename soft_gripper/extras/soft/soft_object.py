@@ -129,7 +129,7 @@ def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
     return strain
 
 
-def wrench_at(wrench: Array, pose: Array) -> Array:
+def move_wrench(wrench: Array, pose: Array) -> Array:
     """A wrench about the origin, moved to the position of a pose, (..., 6) N m and N, and (..., 7) -> (..., 6)."""
     torque, force = wrench[..., :3], wrench[..., 3:]
     return np.concatenate([torque - np.cross(pose[..., 4:], force), force], axis=-1)
@@ -166,7 +166,7 @@ class SoftObject(ArrayBlock):
         self.put_out("pose", lambda pose: pose, "fitted", unit=POSE_UNITS, pose_entry=POSE)
         self.put_out("squeeze", lambda points: squeeze(rest, points), "points", unit="m")
         self.put_out("largest_strain", lambda points: largest_strain(rest, points), "points")
-        self.put_out("contact_wrench", wrench_at, "wrench", "fitted", unit=WRENCH_UNITS, wrench=WRENCH)
+        self.put_out("contact_wrench", move_wrench, "wrench", "fitted", unit=WRENCH_UNITS, wrench=WRENCH)
 
     def _wrench(self, context: Context) -> Array:
         """Wrench of all contacts about the origin of the world: torque and force, (6) N m and N."""
@@ -179,6 +179,6 @@ class SoftObject(ArrayBlock):
     def _collect(self, context: Context) -> Array:
         """The vertices, (V, 3) m in the world."""
         configurations = self._configurations.Eval(context)
-        (own,) = (identifier for identifier in configurations.ids() if identifier.get_value() == self._geometry)
-        vertices: Array = configurations.value(own).reshape(-1, 3)
+        (identifier_,) = (identifier for identifier in configurations.ids() if identifier.get_value() == self._geometry)
+        vertices: Array = configurations.value(identifier_).reshape(-1, 3)
         return vertices

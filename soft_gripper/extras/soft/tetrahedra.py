@@ -73,10 +73,10 @@ def read_tetrahedra(path: Path) -> Tetrahedra:
     require(
         volumes.min() > 1e-9 * volumes.max(), path, "cells", int(volumes.argmin()), "is a tetrahedron without volume"
     )
-    return oriented(mesh)
+    return orient_cells(mesh)
 
 
-def oriented(mesh: Tetrahedra) -> Tetrahedra:
+def orient_cells(mesh: Tetrahedra) -> Tetrahedra:
     """The mesh with all volumes positive."""
     cells = np.where((mesh.volumes < 0)[:, None], mesh.cells[:, [0, 2, 1, 3]], mesh.cells)
     return Tetrahedra(mesh.vertices, cells)

@@ -10,7 +10,7 @@ from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PERIOD = 0.01
@@ -61,7 +61,7 @@ class Link:
 
 def live(link, bench, send, take=lambda found: None):
     """A driver over a link, which takes each result by name."""
-    config = described(bench.inputs, "test")
+    config = bench_from_inputs(bench.inputs, "test")
     config.send = send
     return BenchDriver(bench, config, link, lambda _, found: take(found), True, lambda: link.now)
 

@@ -14,7 +14,7 @@ from waiting import LONG
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import SWITCH_INTERVAL, BenchDriver
 from soft_gripper.extras.bench.messages import encoded
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.extras.page.session import Session
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -60,7 +60,7 @@ class Overloaded:
         self.bench = Bench(
             load_scenario("tip_distance_steps", ["sensor.sections=2", "control.set_points=[0.06, 0.04]"])
         )
-        self.config = described(self.bench.inputs, "test")
+        self.config = bench_from_inputs(self.bench.inputs, "test")
         self.config.stale_after, self.config.safe_command, self.config.send = stale_after, SAFE, []
         self.cost, self.costs, self._pass_time = OVERLOAD, [], pass_time
         self._step, self.bench.step = self.bench.step, self._step_slowly

@@ -20,7 +20,7 @@ from waiting import LONG, wait_until
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.scenario.scenario_file import load_scenario
 
 pytestmark = pytest.mark.slow
@@ -36,7 +36,7 @@ def served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Served]:
     changes = ("tip_distance_steps", "--set", "estimator.type=gaussian", "--set", "sensor.sections=2")
     hardware = [sys.executable, simulated_hardware.__file__, *changes]
     hardware += ["--source", f"udp://:{commands}", "--sink", f"udp://127.0.0.1:{readings}"]
-    config = described(Bench(load_scenario(changes[0], changes[2::2])).inputs, f"udp://:{readings}")
+    config = bench_from_inputs(Bench(load_scenario(changes[0], changes[2::2])).inputs, f"udp://:{readings}")
     config.sink = f"udp://127.0.0.1:{commands}"
     Path("bench.yaml").write_text(yaml.dump(asdict(config)))
     with subprocess.Popen(hardware) as process:

@@ -12,7 +12,7 @@ from soft_gripper.extras.bench import recorder as recorder_module
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import recorded_signals
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SCENARIO = load_scenario("tip_distance_steps", ["estimator.type=gaussian"])
@@ -24,7 +24,9 @@ def bench():
 
 
 def recorder(bench, path):
-    return Recorder(bench, recording_layout(bench, recorded_signals(bench, described(bench.inputs, "test"))), path)
+    return Recorder(
+        bench, recording_layout(bench, recorded_signals(bench, bench_from_inputs(bench.inputs, "test"))), path
+    )
 
 
 def feed(bench, recorder, begin, end):

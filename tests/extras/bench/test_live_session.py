@@ -20,7 +20,7 @@ from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
 from soft_gripper.extras.bench.tally import Tally
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SCENARIO = load_scenario(
@@ -53,7 +53,7 @@ def offline(messages):
 def made(receive, is_live=False, clock=time.monotonic, **changes):
     """A driver, what it has sent, and what it has said."""
     bench, results, said = Bench(SCENARIO), [], []
-    config = described(bench.inputs, "test")
+    config = bench_from_inputs(bench.inputs, "test")
     for name, value in changes.items():
         setattr(config, name, value)
     source = receive if hasattr(receive, "receive") else SimpleNamespace(receive=receive, is_over=False)
@@ -263,7 +263,7 @@ def test_zeroed_sensors_are_known_as_well_as_at_first(estimator):
     """Sensors of a free finger have drifted for 200 s, of which `recursive` has learned a part."""
     errors = "sensor.errors={drift: 0.01, noise: 0.002}", "sensor.period=4.0"
     bench, results = Bench(load_scenario("free_bending", [f"estimator.type={estimator}", *errors])), []
-    config, source = described(bench.inputs, "test"), SimpleNamespace(receive=lambda timeout: [], is_over=False)
+    config, source = bench_from_inputs(bench.inputs, "test"), SimpleNamespace(receive=lambda timeout: [], is_over=False)
     driver = BenchDriver(bench, config, source, lambda _, found: results.append(found), is_live=False)
     bench.step({name: np.zeros(size) for name, size in bench.inputs.items()})
     free = bench.free_readings()

@@ -9,7 +9,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import live_view
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.live_view import LiveView
-from soft_gripper.extras.hardware.bench_schema import described
+from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -40,7 +40,7 @@ class Shown:
     def __init__(self, folder):
         self.hardware, self.bench = SimulatedHardware(SCENARIO), Bench(SCENARIO)
         self.now, self.sent, self.is_silent, self.strains = 0.0, 0, False, []
-        config = described(self.bench.inputs, "test")
+        config = bench_from_inputs(self.bench.inputs, "test")
         self.view = LiveView(self.bench, config, self, self.obey, clock=lambda: self.now)
         self.session = Session(self.view, folder)
         self.session.feed = self.feed = Seen()

@@ -59,7 +59,7 @@ def test_strength_is_the_least_of_six_forces_in_drake(monkeypatch):
     monkeypatch.setattr(measures, "dump_scenario", lambda scenario: loaded.append(scenario.engine))
     monkeypatch.setattr(measures, "objects_of", lambda station: ["bottle"])
     monkeypatch.setattr(
-        measures, "strength_in", lambda text, held, number, shake: SimpleNamespace(strength=strengths[number])
+        measures, "direction_strength", lambda text, held, number, shake: SimpleNamespace(strength=strengths[number])
     )
     assert strength_n(station(), FakeRecording()) == 0.9
     assert loaded == [DRAKE]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.design.ranking import best, ends_of, pareto_front, score
+from soft_gripper.extras.design.ranking import find_best, pareto_front, score, summarize_runs
 from soft_gripper.extras.design.study_file import EndConfig, LimitConfig
 
 FORCE = EndConfig("force", "least", "mean")
@@ -25,7 +25,9 @@ def rows(*forces, grasp="held"):
     ],
 )
 def test_ends_are_means_or_the_worst(end, forces, expected):
-    assert ends_of([*rows(*forces), *rows(9.0, grasp="dropped")], [end])[1] == pytest.approx((expected,), nan_ok=True)
+    assert summarize_runs([*rows(*forces), *rows(9.0, grasp="dropped")], [end])[1] == pytest.approx(
+        (expected,), nan_ok=True
+    )
 
 
 def test_a_design_that_loses_an_object_is_not_allowed():
@@ -72,6 +74,6 @@ def test_equal_points_are_both_on_the_front_and_nan_is_not():
 
 
 def test_the_best_is_that_of_the_first_end_then_of_the_next():
-    assert best(np.array([[2.0, 0.0], [1.0, 5.0], [1.0, 4.0], [NAN, NAN]])) == 2
-    assert best(np.full((2, 1), NAN)) is None
-    assert best(np.empty((0, 1))) is None
+    assert find_best(np.array([[2.0, 0.0], [1.0, 5.0], [1.0, 4.0], [NAN, NAN]])) == 2
+    assert find_best(np.full((2, 1), NAN)) is None
+    assert find_best(np.empty((0, 1))) is None

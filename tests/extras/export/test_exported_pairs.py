@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.export.mjcf import station_mjcf
 from soft_gripper.extras.export.reach import Ball, ShapeRange, may_touch, reaches
-from soft_gripper.extras.export.tree import joints_below
+from soft_gripper.extras.export.tree import child_joints
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 
@@ -21,7 +21,7 @@ def station(name, changes=None):
 @pytest.mark.parametrize("name", ["box_grasp", "pick_and_place_box"])
 def test_no_joint_moves_a_body_out_of_its_ball(name):
     plant = station(name).plant
-    balls, context, random = reaches(plant, joints_below(plant)), plant.CreateDefaultContext(), np.random.default_rng(0)
+    balls, context, random = reaches(plant, child_joints(plant)), plant.CreateDefaultContext(), np.random.default_rng(0)
     begin = plant.GetPositions(context)
     least, most = (np.clip(each, -3, 3) for each in (plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()))
     off = np.full(plant.num_bodies(), -np.inf)

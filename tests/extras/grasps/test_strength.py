@@ -175,7 +175,7 @@ def made_up(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
 
 
 def test_twelve_loads_in_order_and_their_figure(monkeypatch):
-    monkeypatch.setattr(module, "strength_in", made_up)
+    monkeypatch.setattr(module, "direction_strength", made_up)
     reported: list[int] = []
     rows = module.grasp_strength(load_scenario("bottle_grasp"), HereExecutor(), report=lambda: reported.append(1))
     assert [row.direction for row in rows] == ["+x", "-x", "+y", "-y", "+z", "-z"] * 2

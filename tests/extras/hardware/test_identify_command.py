@@ -184,7 +184,7 @@ def test_what_was_found_survives_the_end_of_the_command(settled, monkeypatch):
     def fails(*_):
         raise InputError("identify", "left out", 0, "fails")
 
-    monkeypatch.setattr(states_module, "_left_out", fails)
+    monkeypatch.setattr(states_module, "_family_errors", fails)
     outcome = identify("rest.csv", free=("tendon.slack", "tendon.stiffness"))
     assert outcome.code == 2
     assert {path.name for path in (settled / "out").iterdir()} == {"fitted.urdf", "fitted.setup.yaml"}

@@ -5,16 +5,16 @@ import pytest
 
 from soft_gripper.extras.hardware.scoring import (
     Split,
-    each_left_out,
     error_columns,
-    groups_left_out,
+    leave_groups_out,
+    leave_one_out,
     percent_within,
     predictions,
 )
 
 
 def test_each_is_predicted_by_a_fit_to_the_others_alone():
-    found = predictions(each_left_out("abc"), lambda fitted: lambda one: (one, "".join(fitted)))
+    found = predictions(leave_one_out("abc"), lambda fitted: lambda one: (one, "".join(fitted)))
     assert list(found) == [("a", "bc"), ("b", "ac"), ("c", "ab")]
 
 
@@ -30,7 +30,7 @@ def test_all_that_a_split_tests_is_predicted_by_one_fit():
 
 
 def test_groups_are_left_out_of_all_recordings_and_rows_without_one_never():
-    first, second = groups_left_out([np.array(["b", "", "a"]), np.array(["a", "a"])])
+    first, second = leave_groups_out([np.array(["b", "", "a"]), np.array(["a", "a"])])
     assert [rows.tolist() for rows in first] == [[True, True, False], [False, False]]
     assert [rows.tolist() for rows in second] == [[False, True, True], [True, True]]
 

@@ -83,7 +83,7 @@ def test_weight_pulls_as_the_base_stands_in_each_sample(recorded):
     data = Recording.load(file).data
     data["left_finger.X_WB"].values[data.sizes["time"] // 2 :, :, :3] = np.diag([-1.0, 1.0, -1.0])
     Recording(data).save(file)
-    ((_, samples),) = calibration._simulated(file)
+    ((_, samples),) = calibration._run_recordings(file)
     half = len(samples.gravity) // 2
     np.testing.assert_allclose(samples.gravity[: half - 5], -9.81)
     np.testing.assert_allclose(samples.gravity[half + 5 :], 9.81)

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from soft_gripper.extras.hardware.text_pattern import filled, find, pattern_problem, plain_number_pattern
+from soft_gripper.extras.hardware.text_pattern import fill_pattern, find, pattern_problem, plain_number_pattern
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_what_a_pattern_matches(pattern, text, matched):
 
 def test_placeholders_are_replaced_and_nothing_else():
     """They are no format strings: no attributes, no widths, and what is put there is not looked at again."""
-    assert filled("{marker}_{axis}", {"marker": "{axis}", "axis": "x"}) == "{axis}_x"
+    assert fill_pattern("{marker}_{axis}", {"marker": "{axis}", "axis": "x"}) == "{axis}_x"
     for pattern in ("{marker:3000000000}_{axis}", "{marker.__class__}{marker}{axis}", "{0}{marker}{axis}"):
         assert "placeholders are" in pattern_problem(f"{pattern}{{marker}}", ("marker", "axis"))
     assert pattern_problem("{marker}", ("marker", "axis")) == "must have {marker} and {axis}"

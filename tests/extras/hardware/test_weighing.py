@@ -27,7 +27,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
-from soft_gripper.extras.hardware.weighing import Fitted, learned_growth, weigh
+from soft_gripper.extras.hardware.weighing import KeptFit, learned_growth, weigh
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
@@ -148,7 +148,7 @@ def kept(states, std, growth=0.0):
     confidence = ConfidenceConfig(SCALES, [std] * 6, np.ones((6, 6)).tolist(), growth)
     at = np.column_stack([states.pulled, np.full(len(states.pulled), states.load)]).tolist()
     names = [*(f"{i} [m]" for i in range(4)), "load [kg]"]
-    return Fitted(FittedStatesConfig(names, [1e-3] * 4 + [0.1], at, [1.0], growth=1.0), confidence)
+    return KeptFit(FittedStatesConfig(names, [1e-3] * 4 + [0.1], at, [1.0], growth=1.0), confidence)
 
 
 def test_a_scale_that_the_fit_leaves_open_is_in_the_band():
@@ -178,7 +178,8 @@ def fit_of(model, recordings):
     slopes = [marker_slopes(free, free.start, of, np.full(len(of.pulled), True)) for of in recordings]
     left = np.concatenate(errors).ravel()
     weights = (1 + (left / (0.02 * model.finger.length)) ** 2) ** -0.25
-    fit = FingerFit(free.at, free.start, left, np.concatenate(slopes), weights, 0.0, 0.0, True, free, tuple(recordings))
+    numbers = free.start, left, np.concatenate(slopes), weights, 0.0, 0.0, True
+    fit = FingerFit(free.build_model, *numbers, free, tuple(recordings))
     return IdentifiedStates(model, tuple(recordings), errors, (), errors, fit, None)
 
 
@@ -335,7 +336,7 @@ def test_the_published_trunk_with_dc_motors():
         others = [rows_of(of, of.families != block) for of in states]
         without = identify_states(found.model.finger, keys, others, [], HereExecutor(), setup=found.model.setup)
         confidence = kept_confidence(without.fit.free, without.confidence, learned_growth(without))
-        fit = Fitted(learned_band(without), confidence)
+        fit = KeptFit(learned_band(without), confidence)
         for of in states:
             *_, whole = weigh(without.model, rows_of(of, of.families == block), WINDOW, None, fit)
             held.append(abs(whole.load_g - whole.named_g) < whole.band_g)

@@ -2,7 +2,7 @@ import math
 
 from pydrake.systems.primitives import PassThrough
 
-from soft_gripper.extras.page.live_page import MAX_LINES, first_plots, plots_of
+from soft_gripper.extras.page.live_page import MAX_LINES, first_plots, list_plots
 from soft_gripper.signals import describe
 
 
@@ -12,33 +12,33 @@ def port(size: int = 1, unit="m", **axes):
 
 def test_fingers_share_a_plot_and_others_do_not() -> None:
     signals = {"left.pressure": port(unit="Pa"), "right.pressure": port(unit="Pa"), "grip.opening": port()}
-    plots = plots_of(signals, ["left", "right"])
+    plots = list_plots(signals, ["left", "right"])
     assert list(plots) == ["pressure", "grip.opening"]
     assert list(plots["pressure"]["signals"]) == ["left.pressure", "right.pressure"]
 
 
 def test_units_are_those_that_people_read() -> None:
-    plots = plots_of({"a.b": port(unit="rad"), "a.c": port(unit="N")}, [])
+    plots = list_plots({"a.b": port(unit="rad"), "a.c": port(unit="N")}, [])
     assert (plots["a.b"]["unit"], plots["a.c"]["unit"]) == ("deg", "N")
     assert math.isclose(math.pi * plots["a.b"]["scale"], 180)
     assert plots["a.c"]["scale"] == 1
 
 
 def test_mixed_units_stay_as_they_are() -> None:
-    plots = plots_of({"a.pose": port(3, ("m", "m", "rad"), pose=("x", "z", "heading"))}, [])
+    plots = list_plots({"a.pose": port(3, ("m", "m", "rad"), pose=("x", "z", "heading"))}, [])
     entries = {"a.pose": ["x", "z", "heading"]}
     assert plots["a.pose"] == {"unit": "m, rad", "scale": 1.0, "axes": "pose", "signals": entries}
 
 
 def test_entries_are_named_by_their_axes_and_a_scalar_is_one_line() -> None:
-    plots = plots_of({"a.b": port(4, "m", path=("inner", "outer"), section=(0, 1)), "a.c": port()}, [])
+    plots = list_plots({"a.b": port(4, "m", path=("inner", "outer"), section=(0, 1)), "a.c": port()}, [])
     assert plots["a.b"]["signals"]["a.b"] == ["inner 0", "inner 1", "outer 0", "outer 1"]
     assert plots["a.c"]["signals"]["a.c"] == [""]
 
 
 def test_what_would_be_a_thicket_is_no_plot() -> None:
     sizes = {"a.few": MAX_LINES, "a.many": MAX_LINES + 1}
-    assert list(plots_of({name: port(size, "m", joint=range(size)) for name, size in sizes.items()}, [])) == ["a.few"]
+    assert list(list_plots({name: port(size, "m", joint=range(size)) for name, size in sizes.items()}, [])) == ["a.few"]
 
 
 def test_the_first_plots_are_there() -> None:

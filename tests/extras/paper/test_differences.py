@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from soft_gripper.extras.paper.differences import TipErrors, chain_with_joints_at_starts, differences, tip_errors
+from soft_gripper.extras.paper.differences import TipErrors, differences, start_joint_chain, tip_errors
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.runs.scores.poses import PoseRow
 
@@ -84,14 +84,14 @@ def even_bends(shipped_finger):
 def test_half_of_the_first_angle_is_not_measured(shipped_finger, even_bends):
     spacing = shipped_finger.sensor_spacing
     offsets = np.array([0.5, -0.5])[:, None, None] * spacing
-    (inner, outer), _ = chain_with_joints_at_starts(even_bends, shipped_finger.segment_length, offsets)
+    (inner, outer), _ = start_joint_chain(even_bends, shipped_finger.segment_length, offsets)
     measured = (outer - inner).sum(axis=-1) / spacing
     np.testing.assert_allclose(measured, BENDS - even_bends[:, 0] / 2, rtol=3e-3)
 
 
 def test_the_tip_is_that_of_the_links(shipped_finger, bent):
     q, ds = bent(5, 12), shipped_finger.segment_length
-    _, tip = chain_with_joints_at_starts(q, ds, np.zeros((1, 1, 1)))
+    _, tip = start_joint_chain(q, ds, np.zeros((1, 1, 1)))
     heading, expected = np.zeros(5), np.zeros(5, dtype=complex)
     for angle in q.T:
         heading = heading + angle

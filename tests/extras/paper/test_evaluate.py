@@ -31,7 +31,7 @@ from soft_gripper.extras.paper.evaluate import (
     TASK,
     run_scenarios,
     summarize,
-    unfinished,
+    unfinished_runs,
 )
 from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.extras.paper.pose_rows import estimator_rows
@@ -47,11 +47,11 @@ COMMAND = [*LISTENING, "evaluate"]
 
 
 def test_unfinished_are_those_without_a_whole_folder_of_the_same_scenario(tmp_path):
-    assert unfinished(tmp_path) == list(RUNS)
+    assert unfinished_runs(tmp_path) == list(RUNS)
     for name, gravity in ((RUNS[0], [0.0, 0.0, -9.81]), (RUNS[1], [0.0, 0.0, 0.0]), (RUNS[2], [0.0, 0.0, -9.81])):
         with atomic_folder(tmp_path / name) as partial:
             (partial / "scenario.yaml").write_text(dump_scenario(replace(evaluated_scenario(name), gravity=gravity)))
-    assert unfinished(tmp_path) == [RUNS[1], *RUNS[3:]]
+    assert unfinished_runs(tmp_path) == [RUNS[1], *RUNS[3:]]
 
 
 @pytest.mark.parametrize("harm", ["missing", "truncated", "emptied", "other"])
@@ -59,13 +59,13 @@ def test_a_run_whose_results_were_harmed_is_unfinished(tmp_path, harm):
     with atomic_folder(tmp_path / FREE) as partial:
         (partial / "scenario.yaml").write_text(dump_scenario(evaluated_scenario(FREE)))
         (partial / "metrics.csv").write_text("a,b\n1,2\n")
-    assert FREE not in unfinished(tmp_path)
+    assert FREE not in unfinished_runs(tmp_path)
     results = tmp_path / FREE / "metrics.csv"
     if harm == "missing":
         results.unlink()
     else:
         results.write_text({"truncated": "a,b\n1", "emptied": "", "other": "a,b\n1,3\n"}[harm])
-    assert unfinished(tmp_path) == list(RUNS)
+    assert unfinished_runs(tmp_path) == list(RUNS)
 
 
 @pytest.mark.slow
@@ -268,4 +268,4 @@ def test_a_process_that_is_killed_is_named_and_its_scenario_run_again(tmp_path):
             assert process.poll() is None
             time.sleep(0.05)
         process.kill()
-    assert line.startswith("note: process 1 of 2 died at files_of_run('")
+    assert line.startswith("note: process 1 of 2 died at run_files('")

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scenes import Scene
 
-from soft_gripper.extras.paper.scenes_figure import GAP, HEIGHT, ROW, largest_pressure, pair_places, scenes_figure
+from soft_gripper.extras.paper.scenes_figure import (
+    GAP,
+    HEIGHT,
+    MAX_ROW_WIDTH,
+    largest_pressure,
+    pair_places,
+    scenes_figure,
+)
 from soft_gripper.pictures.rendering import SceneRenderer
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -21,7 +28,7 @@ def test_pairs_fill_rows_and_stand_in_their_middle() -> None:
 
 
 def test_a_pair_that_is_wider_than_a_row_has_one_alone() -> None:
-    places = pair_places([2.0, ROW + 1, 2.0])
+    places = pair_places([2.0, MAX_ROW_WIDTH + 1, 2.0])
     assert all(below[1] - above[1] > HEIGHT for above, below in pairwise(places))
 
 

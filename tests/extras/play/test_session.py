@@ -277,7 +277,7 @@ def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> No
 def test_the_command_shows_what_is_estimated(monkeypatch, tmp_path):
     """Its station is the whole one, in the Meshcat of its page."""
     sessions = []
-    monkeypatch.setattr(play_command, "run_on_page", lambda session, *_: sessions.append(session))
+    monkeypatch.setattr(play_command, "serve_session", lambda session, *_: sessions.append(session))
     assert dispatch(["play", "free_bending", "--out", str(tmp_path / "out")]) == 0
     (session,) = sessions
     assert {PRESSURE, "left_finger.theta", "left_finger.external_torque"} <= set(session.driver.signals)

@@ -4,7 +4,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.extras.play.control_panel import NO_KEYS, SliderCommand, commands_of, pressure_slider, tool_pose
+from soft_gripper.extras.play.control_panel import NO_KEYS, SliderCommand, pressure_slider, slider_commands, tool_pose
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import PressureConfig
@@ -26,11 +26,11 @@ def at_start(command: SliderCommand):
 
 def test_every_open_input_has_a_command(box: Station, arm: Station) -> None:
     for station in (box, arm):
-        assert {command.port for command in commands_of(station.parts)} == set(station.parts.inputs)
+        assert {command.port for command in slider_commands(station.parts)} == set(station.parts.inputs)
 
 
 def test_a_pressure_for_every_finger(box: Station) -> None:
-    left, right = commands_of(box.parts)
+    left, right = slider_commands(box.parts)
     assert (left.port, right.port) == ("left_finger.pressure_command", "right_finger.pressure_command")
     assert left.value([60.0]) == [60e3]
     supply = box.scenario.pressure
@@ -43,14 +43,14 @@ def test_pressure_begins_as_near_to_none_as_the_supply_comes(low: float, high: f
 
 
 def test_the_opening_begins_at_that_of_straight_fingers(arm: Station) -> None:
-    command = commands_of(arm.parts)[0]
+    command = slider_commands(arm.parts)[0]
     bases = [finger.X_WB.translation() for finger in arm.fingers]
     np.testing.assert_allclose(at_start(command), np.linalg.norm(bases[0] - bases[1]), rtol=1e-9)
 
 
 def test_sliders_begin_within_their_limits(box: Station, arm: Station) -> None:
     for station in (box, arm):
-        for slider in (slider for command in commands_of(station.parts) for slider in command.sliders):
+        for slider in (slider for command in slider_commands(station.parts) for slider in command.sliders):
             assert slider.low <= slider.value <= slider.high, slider.name
 
 
@@ -61,7 +61,7 @@ def test_the_tool_goes_as_far_either_way_as_a_share_of_the_reach(arm: Station) -
         for name in (arm.scenario.arm.model, "gripper")
     )
     reach = 600 * np.linalg.norm(foot.translation() - hand.translation())  # mm
-    *places, _ = commands_of(arm.parts)[1].sliders
+    *places, _ = slider_commands(arm.parts)[1].sliders
     for slider in places:
         np.testing.assert_allclose([slider.value - slider.low, slider.high - slider.value], reach, atol=2.6)
 
@@ -70,7 +70,7 @@ def test_the_tool_begins_where_the_arm_holds_it(arm: Station) -> None:
     plant, context = arm.plant, arm.plant.CreateDefaultContext()
     gripper = plant.GetModelInstanceByName("gripper")
     X_WTool = plant.EvalBodyPoseInWorld(context, plant.get_body(plant.GetBodyIndices(gripper)[0]))
-    assert at_start(commands_of(arm.parts)[1]).IsNearlyEqualTo(X_WTool, 1e-9)
+    assert at_start(slider_commands(arm.parts)[1]).IsNearlyEqualTo(X_WTool, 1e-9)
 
 
 def test_the_tool_turns_about_the_vertical() -> None:
@@ -83,5 +83,5 @@ def test_the_tool_turns_about_the_vertical() -> None:
 
 def test_no_key_does_two_things(box: Station, arm: Station) -> None:
     for station in (box, arm):
-        keys = [key for command in commands_of(station.parts) for slider in command.sliders for key in slider.keys]
+        keys = [key for command in slider_commands(station.parts) for slider in command.sliders for key in slider.keys]
         assert len(keys) == len(set(keys))

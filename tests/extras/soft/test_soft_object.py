@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from soft_gripper.extras import soft
 from soft_gripper.extras.soft import soft_object as module
-from soft_gripper.extras.soft.soft_object import element_volumes, fitted_pose, largest_strain, squeeze, wrench_at
+from soft_gripper.extras.soft.soft_object import element_volumes, fitted_pose, largest_strain, move_wrench, squeeze
 from soft_gripper.extras.soft.tetrahedra import read_tetrahedra
 
 REST = read_tetrahedra(Path(soft.__path__[0]) / "objects" / "soft_block.vtk")  # 44 x 40 x 60 mm
@@ -76,7 +76,7 @@ def test_a_wrench_is_moved_to_the_object():
     place, force = np.array([0.3, -0.2, 0.5]), np.array([1.0, 2.0, -3.0])
     pose = np.array([1.0, 0, 0, 0, *place])
     wrench = np.array([*(np.cross(place, force) + np.array([0, 0, 0.7])), *force])
-    np.testing.assert_allclose(wrench_at(wrench, pose), [0, 0, 0.7, *force], atol=1e-12)
+    np.testing.assert_allclose(move_wrench(wrench, pose), [0, 0, 0.7, *force], atol=1e-12)
 
 
 def test_a_contact_has_its_torque_about_the_origin_whichever_of_both_bodies_comes_first(monkeypatch):

@@ -8,7 +8,7 @@ from refusals import refused
 
 from soft_gripper.extras import soft
 from soft_gripper.extras.soft import tetrahedra
-from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented, read_tetrahedra
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells, read_tetrahedra
 
 CORNER = Tetrahedra(np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float), np.array([[0, 1, 2, 3]]))
 GOOD = CORNER.as_vtk()
@@ -38,7 +38,7 @@ def test_the_faces_of_a_tetrahedron_look_outward():
 
 
 def test_tetrahedra_that_are_inside_out_are_turned():
-    turned = oriented(Tetrahedra(CORNER.vertices, CORNER.cells[:, [1, 0, 2, 3]]))
+    turned = orient_cells(Tetrahedra(CORNER.vertices, CORNER.cells[:, [1, 0, 2, 3]]))
     assert turned.volumes == pytest.approx([4])
 
 

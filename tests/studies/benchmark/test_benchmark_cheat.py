@@ -10,7 +10,7 @@ import pytest
 from benchmark_folders import write_force_folder
 from scipy.spatial import cKDTree
 
-from studies.benchmark.benchmark_task import Question, inputs_of, missing_files, read_tests, read_training
+from studies.benchmark.benchmark_task import Question, missing_files, read_tests, read_training, region_inputs
 from studies.benchmark.estimates import answers
 from studies.benchmark.measured_force import force_tasks
 from studies.benchmark.scores import scores
@@ -45,7 +45,7 @@ def mean_errors(task, folder, estimator, train):
     tested = read_tests(task, folder)
     return [
         row.mean
-        for row in scores(task, "it", answers(task.question, "it", estimator, train, inputs_of(tested)), tested)
+        for row in scores(task, "it", answers(task.question, "it", estimator, train, region_inputs(tested)), tested)
     ]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from soft_gripper.commands import main
 from studies.benchmark.benchmark_task import missing_files
-from studies.benchmark.report import SHOWN
+from studies.benchmark.report import SHOWN_UNITS
 from studies.benchmark.tasks import TASKS
 from studies.commands import STUDIES
 
@@ -82,7 +82,7 @@ def reference():
 
 def number(score, of):
     """In mm, N, g or %."""
-    return f"{SHOWN.get(score['unit'], (1.0, ''))[0] * score[of]:.3g}"
+    return f"{SHOWN_UNITS.get(score['unit'], (1.0, ''))[0] * score[of]:.3g}"
 
 
 def test_the_table_in_the_docs_has_who_leads_in_the_reference_results():

@@ -9,7 +9,7 @@ from scale_files import FORCES, GRAM
 
 from soft_gripper.errors import InputError
 from studies.benchmark.baselines import nearest, ridge
-from studies.benchmark.benchmark_task import inputs_of, read_tests, read_training
+from studies.benchmark.benchmark_task import read_tests, read_training, region_inputs
 from studies.benchmark.estimates import answers
 from studies.benchmark.measured_force import force_tasks
 from studies.benchmark.ours import ours
@@ -28,7 +28,7 @@ def data(tmp_path_factory):
 
 def score(task, copies, name, estimator):
     train, tested = read_training(task, task.folder, copies), read_tests(task, task.folder)
-    (row,) = scores(task, name, answers(task.question, name, estimator, train, inputs_of(tested)), tested)
+    (row,) = scores(task, name, answers(task.question, name, estimator, train, region_inputs(tested)), tested)
     return row
 
 

@@ -19,7 +19,7 @@ from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.scenario.model_files import model_path
 from studies.benchmark import ours_recorded
 from studies.benchmark.baselines import baselines
-from studies.benchmark.benchmark_task import Part, inputs_of, read_tests, read_training
+from studies.benchmark.benchmark_task import Part, read_tests, read_training, region_inputs
 from studies.benchmark.estimates import answers
 from studies.benchmark.ours import ours
 from studies.benchmark.scores import scores as scores_of
@@ -38,7 +38,7 @@ def twin(name, folder, **changes):
 def scores(task, folder, *names):
     train, tested = read_training(task, folder, folder / "copies"), read_tests(task, folder)
     estimators = baselines(task.question) | ours(task)
-    stated = {name: answers(task.question, name, estimators[name], train, inputs_of(tested)) for name in names}
+    stated = {name: answers(task.question, name, estimators[name], train, region_inputs(tested)) for name in names}
     rows = [row for name in names for row in scores_of(task, name, stated[name], tested)]
     return {(row.region, row.estimator): row for row in rows}
 
@@ -170,7 +170,7 @@ def trunk(tmp_path_factory):
 )
 def test_the_shape_of_a_trunk(trunk, monkeypatch, name, file):
     """Under the load that it was trained with."""
-    monkeypatch.setattr(ours_recorded, "_SHAPES", 20)
+    monkeypatch.setattr(ours_recorded, "_FITTED_ROWS", 20)
     found = scores(twin(name, trunk, tested={"alike": (Part(file, 0.85),)}), trunk, "fitted", "ridge")
     assert found["alike", "fitted"].mean < 2e-3
     assert found["alike", "fitted"].mean < found["alike", "ridge"].mean
@@ -180,13 +180,13 @@ def test_the_load_of_a_window_is_that_which_agrees_best():
     random = np.random.default_rng(4)
     slope, curving = random.normal(size=(40, 3, 3)), 0.2 * random.normal(size=(40, 3, 3))
     for u in (-1.0, 0.3):
-        found = ours_recorded._agreeing(slope * u + curving * u**2, slope, curving)
+        found = ours_recorded._best_load_shift(slope * u + curving * u**2, slope, curving)
         assert found[5:] == pytest.approx(u, abs=1e-12)
 
 
 @pytest.mark.published
 def test_the_load_of_a_trunk_is_weighed(trunk, monkeypatch):
-    monkeypatch.setattr(ours_recorded, "_OF_LOAD", 6)
+    monkeypatch.setattr(ours_recorded, "_LOAD_STRIDE", 6)
     monkeypatch.setattr(ours_recorded, "_WEIGHED", 2)
     found = scores(twin("trunk_load", trunk), trunk, "fitted")
     assert all(row.mean < 15 for row in found.values())  # g

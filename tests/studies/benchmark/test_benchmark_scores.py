@@ -13,23 +13,23 @@ import pytest
 from scipy.special import ndtr
 
 from soft_gripper.errors import InputError
-from studies.benchmark.baselines import _PENALTY, _fit_linear, recurrent, ridge
+from studies.benchmark.baselines import _RIDGE_PENALTY, _fit_linear, recurrent, ridge
 from studies.benchmark.benchmark_task import (
     Channel,
     Part,
     Recorded,
     Task,
-    inputs_of,
     missing_files,
     read_tests,
     read_training,
+    region_inputs,
     unread_files,
 )
 from studies.benchmark.contacts import FOLDER
 from studies.benchmark.estimates import answers
 from studies.benchmark.ours import ours
 from studies.benchmark.report import document, load_scores
-from studies.benchmark.scores import Score, crps, scores, with_unknown
+from studies.benchmark.scores import Score, add_unknown, crps, scores
 from studies.benchmark.tasks import TASKS
 
 NOISE = 0.1
@@ -63,7 +63,7 @@ def score(task, folder, estimator):
 
 
 def scored(task, estimator, train, tested):
-    (row,) = scores(task, "mine", answers(task.question, "mine", estimator, train, inputs_of(tested)), tested)
+    (row,) = scores(task, "mine", answers(task.question, "mine", estimator, train, region_inputs(tested)), tested)
     return row
 
 
@@ -223,7 +223,7 @@ def test_true_probabilities_cover_what_they_state():
 
 
 def test_scores_of_a_regression_count_as_probabilities():
-    found = with_unknown(np.array([[1.2, -0.2], [0.3, 0.3], [2.0, 2.0]]))
+    found = add_unknown(np.array([[1.2, -0.2], [0.3, 0.3], [2.0, 2.0]]))
     assert found == pytest.approx(np.array([[1, 0, 0], [0.3, 0.3, 0.4], [0.5, 0.5, 0]]))
 
 
@@ -271,7 +271,7 @@ def test_the_penalty_is_as_large_as_a_share_of_the_spread_however_many_samples_t
     inputs = np.linspace(-1, 1, samples)[:, None]
     inputs /= inputs.std()
     fit = _fit_linear([Recorded(inputs, inputs + 5.0)], lambda given: given.copy())
-    np.testing.assert_allclose(fit(np.array([[0.0], [1.0]]))[:, 0], [5.0, 5 + 1 / (1 + _PENALTY)], rtol=1e-12)
+    np.testing.assert_allclose(fit(np.array([[0.0], [1.0]]))[:, 0], [5.0, 5 + 1 / (1 + _RIDGE_PENALTY)], rtol=1e-12)
 
 
 def test_results_keep_the_checksums_of_the_data_of_every_scored_task_and_no_other(tmp_path):
@@ -292,7 +292,7 @@ def test_a_further_file_is_another_region(twin, tmp_path):
     """A recording that was kept back is scored beside the others, by its name."""
     own = recorded(4, samples=50)
     np.savetxt(tmp_path / "kept.txt", np.hstack([own.inputs, own.outputs]))
-    task = replace(twin, kept_back=Part("*.txt", 0.5)).with_kept_back(tmp_path)
+    task = replace(twin, kept_back=Part("*.txt", 0.5)).add_kept_back(tmp_path)
     assert [*task.tested] == ["later", "kept"]
     assert task.sha256.keys() == {"a.txt", "kept.txt"}
     (kept,) = read_tests(task, tmp_path)["kept"]
@@ -304,7 +304,7 @@ def test_files_that_no_task_reads_are_named(twin, tmp_path):
     for name in ("a.txt", "kept.txt", "Kept_2.TXT", "later.csv", "README.txt", ".hidden.csv", "LICENSE", "a.yaml"):
         (tmp_path / name).write_text("1 2\n")
     (tmp_path / "folder").mkdir()
-    task = replace(twin, kept_back=Part("*.txt", 0.5)).with_kept_back(tmp_path)
+    task = replace(twin, kept_back=Part("*.txt", 0.5)).add_kept_back(tmp_path)
     other = replace(task, sha256={"later.csv": "0"})
     assert unread_files([task], tmp_path) == ["Kept_2.TXT", "later.csv"]
     assert unread_files([task, other], tmp_path) == ["Kept_2.TXT"]
@@ -315,7 +315,7 @@ def test_the_transverse_force_of_shipped_contacts_is_better_known_than_the_norma
     for name in ("contact_force", "contact_transverse"):
         (task,) = (task for task in TASKS if task.name == name)
         train, tested = read_training(task, FOLDER, FOLDER), read_tests(task, FOLDER)
-        stated = answers(task.question, "contact", ours(task)["contact"], train, inputs_of(tested))
+        stated = answers(task.question, "contact", ours(task)["contact"], train, region_inputs(tested))
         rows[name] = {row.region: row for row in scores(task, "contact", stated, tested)}
     normal, transverse = (of["near tip"] for of in rows.values())
     assert transverse.mean < 0.5 * normal.mean

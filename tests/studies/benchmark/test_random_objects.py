@@ -10,7 +10,7 @@ from refusals import refused
 
 from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.scenario.scenario_file import load_scenario
-from studies.benchmark.random_objects import SHAPES, draw, free_model, lowest, with_object
+from studies.benchmark.random_objects import SHAPES, draw, free_model, lowest_height, replace_object
 
 DRAWN = RandomObject(x_mm=2.0, y_mm=-3.0, yaw_deg=15.0, mass_g=25.0, friction=0.6, size=1.1)
 
@@ -38,9 +38,9 @@ def test_draws_fill_their_ranges_evenly():
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_another_object_stands_as_high_as_that_of_the_scenario(scenario, shape):
-    model = free_model(with_object(scenario, shape, DRAWN))
+    model = free_model(replace_object(scenario, shape, DRAWN))
     X_WO = model.X_PC.GetDeterministicValue()
-    foot = X_WO.translation()[2] + model.mesh.scale * lowest(model.file, X_WO.rotation())
+    foot = X_WO.translation()[2] + model.mesh.scale * lowest_height(model.file, X_WO.rotation())
     assert foot == pytest.approx(1e-5, abs=1e-9)
     np.testing.assert_allclose(X_WO.translation()[:2], [2e-3, -3e-3], atol=1e-12)
     assert np.degrees(RollPitchYaw(X_WO.rotation()).yaw_angle()) == pytest.approx(15.0)
@@ -52,11 +52,11 @@ def test_another_object_stands_as_high_as_that_of_the_scenario(scenario, shape):
 def test_a_support_at_another_height_is_stood_on(scenario):
     box = free_model(scenario)
     raised = replace(box, X_PC=Transform(RigidTransform([0.1, 0.0, 0.23])))
-    found = free_model(with_object(replace(scenario, models=[raised]), "sphere", DRAWN))
+    found = free_model(replace_object(replace(scenario, models=[raised]), "sphere", DRAWN))
     assert found.X_PC.GetDeterministicValue().translation()[2] == pytest.approx(0.2 + 1.1 * 0.023, abs=1e-5)
 
 
 def test_one_free_model_is_asked_for(scenario):
     for models in (scenario.models[:2], [*scenario.models, replace(scenario.models[2], name="other")]):
         with refused("models"):
-            with_object(replace(scenario, models=models), "box", DRAWN)
+            replace_object(replace(scenario, models=models), "box", DRAWN)

@@ -7,7 +7,7 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies.benchmark.random_objects import SETS, SHAPES
-from studies.benchmark.recognition import SAMPLES, Probe, confusion, confusion_figure, probe, run_grasp
+from studies.benchmark.recognition import MEAN_SAMPLES, Probe, confusion, confusion_figure, probe, run_grasp
 
 
 @pytest.mark.slow
@@ -20,7 +20,7 @@ def test_probes_are_what_the_blocks_estimate_at_the_end_of_every_step():
         (sample,) = np.flatnonzero(np.isclose(time, (level + 1) * scenario.step_duration))
         for i, finger in enumerate(("left_finger", "right_finger")):
             for values, signal in ((found.angles, "estimated_joint_angles"), (found.torques, "external_torque")):
-                expected = recording[f"{finger}.{signal}"].values[sample - SAMPLES + 1 : sample + 1].mean(axis=0)
+                expected = recording[f"{finger}.{signal}"].values[sample - MEAN_SAMPLES + 1 : sample + 1].mean(axis=0)
                 np.testing.assert_allclose(values[0, level, i], expected, atol=1e-12)
 
 

@@ -36,13 +36,13 @@ def submitted(tmp_path_factory):
 
 
 def scored(submitted, file):
-    return study_line("benchmark", "--score", file, "--out", submitted / "checked.json")
+    return study_line("benchmark", "--score", file, "--out", submitted / "check_estimate.json")
 
 
 def test_scores_are_those_of_the_estimator_without_its_code(submitted):
     outcome = scored(submitted, submitted / "mine.json")
     assert outcome.code == 0, outcome.err
-    mine, theirs = (json.loads((submitted / f"{name}.json").read_text()) for name in ("scores", "checked"))
+    mine, theirs = (json.loads((submitted / f"{name}.json").read_text()) for name in ("scores", "check_estimate"))
     assert mine["sha256"] == theirs["sha256"]
     assert len(theirs["scores"]) == 3 + 3 + 3 + 4
     for row, expected in zip(theirs["scores"], mine["scores"], strict=True):

@@ -72,8 +72,8 @@ def test_the_order_of_samples_that_stand_alone_tells_nothing(score):
 
 
 def test_a_system_that_cannot_hide_files_is_named(score, monkeypatch):
-    open_to_all = user_estimator._BEGIN.replace("= hide(parent.recv())", "= not parent.recv()")
-    monkeypatch.setattr(user_estimator, "_BEGIN", open_to_all)
+    open_to_all = user_estimator._CHILD_SCRIPT.replace("= hide(parent.recv())", "= not parent.recv()")
+    monkeypatch.setattr(user_estimator, "_CHILD_SCRIPT", open_to_all)
     errors, _, said = score("shipped", "contact_tip")
     assert said.endswith("cheats.py:shipped could read the tests: this system has no Landlock\n")
     assert errors == [0, 0, 0]
@@ -156,7 +156,7 @@ def test_its_folder_and_command_line_are_empty(asked, tmp_path, monkeypatch):
 
 
 def test_a_long_silence_is_said(asked, monkeypatch, capsys):
-    monkeypatch.setattr(user_estimator, "_PATIENCE", 1)
+    monkeypatch.setattr(user_estimator, "_SILENT_SECONDS", 1)
     asked("time.sleep(1.2)\nreturn lambda inputs: inputs")
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("mine.py:estimator: no answer on twin for 1 s; Ctrl-C ends it")

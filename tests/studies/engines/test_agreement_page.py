@@ -16,14 +16,14 @@ from studies.engines.engine_agreement import (
     CREEP,
     CREEP_HEADING,
     HEADING,
-    HEAVY,
+    MIN_CREEP_MASS,
     PAGE,
     TABLE,
     Agreement,
     Box,
     Creep,
+    count_ends,
     creep_table,
-    ends_of,
     page_table,
 )
 
@@ -52,13 +52,13 @@ def test_scenarios_that_touch_nothing_are_named():
 def test_the_page_says_how_boxes_end():
     """Both hold all of them: friction could carry their weight, whatever the table carries."""
     boxes, page = read_csv(BOXES, Box), " ".join(LINES)
-    (alike,) = ends_of(boxes)
+    (alike,) = count_ends(boxes)
     assert (alike.in_drake, alike.in_mujoco) == ("held", "held")
     assert f"--boxes {len(boxes)}" in page
     assert f"Of {len(boxes)} boxes" in page
     assert f"all {alike.boxes} end alike, held in both" in page
     assert f"is at most {alike.largest_weight_over_friction:.2f} of the friction available" in page
-    sinking = next(box for box in boxes if box.mass_kg > HEAVY)
+    sinking = next(box for box in boxes if box.mass_kg > MIN_CREEP_MASS)
     assert f"of {1e3 * sinking.mass_kg:.0f} g and friction {sinking.friction:.2f}" in page
 
 

@@ -8,7 +8,7 @@ from creeping_fingers import FINGER, write_creeping
 
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
-from studies.engines.export_tips import differences, in_drake
+from studies.engines.export_tips import differences, drake_tips
 from studies.engines.export_trials import run_trial
 
 TRIALS = (0, 4)
@@ -48,7 +48,7 @@ def test_creep_and_laws_of_the_pressure_are_those_of_drake(tmp_path):
     files = [f"models.left_finger.file={creeping}", f"models.right_finger.file={with_law}"]
     scenario = load_scenario("free_bending", [*steps, *files])
     assert differences(scenario, 0.002).max() < 5e-5  # creep follows angles that are held for 10 ms
-    tips, bare = in_drake(scenario), in_drake(load_scenario("free_bending", steps))
+    tips, bare = drake_tips(scenario), drake_tips(load_scenario("free_bending", steps))
     assert np.linalg.norm(tips - bare, axis=-1).min() > 5e-3
 
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from soft_gripper.extras.export.mjcf import to_mjcf
-from studies.peers.comparison import Result, chosen, ours_as_good
+from studies.peers.comparison import Result, chosen_results, equal_setting
 from studies.peers.measures import creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
 from studies.peers.task import Trial, load_task
@@ -137,7 +137,7 @@ def test_the_fastest_setting_that_is_as_good_is_chosen():
     ours = result(OURS, 1.0, 1.0)
     fast, good, slow = result("A", 0.1, 2.0), result("A", 0.5, 1.05), result("A", 0.6, 0.1)
     bad, lost = result("B", 0.1, 3.0), result("B", 0.1, 0.1, stays=False)
-    assert chosen([ours, fast, good, slow, bad, lost]) == [ours, good, bad]
+    assert chosen_results([ours, fast, good, slow, bad, lost]) == [ours, good, bad]
     assert good.times_behind(ours) == 0.5
 
 
@@ -145,7 +145,7 @@ def test_the_comparison_goes_both_ways():
     """Of ours the fastest setting that is as good as another simulator, wherever there is one."""
     rough, fine = result(OURS, 1.0, 1.0), result(OURS, 5.0, 0.1)
     rougher, better, best = result("A", 0.1, 3.0), result("A", 0.5, 0.1), result("A", 9.0, 0.01)
-    assert [ours_as_good([rough, fine], other) for other in (rougher, better, best)] == [rough, fine, None]
+    assert [equal_setting([rough, fine], other) for other in (rougher, better, best)] == [rough, fine, None]
 
 
 def test_the_table_takes_the_place_of_the_one_before(tmp_path):

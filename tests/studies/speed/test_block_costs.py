@@ -18,7 +18,7 @@ def few(monkeypatch):
 
 def test_every_block_has_a_cost():
     """Those too that have discrete states but take no samples."""
-    costs = block_costs.cost_of_blocks(make_station(load_scenario("free_bending", SHORT)))
+    costs = block_costs.measure_blocks(make_station(load_scenario("free_bending", SHORT)))
     assert {"TrueContact", "StrainSensor", "ArcPoseEstimator"} <= costs.keys()
     assert np.isfinite([*costs.values()]).all()
 

@@ -52,7 +52,7 @@ def test_a_gain_of_what_is_not_read_shows():
 
 def test_both_figures_are_printed(capsys, monkeypatch):
     runs = {("other", "closed"): [[4.0]], ("other", "read"): [[0.0]], ("here", "closed"): [[2.0]]}
-    monkeypatch.setattr(compare, "run_in_turns", lambda *_: {**runs, ("here", "read"): [[3.0]]})
+    monkeypatch.setattr(compare, "run_alternately", lambda *_: {**runs, ("here", "read"): [[3.0]]})
     monkeypatch.setattr(compare, "start_times", lambda *_: (3.0, 2.0))
     compare.run(SimpleNamespace(other="before", scenarios=["box_grasp"]))
     rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
@@ -65,7 +65,7 @@ def test_a_checkout_that_reads_nothing_is_timed_by_this_one(tmp_path, monkeypatc
     monkeypatch.setattr(compare, "ROOT", new)
     monkeypatch.setattr(compare, "ROUNDS", 1)
     assert compare.timed_run(old, "box_grasp") == json.loads(READ)
-    assert compare.run_in_turns(old, "box_grasp")["other", "read"] == [[0.5]]
+    assert compare.run_alternately(old, "box_grasp")["other", "read"] == [[0.5]]
 
 
 def test_the_start_is_timed_in_both_checkouts(tmp_path, monkeypatch):

@@ -11,8 +11,8 @@ from printed_numbers import table_problems
 from soft_gripper.extras.soft.objects.make_soft import block
 from studies.verification.soft_bodies import (
     BALLS,
-    BLOCK,
     BLOCK_FORCE,
+    BLOCK_SIZE,
     BLOCKS,
     FOAM,
     Material,
@@ -22,7 +22,7 @@ from studies.verification.soft_bodies import (
     block_rows,
     hertz,
     pressed,
-    shortened,
+    shortening,
 )
 from studies.verification.tables import Row
 
@@ -60,9 +60,9 @@ def test_a_ball_of_tetrahedra_has_the_volume_of_a_ball():
 
 @pytest.mark.slow
 def test_a_block_between_smooth_plates_shortens_by_the_closed_form():
-    found = pressed(block(BLOCK, (2, 2, 2)), FOAM[1], BLOCK_FORCE)
-    width, depth, height = BLOCK
-    assert shortened(found) == pytest.approx(BLOCK_FORCE * height / (FOAM[1].modulus * width * depth), rel=1e-3)
+    found = pressed(block(BLOCK_SIZE, (2, 2, 2)), FOAM[1], BLOCK_FORCE)
+    width, depth, height = BLOCK_SIZE
+    assert shortening(found) == pytest.approx(BLOCK_FORCE * height / (FOAM[1].modulus * width * depth), rel=1e-3)
     assert found.forces == pytest.approx((BLOCK_FORCE, -BLOCK_FORCE), rel=1e-4)
 
 

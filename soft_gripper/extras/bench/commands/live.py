@@ -27,7 +27,7 @@ from soft_gripper.extras.hardware.bench_schema import BenchConfig, load_bench
 from soft_gripper.extras.hardware.measured import check_places
 from soft_gripper.extras.hardware.recording_schema import instruments
 from soft_gripper.extras.hardware.table import Columns
-from soft_gripper.extras.page.session import Session, run_on_page
+from soft_gripper.extras.page.session import Session, serve_session
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.interrupts import held_back
@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> None:
             else:
                 if options.out is not None:
                     session.record()
-                run_on_page(session, "live", options, scenario, is_over, _say)
+                serve_session(session, "live", options, scenario, is_over, _say)
         finally:
             _sum_up(driver, endpoints.dropped)
     for line in _change_lines(live.bench):

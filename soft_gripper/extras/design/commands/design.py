@@ -39,12 +39,12 @@ def run(options: argparse.Namespace) -> int:
     written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
     lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
     executor = open_executor(options.jobs, options.scheduler)
-    kept = f"their results are in {options.out / TABLE}; --resume runs the others"
+    warning = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()
-    with options.console.jobs(most_runs(study), "runs", kept) as report, executor as opened:
+    with options.console.jobs(most_runs(study), "runs", warning) as report, executor as opened:
         result = run_design(study, options.out, opened, options.resume, lambda held: report())
-        own = list(own_measures(study).values())
-        agreed = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, opened, own)
+        measures = list(own_measures(study).values())
+        agreed = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, opened, measures)
     minutes = (time.monotonic() - begin) / 60
     files = [options.out / name for name in write_tables(result, options.out)]
     save_figure(design_figure(result), options.out / FIGURE)
@@ -76,10 +76,10 @@ def _print(result: DesignResult, minutes: float, tests: Table) -> None:
         return
     rows = design_rows(result)
     end = result.study.config.ends[0].measure
-    shown = [SHIPPED, result.best, *(i for i in result.front if i != result.best)][: 1 + _SHOWN_DESIGNS]
+    shown_designs = [SHIPPED, result.best, *(i for i in result.front if i != result.best)][: 1 + _SHOWN_DESIGNS]
     names = [name for name in rows[0] if name not in ("allowed", "front", "reason")]
     title = f"Pareto front, {len(result.front)} designs; by {end} design {result.best} is best; {SHIPPED} is as it is"
-    _print_table(short_names(names), [[rows[i][name] for name in names] for i in shown], title)
+    _print_table(short_names(names), [[rows[i][name] for name in names] for i in shown_designs], title)
     changed = ", ".join(f"{key} = {_short(value)}" for key, value in result.reference.values.items())
     drive = f"the fingers as they are, at their best drive: {changed}" if changed else "the scenario as it is"
     title = f"Test, with new draws; the reference, {result.reference.number}, is {drive}"

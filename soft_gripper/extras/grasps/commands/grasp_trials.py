@@ -17,7 +17,7 @@ from soft_gripper.extras.grasps.trials import (
     FIGURE,
     SCENARIOS,
     TABLES,
-    check_scenario_for_trials,
+    check_trial_scenario,
     judge,
     record_trial,
     run_trials,
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     files = options.scenario or SCENARIOS
     for file in files:
-        check_scenario_for_trials(file)
+        check_trial_scenario(file)
     out = lock_folder(options.out, [ABOUT], files)
     if options.trial is not None:
         for file in files:
@@ -49,8 +49,8 @@ def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> No
     seed = options.seed
     console = options.console
     executor = open_executor(options.jobs, options.scheduler)
-    kept = f"their results are in {out / TABLES[0]}; --resume runs the others"
-    with console.jobs(number * len(files), "trials", kept) as ended, executor as opened:
+    warning = f"their results are in {out / TABLES[0]}; --resume runs the others"
+    with console.jobs(number * len(files), "trials", warning) as ended, executor as opened:
         trials = run_trials(
             *(files, number, seed, out, opened, lambda trial: ended(trial.result.success)),
             resume=options.resume,
@@ -121,8 +121,8 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
     if np.isfinite(placed).any():
         for label, values, form, unit in (("error", placed, ".2f", "mm"), ("angle", angles, ".1f", "degrees")):
-            mean, most = (_statistic(average, values) for average in (np.mean, np.max))
-            print(f"  placed {label}     mean {mean:{form}} {unit}, at most {most:{form}} {unit}")
+            mean, highest = (_statistic(average, values) for average in (np.mean, np.max))
+            print(f"  placed {label}     mean {mean:{form}} {unit}, at most {highest:{form}} {unit}")
     for label, column, unit in (
         ("slip", "slip_mm", "mm"),
         ("peak force", "peak_force_n", "N"),
@@ -130,9 +130,9 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
         ("detection delay", "detection_delay_ms", "ms"),
         ("size error", "size_error_mm", "mm"),
     ):
-        most = _statistic(np.max, [getattr(row, column) for row in rows])
-        if np.isfinite(most):
-            print(f"  {label:<16} at most {most:.2f} {unit}")
+        highest = _statistic(np.max, [getattr(row, column) for row in rows])
+        if np.isfinite(highest):
+            print(f"  {label:<16} at most {highest:.2f} {unit}")
     for trial in trials:
         if not trial.result.success:
             print(f"  trial {trial.trial}: {trial.result.cause}")

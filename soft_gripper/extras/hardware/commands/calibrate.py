@@ -4,19 +4,19 @@ import argparse
 from dataclasses import asdict
 
 from soft_gripper.extras.hardware.calibration import calibrate_recordings, save_calibration
-from soft_gripper.extras.hardware.finger_logs import given_log
+from soft_gripper.extras.hardware.finger_logs import load_log
 from soft_gripper.extras.hardware.free_bending import GAIN, SOUGHT
 from soft_gripper.files.output import check_file
 from soft_gripper.scenario.calibration_file import FingerCalibrationConfig
 
-_UNKNOWN = 0.5  # of the standard deviation before, above which a gain counts as not determined
+_UNDETERMINED_SHARE = 0.5  # of the prior standard deviation; a gain with a larger one counts as not determined
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     described = (options.scenario, options.bench, options.described_as)
     check_file(options.out, [*options.recording, *(file for file in described if file is not None)])
-    log = given_log(options.scenario, options.bench, options.described_as, "calibrate")
+    log = load_log(options.scenario, options.bench, options.described_as, "calibrate")
     calibration = calibrate_recordings(options.recording, log, options.find)
     save_calibration(calibration, options.out)
     for name, finger in calibration.fingers.items():
@@ -47,14 +47,14 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     for name, (value, std, unit) in sought.items():
         if std > 0:
             print(f"  {name} {value:.4g} +- {std:.2g}{unit}")
-            if std > _UNKNOWN * SOUGHT[name.partition(" ")[0]]:
+            if std > _UNDETERMINED_SHARE * SOUGHT[name.partition(" ")[0]]:
                 print(f"  note: the {name} is hardly known better than before: a measured tip would help")
     if finger.strength_std > 0:
         strength = f"{finger.strength:.3f} +- {finger.strength_std:.3f}"
         print(f"  measured forces: {strength} times nominal; friction of the presses {finger.friction:.2f}")
-    unknown = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNKNOWN * GAIN]
-    if unknown:
-        print(f"  note: the gains of readings {', '.join(unknown)} are not determined: these hardly stretch")
+    undetermined = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNDETERMINED_SHARE * GAIN]
+    if undetermined:
+        print(f"  note: the gains of readings {', '.join(undetermined)} are not determined: these hardly stretch")
     if not finger.tip_measured:
         print("  note: a common gain and the bend per pressure cannot be told apart, unless the tip is measured")
     for hold in finger.doubtful:

@@ -1,4 +1,4 @@
-"""The progress of a fit: a line of its figure of merit after each step, and the best finger so far in its file."""
+"""Reports a fit: prints its figure of merit after each step, and writes the best finger so far to its file."""
 
 import sys
 import time
@@ -23,9 +23,9 @@ class FitProgress:
     def __call__(self, progress: Progress[Model]) -> None:
         """Reports a step."""
         error = f"marker error {100 * progress.error:.2f} %"
-        left = f", {progress.missing // 3} markers in no balance" if progress.missing else ""
-        since = f"{time.monotonic() - self._begin:.0f} s"
-        print(f"{self._title}: step {progress.step}, {error}{left}, {since}", file=sys.stderr, flush=True)
+        unbalanced = f", {progress.missing // 3} markers in no balance" if progress.missing else ""
+        elapsed = f"{time.monotonic() - self._begin:.0f} s"
+        print(f"{self._title}: step {progress.step}, {error}{unbalanced}, {elapsed}", file=sys.stderr, flush=True)
         if progress.error < self._best:
             self._best = progress.error
             self._write(progress.model, f"Not final: the search had come to step {progress.step}, {error}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from soft_gripper.commands.viewing import show_meshcat
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.extras.hardware.commands.printing import print_measured, print_replay
-from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
+from soft_gripper.extras.hardware.finger_logs import load_log, read_finger_logs
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths
 from soft_gripper.extras.hardware.replay.held_out import ArmReplay, drawn_rows, replay, replay_figure
 from soft_gripper.extras.hardware.replay.measured_scores import measured_figure, replay_measured
@@ -29,32 +29,34 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
-    """Fingers with strain sensors, compared with instruments."""
+    """Replays fingers with strain sensors, compared with instruments."""
     ignored = {"--fit": options.fit, "--html": options.html, "--meshcat": options.meshcat or None}
     for name, value in ignored.items():
         require(value is None, "replay", name, value, "is for an arm and motion capture; leave it out with --scenario")
     described = [Path(file) for file in (options.scenario, options.bench, options.described_as) if file is not None]
     written = ["replay.csv", "scores.csv", "replay.png", "replay.svg"]
     out = lock_folder(options.out, written, [*paths, *(file for file in described if file.suffix)])
-    log = given_log(options.scenario, options.bench, options.described_as, "replay", options.set)
+    log = load_log(options.scenario, options.bench, options.described_as, "replay", options.set)
     assert log is not None
-    logs = [each for path in paths for each in read_finger_logs(path, log)]
-    found = replay_measured(logs, log.scenario, options.estimator or [log.scenario.estimator.type], options.zero)
-    print_measured(found)
-    options.console.document["instruments"] = {kind: asdict(each) for kind, each in found.instruments.items()}
-    options.console.table("presses", found.presses)
-    options.console.table("scores", found.scores)
-    write_csv(out / "replay.csv", found.presses)
-    write_csv(out / "scores.csv", found.scores)
-    save_figure(measured_figure(found), out / "replay")
-    recordings = {out / f"{run.log.name}.nc": run.recording() for run in found.runs}
+    logs = [finger_log for path in paths for finger_log in read_finger_logs(path, log)]
+    replayed = replay_measured(logs, log.scenario, options.estimator or [log.scenario.estimator.type], options.zero)
+    print_measured(replayed)
+    options.console.document["instruments"] = {
+        kind: asdict(instrument) for kind, instrument in replayed.instruments.items()
+    }
+    options.console.table("presses", replayed.presses)
+    options.console.table("scores", replayed.scores)
+    write_csv(out / "replay.csv", replayed.presses)
+    write_csv(out / "scores.csv", replayed.scores)
+    save_figure(measured_figure(replayed), out / "replay")
+    recordings = {out / f"{run.log.name}.nc": run.recording() for run in replayed.runs}
     for file, recording in recordings.items():
         recording.save(file)
     options.console.wrote(*(out / name for name in written), *recordings)
 
 
 def _run_arm(options: argparse.Namespace, paths: Sequence[Path]) -> None:
-    """Arms with wires, compared with motion capture."""
+    """Replays arms with wires, compared with motion capture."""
     require(not options.set, "replay", "--set", options.set, "changes the scenario of --scenario; give that too")
     fit_paths = recording_paths(options.fit, options.described_as, options.data) if options.fit else []
     written = ["replay.csv", *(f"{path.stem}.nc" for path in paths)]
@@ -64,26 +66,26 @@ def _run_arm(options: argparse.Namespace, paths: Sequence[Path]) -> None:
         check_file(options.html)
     recordings = find_recordings(options.file, options.described_as, options.data)
     fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
-    found = replay(recordings, fitted, options.estimator, options.zero)
-    options.console.table("errors", found.table)
-    options.console.wrote(*_write(out, found))
+    replayed = replay(recordings, fitted, options.estimator, options.zero)
+    options.console.table("errors", replayed.table)
+    options.console.wrote(*_write(out, replayed))
     if options.html is not None or options.meshcat:
-        _show(options, found)
+        _show(options, replayed)
 
 
-def _write(out: Path, found: ArmReplay) -> list[Path]:
-    print_replay(found)
-    write_csv(out / "replay.csv", found.table)
-    save_figure(replay_figure(found), out / "replay")
-    recordings = {out / f"{one.name}.nc": one.signals for one in found.replayed}
+def _write(out: Path, replay_: ArmReplay) -> list[Path]:
+    print_replay(replay_)
+    write_csv(out / "replay.csv", replay_.table)
+    save_figure(replay_figure(replay_), out / "replay")
+    recordings = {out / f"{run.name}.nc": run.signals for run in replay_.replayed}
     for file, signals in recordings.items():
         signals.save(file)
     return [out / "replay.csv", out / "replay.png", out / "replay.svg", *recordings]
 
 
-def _show(options: argparse.Namespace, found: ArmReplay) -> None:
+def _show(options: argparse.Namespace, replay_: ArmReplay) -> None:
     meshcat = hidden_meshcat()
-    show_replays(meshcat, [one.signals for one in found.replayed], drawn_rows(found.rows))
+    show_replays(meshcat, [run.signals for run in replay_.replayed], drawn_rows(replay_.rows))
     if options.html is not None:
         write_animation(meshcat, options.html)
         options.console.wrote(options.html)

@@ -1,4 +1,4 @@
-"""Files beside that of an identified finger, which a fit leaves and which are read with it."""
+"""Writes and reads the YAML files that a fit leaves beside the file of an identified finger, such as its confidence."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,29 +15,29 @@ class _Dataclass(Protocol):
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
-Kept = TypeVar("Kept", bound=_Dataclass)
+Content = TypeVar("Content", bound=_Dataclass)
 
 
 @dataclass(frozen=True)
-class BesideFinger(Generic[Kept]):
-    """A kind of such files."""
+class BesideFinger(Generic[Content]):
+    """A kind of file, with the dataclass of its fields. Another kind is an instance of this class."""
 
-    suffix: str  # in the place of that of the finger's file
+    suffix: str  # instead of that of the finger's file
     head: str  # first line
-    schema: type[Kept]
+    schema: type[Content]
 
     def file(self, finger: Path) -> Path:
-        """The file beside that of a finger."""
+        """Path of the file for a finger."""
         return finger.with_suffix(self.suffix)
 
-    def write(self, finger: Path, kept: Kept) -> None:
+    def write(self, finger: Path, content: Content) -> None:
         """Writes the file, whole or not at all."""
-        fields = yaml.safe_dump(asdict(kept), sort_keys=False, default_flow_style=None, width=120)
+        fields = yaml.safe_dump(asdict(content), sort_keys=False, default_flow_style=None, width=120)
         with atomic_file(self.file(finger)) as partial:
             partial.write_text(f"# {self.head}\n{fields}", encoding="utf-8")
 
-    def read(self, finger: Path) -> Kept | None:
-        """The fields of the file; None if there is none.
+    def read(self, finger: Path) -> Content | None:
+        """Reads the fields of the file; None if there is none.
 
         Raises:
             InputError: if it cannot be read, or a field is wrong.

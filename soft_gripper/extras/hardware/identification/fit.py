@@ -68,7 +68,7 @@ def fit(
     lower, upper = free.bounds
 
     def build_model(x: Array) -> Model:
-        return free.at(x[:count])
+        return free.build_model(x[:count])
 
     def with_unknowns(x: Array) -> tuple[MeasuredMotion, ...]:
         return tuple(motion.with_unknowns(x[tail]) for motion, tail in zip(motions, tails, strict=True))

@@ -1,12 +1,13 @@
-"""The parameters of a finger and its set-up that can be fitted: keys, and the effect of their values.
+"""Parameters of a finger and its set-up that can be fitted: their keys, as a vector (P,), and the model of a vector.
 
-Values that are positive are fitted as logarithms. Of a pressure law, two numbers are fitted, its gain and its margin,
+Another parameter is a line of `KEYS`. Positive values are fitted as logarithms. A pressure law has two fitted numbers,
+its gain and its margin,
 
     effective = gain p / (1 - (1 - margin) p / p_max) ,
 
 p_max being the highest pressure of the recordings. The bend due to a silicone chamber grows faster than the pressure,
-and beyond all bounds where it balloons; the margin says how far below that p_max is. Above 1, the bend grows more
-slowly than the pressure. Whatever the two numbers are, the law rises between 0 and p_max. At one pressure the gain
+and beyond all bounds where it balloons; the margin is the distance of p_max from there. Above 1, the bend grows more
+slowly than the pressure. The law rises between 0 and p_max for all values. At one pressure the gain
 alone is fitted. It is written to the file as points.
 """
 
@@ -56,8 +57,8 @@ class Key:
     room: Room | Callable[[Model], Room] = (-np.inf, np.inf)  # bounds of sensible values, and of the search
 
 
-def _of_sections(name: str, unit: str) -> Key:
-    """A field of every cross-section: the first that is not 0 is fitted, and the others keep their ratios to it."""
+def _section_key(name: str, unit: str) -> Key:
+    """Key of a field of every cross-section: the first nonzero one is fitted, the others keep their ratios."""
 
     def get(model: Model) -> Sequence[float]:
         values = [getattr(section, name) for section in model.finger.cross_sections]
@@ -71,24 +72,24 @@ def _of_sections(name: str, unit: str) -> Key:
     return Key(unit, get, put)
 
 
-def _of_finger(name: str, unit: str) -> Key:
+def _finger_key(name: str, unit: str) -> Key:
     def put(model: Model, values: Sequence[float]) -> Model:
-        changed: dict[str, Any] = {name: values[0]}
-        return replace(model, finger=replace(model.finger, **changed))
+        fields: dict[str, Any] = {name: values[0]}
+        return replace(model, finger=replace(model.finger, **fields))
 
     return Key(unit, lambda model: (getattr(model.finger, name),), put)
 
 
-def _of_setup(name: str, unit: str, positive: bool, scale: float, room: Room = (-np.inf, np.inf)) -> Key:
+def _setup_key(name: str, unit: str, positive: bool, scale: float, room: Room = (-np.inf, np.inf)) -> Key:
     def put(model: Model, values: Sequence[float]) -> Model:
-        changed: dict[str, Any] = {name: _sizeable(np.array(values[:1]))[0]}
-        return replace(model, setup=replace(model.setup, **changed))
+        fields: dict[str, Any] = {name: _clear_small(np.array(values[:1]))[0]}
+        return replace(model, setup=replace(model.setup, **fields))
 
     return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
 
 
-def _of_creep(name: str, unit: str, room: Room) -> Key:
-    """A field of each creep branch in the file."""
+def _creep_key(name: str, unit: str, room: Room) -> Key:
+    """Key of a field of each creep branch in the file."""
 
     def put(model: Model, values: Sequence[float]) -> Model:
         branches = zip(model.finger.creep, values, strict=True)
@@ -98,32 +99,32 @@ def _of_creep(name: str, unit: str, room: Room) -> Key:
     return Key(unit, lambda model: [getattr(branch, name) for branch in model.finger.creep], put, room=room)
 
 
-def _of_tendons(unit: str, get: Callable[[Tendon], float], put: Callable[[Tendon, float], Tendon], **fit: Any) -> Key:
-    """A number of each tendon."""
+def _tendon_key(unit: str, get: Callable[[Tendon], float], put: Callable[[Tendon, float], Tendon], **fit: Any) -> Key:
+    """Key of a number of each tendon."""
 
-    def changed(model: Model, values: Sequence[float]) -> Model:
+    def put_all(model: Model, values: Sequence[float]) -> Model:
         tendons = tuple(put(tendon, value) for tendon, value in zip(model.finger.tendons, values, strict=True))
         return replace(model, finger=replace(model.finger, tendons=tendons))
 
-    return Key(unit, lambda model: [get(tendon) for tendon in model.finger.tendons], changed, **fit)
+    return Key(unit, lambda model: [get(tendon) for tendon in model.finger.tendons], put_all, **fit)
 
 
-def _tendon_field(name: str, unit: str, **fit: Any) -> Key:
+def _tendon_field_key(name: str, unit: str, **fit: Any) -> Key:
     def put(tendon: Tendon, value: float) -> Tendon:
-        return replace(tendon, **{name: _sizeable(np.array([value]))[0]})  # type: ignore[arg-type]
+        return replace(tendon, **{name: _clear_small(np.array([value]))[0]})  # type: ignore[arg-type]
 
-    return _of_tendons(unit, attrgetter(name), put, **fit)
+    return _tendon_key(unit, attrgetter(name), put, **fit)
 
 
 def _angle(tendon: Tendon) -> float:
     return float(np.arctan2(tendon.y[0], tendon.x[0]))
 
 
-def _turned(tendon: Tendon, angle: float) -> Tendon:
-    """A tendon, its whole path turned about the middle of the section until it begins at an angle."""
+def _turn_tendon(tendon: Tendon, angle: float) -> Tendon:
+    """Turns the path of a tendon about the middle of the section until it begins at an angle."""
     columns = np.atleast_2d(np.broadcast_arrays(tendon.x, tendon.y))
-    turned = np.exp(1j * (angle - _angle(tendon))) * (columns[0] + 1j * columns[1])
-    return replace(tendon, x=_sizeable(turned.real), y=_sizeable(turned.imag))
+    path = np.exp(1j * (angle - _angle(tendon))) * (columns[0] + 1j * columns[1])
+    return replace(tendon, x=_clear_small(path.real), y=_clear_small(path.imag))
 
 
 def _lever(model: Model) -> Sequence[float]:
@@ -131,8 +132,8 @@ def _lever(model: Model) -> Sequence[float]:
     return [float(np.hypot(tendon.x[0], tendon.y[0])) for tendon in model.finger.tendons[:1]]
 
 
-def _at_lever(model: Model, values: Sequence[float]) -> Model:
-    """All tendons moved away from the middle of the section, in proportion."""
+def _set_lever(model: Model, values: Sequence[float]) -> Model:
+    """Moves all tendons in proportion, until the first has a distance from the middle of the section."""
     ratio = values[0] / _lever(model)[0]
     tendons = (
         replace(tendon, x=tuple(ratio * x for x in tendon.x), y=tuple(ratio * y for y in tendon.y))
@@ -142,47 +143,47 @@ def _at_lever(model: Model, values: Sequence[float]) -> Model:
 
 
 def _lever_room(model: Model) -> Room:
-    """How far the first tendon may be from the middle until one of them leaves the section, wherever it is turned."""
-    finger, most = model.finger, np.inf
+    """Range of the first tendon's distance from the middle in which no tendon leaves the section at any angle."""
+    finger, max_ratio = model.finger, np.inf
     for tendon in finger.tendons:
         s = finger.length * np.array(tendon.at)
         section = finger.section(s)
         half = np.minimum(section.thickness, section.width) / 2
-        off = np.hypot(tendon.value_at("x", s, finger.length), tendon.value_at("y", s, finger.length))
-        most = min(most, float((half / np.maximum(off, SIZES[0])).min()))
-    return 0.0, max(most, 1.0) * _lever(model)[0]
+        offsets = np.hypot(tendon.value_at("x", s, finger.length), tendon.value_at("y", s, finger.length))
+        max_ratio = min(max_ratio, float((half / np.maximum(offsets, SIZES[0])).min()))
+    return 0.0, max(max_ratio, 1.0) * _lever(model)[0]
 
 
-def _sizeable(values: Array) -> tuple[float, ...]:
-    """Values of a finger or its set-up, 0 where they are too small to be one."""
+def _clear_small(values: Array) -> tuple[float, ...]:
+    """Replaces values that are too small for a finger or its set-up by 0."""
     return tuple(np.where(np.abs(values) < SIZES[0], 0.0, values).tolist())
 
 
 def pressure_law(highest: float, gain: float, margin: float) -> PressureLaw:
-    """A law of a gain times the pressure, of which the highest, Pa, leaves a margin of the stiffness.
+    """Law of a gain times the pressure; the highest pressure, Pa, leaves a margin of the stiffness.
 
-    The share that is taken grows with the pressure; a vacuum takes none.
+    The lost share of the stiffness grows with the pressure; a vacuum takes none.
     """
     return PressureLaw((-highest, 0.0, highest), (-gain * highest, 0.0, gain * highest), (0.0, 0.0, 1 - margin))
 
 
 def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
-    """The keys of a pressure law that is fitted to recordings at these pressures, Pa: gain and margin."""
+    """Keys of a pressure law that is fitted to recordings at these pressures, Pa: gain and margin."""
     highest = max(pressures)
 
     def numbers(model: Model) -> tuple[float, float]:
         law = model.finger.pressure_law or PressureLaw((0.0, highest), (0.0, highest))
         return float(law.softening(highest)), 1 - float(law.share_taken(highest))
 
-    def changed(model: Model, gain: float, margin: float) -> Model:
+    def change_law(model: Model, gain: float, margin: float) -> Model:
         law = pressure_law(highest, gain, margin)
         return replace(model, finger=replace(model.finger, pressure_law=law))
 
     def with_gain(model: Model, values: Sequence[float]) -> Model:
-        return changed(model, values[0], numbers(model)[1])
+        return change_law(model, values[0], numbers(model)[1])
 
     def with_margin(model: Model, values: Sequence[float]) -> Model:
-        return changed(model, numbers(model)[0], values[0])
+        return change_law(model, numbers(model)[0], values[0])
 
     gain = {f"{PRESSURE_LAW}.gain": Key("1", lambda model: numbers(model)[:1], with_gain)}
     margin = {f"{PRESSURE_LAW}.margin": Key("1", lambda model: numbers(model)[1:], with_margin, room=MARGINS)}
@@ -190,34 +191,34 @@ def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
 
 
 KEYS = {
-    "youngs_modulus": _of_sections("youngs_modulus", "Pa"),
-    "density": _of_sections("density", "kg/m^3"),
-    "chamber_width": _of_sections("chamber_width", "m"),
-    "chamber_thickness": _of_sections("chamber_thickness", "m"),
-    "layer_shear_modulus": _of_sections("layer_shear_modulus", "Pa"),
-    "relaxation_time": _of_finger("relaxation_time", "s"),
-    "length": _of_finger("length", "m"),
-    "shear_factor": _of_finger("shear_factor", "1"),
-    "creep.share": _of_creep("share", "1", (1e-3, 0.6)),
-    "creep.time": _of_creep("time", "s", (5e-3, 100.0)),
-    "mounting_x": _of_setup("mounting_x", "m", False, 1e-3),
-    "mounting_z": _of_setup("mounting_z", "m", False, 1e-3),
-    "mounting_angle": _of_setup("mounting_angle", "rad", False, 0.01),
-    "load_x": _of_setup("load_x", "m", False, 1e-3),
-    "load_z": _of_setup("load_z", "m", False, 1e-3),
-    "load_friction": _of_setup("load_friction", "m", False, 1e-4, (0.0, 0.01)),
-    "marker_mass": _of_setup("marker_mass", "kg", False, 1e-3, (0.0, 0.1)),
-    "fill_time": _of_setup("fill_time", "s", True, 0.1, (5e-3, 1.0)),
-    "swelling": _of_setup("swelling", "1", True, 0.1, (0.1, 20.0)),
-    "supply_lag": _of_setup("supply_lag", "Pa", False, 300.0, (0.0, 1e5)),
-    "supply_time": _of_setup("supply_time", "s", True, 0.1, (0.05, 20.0)),
-    "dry_friction": _of_setup("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
-    "backlash": _of_setup("backlash", "m", False, 3e-4, (0.0, 0.05)),
-    "delay": _of_setup("delay", "s", False, 0.05, (-2.0, 2.0)),
-    "tendon.angle": _of_tendons("rad", _angle, _turned, positive=False),
-    "tendon.lever": Key("m", _lever, _at_lever, room=_lever_room),
-    "tendon.slack": _tendon_field("slack", "m", positive=False, scale=3e-4),
-    "tendon.stiffness": _tendon_field("stiffness", "N/m", scale=0.3),
+    "youngs_modulus": _section_key("youngs_modulus", "Pa"),
+    "density": _section_key("density", "kg/m^3"),
+    "chamber_width": _section_key("chamber_width", "m"),
+    "chamber_thickness": _section_key("chamber_thickness", "m"),
+    "layer_shear_modulus": _section_key("layer_shear_modulus", "Pa"),
+    "relaxation_time": _finger_key("relaxation_time", "s"),
+    "length": _finger_key("length", "m"),
+    "shear_factor": _finger_key("shear_factor", "1"),
+    "creep.share": _creep_key("share", "1", (1e-3, 0.6)),
+    "creep.time": _creep_key("time", "s", (5e-3, 100.0)),
+    "mounting_x": _setup_key("mounting_x", "m", False, 1e-3),
+    "mounting_z": _setup_key("mounting_z", "m", False, 1e-3),
+    "mounting_angle": _setup_key("mounting_angle", "rad", False, 0.01),
+    "load_x": _setup_key("load_x", "m", False, 1e-3),
+    "load_z": _setup_key("load_z", "m", False, 1e-3),
+    "load_friction": _setup_key("load_friction", "m", False, 1e-4, (0.0, 0.01)),
+    "marker_mass": _setup_key("marker_mass", "kg", False, 1e-3, (0.0, 0.1)),
+    "fill_time": _setup_key("fill_time", "s", True, 0.1, (5e-3, 1.0)),
+    "swelling": _setup_key("swelling", "1", True, 0.1, (0.1, 20.0)),
+    "supply_lag": _setup_key("supply_lag", "Pa", False, 300.0, (0.0, 1e5)),
+    "supply_time": _setup_key("supply_time", "s", True, 0.1, (0.05, 20.0)),
+    "dry_friction": _setup_key("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
+    "backlash": _setup_key("backlash", "m", False, 3e-4, (0.0, 0.05)),
+    "delay": _setup_key("delay", "s", False, 0.05, (-2.0, 2.0)),
+    "tendon.angle": _tendon_key("rad", _angle, _turn_tendon, positive=False),
+    "tendon.lever": Key("m", _lever, _set_lever, room=_lever_room),
+    "tendon.slack": _tendon_field_key("slack", "m", positive=False, scale=3e-4),
+    "tendon.stiffness": _tendon_field_key("stiffness", "N/m", scale=0.3),
 }
 
 
@@ -231,17 +232,17 @@ class FreeParameters:
 
     @property
     def _all_names(self) -> list[str]:
-        counted = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
-        return [name if count == 1 else f"{name}.{i + 1}" for name, count in counted for i in range(count)]
+        counts = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
+        return [name if count == 1 else f"{name}.{i + 1}" for name, count in counts for i in range(count)]
 
     @property
     def _free(self) -> NDArray[np.bool_]:
         return np.array([name not in self.fixed for name in self._all_names], dtype=bool)
 
-    def _of_numbers(self, of_key: Callable[[Key], Any]) -> list[Any]:
-        """A property of every free number's key."""
-        every = [of_key(key) for key in self.keys.values() for _ in key.get(self.model)]
-        return [each for each, is_free in zip(every, self._free, strict=True) if is_free]
+    def _key_values(self, get_value: Callable[[Key], Any]) -> list[Any]:
+        """Value of every free number's key."""
+        values = [get_value(key) for key in self.keys.values() for _ in key.get(self.model)]
+        return [value for value, is_free in zip(values, self._free, strict=True) if is_free]
 
     @property
     def names(self) -> list[str]:
@@ -251,21 +252,21 @@ class FreeParameters:
     @property
     def units(self) -> list[str]:
         """Units of all numbers."""
-        return self._of_numbers(attrgetter("unit"))
+        return self._key_values(attrgetter("unit"))
 
     @property
     def scales(self) -> Array:
         """Typical changes of the vector."""
-        return np.array(self._of_numbers(attrgetter("scale")))
+        return np.array(self._key_values(attrgetter("scale")))
 
     @property
     def is_positive(self) -> NDArray[np.bool_]:
         """Whether each number is fitted as a logarithm."""
-        return np.array(self._of_numbers(attrgetter("positive")), dtype=bool)
+        return np.array(self._key_values(attrgetter("positive")), dtype=bool)
 
     @property
     def start(self) -> Array:
-        """The vector of the current model."""
+        """Vector of the current model."""
         values = np.array([value for key in self.keys.values() for value in key.get(self.model)])[self._free]
         return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
 
@@ -274,22 +275,22 @@ class FreeParameters:
 
         `jitter` is the standard deviation of the random ones, in typical changes.
         """
-        away = np.random.default_rng(seed).normal(size=(count, len(self.start))) * jitter * self.scales
-        away[0] = 0.0
-        return self.start + away
+        changes = np.random.default_rng(seed).normal(size=(count, len(self.start))) * jitter * self.scales
+        changes[0] = 0.0
+        return self.start + changes
 
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the vector."""
-        rooms = self._of_numbers(lambda key: key.room(self.model) if callable(key.room) else key.room)
+        rooms = self._key_values(lambda key: key.room(self.model) if callable(key.room) else key.room)
         room = np.array(rooms).reshape(-1, 2).T
         with np.errstate(divide="ignore", invalid="ignore"):
             lower, upper = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
         return lower, upper
 
-    def steps(self, x: Array, share: float) -> Array:
-        """Steps from a vector for finite differences, a share of the typical changes; back where none leads on."""
-        steps, (_, upper) = share * self.scales, self.bounds
+    def steps(self, x: Array, fraction: float) -> Array:
+        """Steps for finite differences, a fraction of the typical changes; backward if the model is impossible."""
+        steps, (_, upper) = fraction * self.scales, self.bounds
         for i, moved in enumerate(x + np.diag(steps)):
             if moved[i] > upper[i] or not self._is_possible(moved):
                 steps[i] *= -1
@@ -297,35 +298,35 @@ class FreeParameters:
 
     def _is_possible(self, x: Array) -> bool:
         try:
-            self.at(x)
+            self.build_model(x)
         except InputError:
             return False
         return True
 
     def values(self, x: Array) -> Array:
-        """The numbers of a vector, in their units."""
+        """Numbers of a vector, in their units."""
         return np.where(self.is_positive, np.exp(np.where(self.is_positive, x, 0.0)), x)
 
-    def at(self, x: Array) -> Model:
-        """The model with the values of a vector.
+    def build_model(self, x: Array) -> Model:
+        """Model with the values of a vector.
 
         Raises:
             InputError: if such a finger is impossible.
         """
         numbers = np.array([value for key in self.keys.values() for value in key.get(self.model)], dtype=float)
         numbers[self._free] = self.values(x)
-        model, rest = self.model, numbers.tolist()
+        model, remaining = self.model, numbers.tolist()
         for key in self.keys.values():
             count = len(key.get(self.model))
-            model, rest = key.put(model, rest[:count]), rest[count:]
+            model, remaining = key.put(model, remaining[:count]), remaining[count:]
         return model
 
-    def fixing(self, x: Array, names: Iterable[str]) -> "FreeParameters":
-        """These at a vector, of which the numbers of these names are no longer free."""
-        return replace(self, model=self.at(x), fixed=self.fixed | frozenset(names))
+    def fix(self, x: Array, names: Iterable[str]) -> "FreeParameters":
+        """Copy at a vector, with the named numbers fixed."""
+        return replace(self, model=self.build_model(x), fixed=self.fixed | frozenset(names))
 
 
-R = TypeVar("R")  # a kind of recordings
+R = TypeVar("R")  # type of the recordings
 
 
 @dataclass(frozen=True)
@@ -333,13 +334,13 @@ class FingerFit(Fit[Model], Generic[R]):
     """Free parameters fitted to recordings; events and placements of these follow them."""
 
     free: FreeParameters
-    recordings: tuple[R, ...]  # with what was not recorded, as fitted
+    recordings: tuple[R, ...]  # with fitted values of unrecorded quantities
 
 
 def free_parameters(
     finger: Finger, names: Sequence[str], pressures: Sequence[float], setup: Setup | None = None
 ) -> FreeParameters:
-    """The parameters of a finger to be fitted.
+    """Collects the parameters of a finger that a fit may vary.
 
     Args:
         finger: initial guess of the fit.
@@ -357,16 +358,16 @@ def free_parameters(
             raise InputError("identify", "--free", name, "appears more than once")
         if name == HELD_POSE:
             continue
-        of_name = law if name == PRESSURE_LAW else {name: KEYS[name]} if name in KEYS else {}
-        if not of_name:
+        named_keys = law if name == PRESSURE_LAW else {name: KEYS[name]} if name in KEYS else {}
+        if not named_keys:
             why = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
-            known = ", ".join([*KEYS, HELD_POSE, *([PRESSURE_LAW] if law else [])])
-            raise InputError("identify", "--free", name, f"{why}; known: {known}")
-        for key in of_name.values():
+            key_names = ", ".join([*KEYS, HELD_POSE, *([PRESSURE_LAW] if law else [])])
+            raise InputError("identify", "--free", name, f"{why}; known: {key_names}")
+        for key in named_keys.values():
             values = key.get(model)
             if not len(values) or (key.positive and not min(values) > 0):
                 expected = "the finger file has no initial guess for it; add one there"
                 raise InputError("identify", "--free", name, expected)
-        keys |= of_name
+        keys |= named_keys
     require(len(keys) > 0, "identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
     return FreeParameters(model, keys)

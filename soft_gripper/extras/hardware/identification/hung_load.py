@@ -31,8 +31,8 @@ from pydrake.systems.primitives import ConstantVectorSource
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger_parts import TipLoad
 
-_MODEL = "hung_load"
-_SLIDES = 0.02  # rad/s, at which friction is at its limit
+_MODEL_NAME = "hung_load"
+_SLIP_RATE = 0.02  # rad/s, at which friction is at its limit
 
 
 class HungLoad(NamedTuple):
@@ -50,19 +50,19 @@ class HungLoad(NamedTuple):
             tip: frame of the tip.
             gravity: in the plant's world, m/s^2, (3,).
         """
-        model, weight = plant.AddModelInstance(_MODEL), self.load.mass * float(np.linalg.norm(gravity))
+        model, weight = plant.AddModelInstance(_MODEL_NAME), self.load.mass * float(np.linalg.norm(gravity))
         center = self.string * gravity / np.linalg.norm(gravity)
         inertia = SpatialInertia(self.load.mass, center, UnitInertia(0, 0, 0).ShiftFromCenterOfMass(center))
         place = FixedOffsetFrame("hook", tip, RigidTransform([self.load.x, 0.0, self.load.z]), model)
-        body, hook = plant.AddRigidBody(_MODEL, model, inertia), plant.AddFrame(place)
-        joint = plant.AddJoint(RevoluteJoint(_MODEL, hook, body.body_frame(), [0, 1, 0]))
+        body, hook = plant.AddRigidBody(_MODEL_NAME, model, inertia), plant.AddFrame(place)
+        joint = plant.AddJoint(RevoluteJoint(_MODEL_NAME, hook, body.body_frame(), [0, 1, 0]))
         if self.friction > 0:
-            brake = plant.AddJointActuator(_MODEL, joint, self.friction * weight)
-            brake.set_controller_gains(PdControllerGains(p=0.0, d=self.friction * weight / _SLIDES))
+            brake = plant.AddJointActuator(_MODEL_NAME, joint, self.friction * weight)
+            brake.set_controller_gains(PdControllerGains(p=0.0, d=self.friction * weight / _SLIP_RATE))
 
     def connect(self, builder: DiagramBuilder, plant: MultibodyPlant) -> None:
         """Arms the brake, once the plant is finalized."""
         if self.friction > 0:
-            rest = builder.AddSystem(ConstantVectorSource(np.zeros(2)))
-            port = plant.get_desired_state_input_port(plant.GetModelInstanceByName(_MODEL))
-            builder.Connect(rest.get_output_port(), port)
+            rest_state = builder.AddSystem(ConstantVectorSource(np.zeros(2)))
+            port = plant.get_desired_state_input_port(plant.GetModelInstanceByName(_MODEL_NAME))
+            builder.Connect(rest_state.get_output_port(), port)

@@ -1,15 +1,15 @@
-"""Recorded states of a finger at rest, its tendons pulled, and parameters fitted to them: free ones and placement.
+"""Fits parameters of a finger to recorded states at rest: pulled lengths (R, T) and markers (R, M, 3) -> parameters.
 
-A row of such a recording holds how far each tendon is pulled, and where markers on the finger came to rest. The finger
+A row of such a recording has the pulled length of each tendon, and the resting positions of markers. The finger
 of a model rests where its springs, weight and tendons balance (`tendon_balance`). Dry friction makes its bend lag:
 it follows the balance only as far as this is more than the friction away (play operator; Visintin, *Differential Models
 of Hysteresis*, 1994, chapter III), in the order of the rows. Backlash makes the pulled lengths lag behind the motors in
-the same way, at all times of the recording, since motors turn back between two rows too. Where a recording places the
-finger is not known, so predicted markers are shifted by their mean distance from measured ones.
+the same way, at all times of the recording, since motors turn back between two rows too. The base of the finger
+in a recording is unknown, so predicted markers are shifted by their mean distance from measured ones.
 
 A fit minimises the distances of predicted and measured markers; large ones count less than by their squares, because
 tendons that stick or slip off are not part of the model. Derivatives by the markers' places are exact, those of joint
-positions by the parameters are finite differences, which takes no kinematics.
+positions by the parameters are finite differences, which need no kinematics.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ from soft_gripper.extras.hardware.identification.tendon_balance import pulled_po
 from soft_gripper.extras.hardware.least_squares import Problem, Report, fit, no_report
 from soft_gripper.extras.hardware.progress import wait_for
 from soft_gripper.extras.hardware.recordings import HardwareRecording
-from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, error_columns, groups_left_out
+from soft_gripper.extras.hardware.scoring import FITTED, LEFT_OUT, TESTED, error_columns, leave_groups_out
 from soft_gripper.extras.hardware.text_pattern import find
 from soft_gripper.files.document import require, require_value
 from soft_gripper.files.notes import LEFT_OUT as LEFT_OUT_OF_FILE
@@ -50,42 +50,44 @@ from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 _DIFFERENCE_STEP = 0.02  # step of the finite differences, in typical changes
 _HUBER_DISTANCE = 0.02  # of the finger's length: distances of markers beyond this count less than by their squares
 _TOLERANCE = 2e-4  # relative, of the cost
-_MOST_STEPS = 60
+_MAX_STEPS = 60
 _JITTER = 1.0  # typical changes, standard deviation of the random restarts
-_WOUND = 10  # instants at which pulled lengths are known, from one row to the next
-_ALL = "all"  # rows, or markers
-_FAR = 10.0  # lengths of the finger by which a tendon is let out so that it is slack
-_SLACK_MOTION = 1e-3  # of the finger's length: a tendon without which no marker is further away is slack
+_WINDING_INSTANTS = 10  # instants with pulled lengths, from one row to the next
+_ALL_ROWS = "all"  # name of all rows, or all markers
+_SLACK_LENGTHS = 10.0  # lengths of the finger, by which a tendon is let out to be slack
+_SLACK_MOTION = 1e-3  # of the finger's length: a tendon is slack if no marker moves further without it
 
 
 @dataclass(frozen=True)
 class SettledStates:
-    """The rows of a recording, in their order."""
+    """Rows of a recording, in their order."""
 
     name: str
     pulled: Array  # (R, T) m, of every tendon of the finger
     markers: Array  # (R, M, 3) m in B
-    places: Array  # (M, 3) m, of the markers in the frame of the tip, or of where else they are
-    families: NDArray[np.str_]  # (R,) of what was moved; empty where a row belongs to none
+    places: Array  # (M, 3) m, of the markers in the frame of the tip, or of their station
+    families: NDArray[np.str_]  # (R,) names; empty where a row belongs to none
     gravity: Array  # (3,) m/s^2 in B
-    at: Array | None = None  # (M,) shares of the length where the markers are; None: all at the tip
+    marker_stations: Array | None = None  # (M,) arc lengths of the markers over the finger's; None: all at the tip
     load: float = 0.0  # kg, hung on the tip
-    time: Array | None = None  # (R,) s; None: not known
+    time: Array | None = None  # (R,) s; None: unknown
     names: tuple[str, ...] = ()  # of the markers; empty: they have none
-    winding: tuple[Array, Array] | None = None  # (K,) s, (K, T) m: pulled lengths between the rows; None: not known
+    winding: tuple[Array, Array] | None = None  # (K,) s, (K, T) m: pulled lengths between the rows; None: unknown
 
-    def pulled_before(self, delay: float, backlash: float) -> Array:
-        """Lengths that motors with a backlash, m, have pulled in some time, s, before the rows, (R, T) m."""
+    def delayed_lengths(self, delay: float, backlash: float) -> Array:
+        """Pulled lengths of motors with a backlash, m, at a delay, s, before the rows, (R, T) m."""
         if self.winding is None or self.time is None:
-            return _behind(self.pulled, backlash)
+            return _apply_backlash(self.pulled, backlash)
         if delay == backlash == 0:
             return self.pulled
         time, wound = self.winding
-        return np.stack([np.interp(self.time - delay, time, of) for of in _behind(wound, backlash).T], axis=-1)
+        return np.stack(
+            [np.interp(self.time - delay, time, row) for row in _apply_backlash(wound, backlash).T], axis=-1
+        )
 
 
 def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
-    """The rows of a recording whose markers were all seen, for a finger with the tendons that it describes.
+    """Selects the rows of a recording with all markers, for a finger with the tendons that it describes.
 
     Raises:
         InputError: if tendons or markers are not described, or the finger does not have the tendons.
@@ -108,8 +110,8 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
         expected = "give a first guess: a tendon that is commanded in length is a spring"
         require(tendon.stiffness > 0, f"finger '{finger.name}'", f"{tendon.name}.stiffness", 0.0, expected)
     pulled = np.stack([recording.pulled[tendon] for tendon in names], axis=-1)
-    seen = np.stack([recording.markers[marker] for marker in markers.places], axis=1)
-    whole: NDArray[np.bool_] = np.isfinite(pulled + seen.sum(axis=(1, 2))[:, None]).all(axis=1)
+    points = np.stack([recording.markers[marker] for marker in markers.places], axis=1)
+    whole: NDArray[np.bool_] = np.isfinite(pulled + points.sum(axis=(1, 2))[:, None]).all(axis=1)
     require(int(whole.sum()) > config.every, name, "rows", int(whole.sum()), "at least 2 need all tendons and markers")
     pattern = config.labels.family if config.labels else "(.*)"
     families = np.array([_family(label, pattern) for label in recording.labels or [""] * len(whole)])
@@ -119,18 +121,18 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
         block = np.arange(len(whole)) * config.blocks // len(whole) + 1
         families = np.array([f"block {number}" for number in block])
     number = np.arange(len(whole))
-    wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WOUND, 1) == 0)
+    wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WINDING_INSTANTS, 1) == 0)
     winding = recording.time[wound], pulled[wound]
     whole &= number % config.every == 0
-    at = np.array([markers.at.get(name, 1.0) for name in markers.places])
+    stations = np.array([markers.at.get(name, 1.0) for name in markers.places])
     return SettledStates(
         name,
         pulled[whole],
-        seen[whole],
+        points[whole],
         places,
         families[whole],
         gravity,
-        at,
+        stations,
         recording.load_mass,
         recording.time[whole],
         tuple(markers.places),
@@ -139,7 +141,7 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
 
 
 def _family(label: str, pattern: str) -> str:
-    """The text of a label that a pattern matches, or its first alternative that does; the label without a pattern."""
+    """Part of a label that the first matching alternative of a pattern matches; the label without a pattern."""
     matches = (find(alternative, label) for alternative in pattern.split("|"))
     return next((match[0] for match in matches if match), "") if pattern else label
 
@@ -149,63 +151,65 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
 
     A row in which it finds no balance is NaN.
     """
-    pulled = states.pulled_before(model.setup.delay, model.setup.backlash)
-    q = pulled_positions(_loaded(model.finger, states.load), pulled, states.gravity)
+    pulled = states.delayed_lengths(model.setup.delay, model.setup.backlash)
+    q = pulled_positions(_load_tip(model.finger, states.load), pulled, states.gravity)
     if model.setup.dry_friction == 0:
         return q
-    ways = np.array(spatial_chain(model.finger).deformations)
-    bends = ways == "bending", *([ways == "sideways"] if "sideways" in ways else [])
+    deformations = np.array(spatial_chain(model.finger).ways)
+    bends = deformations == "bending", *([deformations == "sideways"] if "sideways" in deformations else [])
     lag = model.setup.dry_friction / model.finger.segments
-    lagging = _lagging(np.stack([q[:, bend] for bend in bends], axis=-1), lag)
+    lagging = _apply_friction(np.stack([q[:, bend] for bend in bends], axis=-1), lag)
     q = q.copy()
     for i, bend in enumerate(bends):
         q[:, bend] = lagging[..., i]
     return q
 
 
-def _behind(wound: Array, backlash: float) -> Array:
-    """Lengths (K, T) m that follow what is wound, once this is over a backlash, m, away: a play operator of each."""
+def _apply_backlash(wound: Array, backlash: float) -> Array:
+    """Play operator of a backlash, m, on each wound length, (K, T) m."""
     if backlash == 0:
         return wound
-    found, at = np.empty_like(wound), wound[:1]
-    for row, (least, most) in enumerate(zip(wound - backlash, wound + backlash, strict=True)):
-        found[row] = at = np.clip(at, least, most)
-    return found
+    pulled, position = np.empty_like(wound), wound[:1]
+    for row, (low, high) in enumerate(zip(wound - backlash, wound + backlash, strict=True)):
+        pulled[row] = position = np.clip(position, low, high)
+    return pulled
 
 
-def _loaded(finger: Finger, mass: float) -> Finger:
-    """A finger with a point mass, kg, in the middle of its tip besides what it carries; 0: as it is."""
+def _load_tip(finger: Finger, mass: float) -> Finger:
+    """Adds a point mass, kg, in the middle of a finger's tip; 0: none."""
     if mass == 0:
         return finger
     require(finger.tip_load is None, f"finger '{finger.name}'", "tip_load", "", "leave it out: the recording names one")
     return replace(finger, tip_load=TipLoad(mass, 0.0, 0.0))
 
 
-def _lagging(wanted: Array, lag: float) -> Array:
-    """Vectors that follow wanted ones, (R, N, 2) or (R, N, 1), once these are over `lag` away; NaN are passed."""
-    found, seen = np.full(wanted.shape, np.nan), np.flatnonzero(np.isfinite(wanted).all(axis=(1, 2)))
-    at = wanted[seen[0]] if len(seen) else wanted[:0]
-    for row in seen:
-        there = wanted[row]
-        away = there - at
-        distance = np.sqrt((away**2).sum(axis=-1, keepdims=True))
-        at = at + away * np.maximum(0.0, 1 - lag / np.maximum(distance, lag))
-        found[row] = at
-    return found
+def _apply_friction(targets: Array, lag: float) -> Array:
+    """Play operator of a lag on vectors, (R, N, 2) or (R, N, 1); NaN are skipped."""
+    positions, rows = np.full(targets.shape, np.nan), np.flatnonzero(np.isfinite(targets).all(axis=(1, 2)))
+    position = targets[rows[0]] if len(rows) else targets[:0]
+    for row in rows:
+        target = targets[row]
+        difference = target - position
+        distance = np.sqrt((difference**2).sum(axis=-1, keepdims=True))
+        position = position + difference * np.maximum(0.0, 1 - lag / np.maximum(distance, lag))
+        positions[row] = position
+    return positions
 
 
 def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[Array, Array]:
     """Markers of a finger at joint positions (R, J): (R, M, 3) m in its frame; derivatives by these, (R, J, M, 3)."""
     chain = spatial_chain(finger)
-    at = posture(chain, q)
-    stations = finger.length * (np.ones(len(states.places)) if states.at is None else states.at)
-    before = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
-    frames, last = chain.link_frames(before), np.concatenate([[0.0], finger.joint_arc_lengths])[before]
+    bent_chain = posture(chain, q)
+    stations = finger.length * (
+        np.ones(len(states.places)) if states.marker_stations is None else states.marker_stations
+    )
+    joint_counts = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
+    frames, last = chain.link_frames(joint_counts), np.concatenate([[0.0], finger.joint_arc_lengths])[joint_counts]
     places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
-    markers = at.origins[:, frames] + (at.rotations[:, frames] @ places[..., None])[..., 0]
-    turning, moving = at.screws[..., None, :3], at.screws[..., None, 3:]
-    carried = (frames > np.arange(len(chain.deformations))[:, None])[..., None]
-    return markers, carried * (np.cross(turning, markers[:, None]) + moving)
+    markers = bent_chain.origins[:, frames] + (bent_chain.rotations[:, frames] @ places[..., None])[..., 0]
+    turning, moving = bent_chain.screws[..., None, :3], bent_chain.screws[..., None, 3:]
+    is_moved = (frames > np.arange(len(chain.ways))[:, None])[..., None]
+    return markers, is_moved * (np.cross(turning, markers[:, None]) + moving)
 
 
 def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | None = None) -> Array:
@@ -213,23 +217,23 @@ def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | 
 
     A row in which the finger finds no balance is NaN.
     """
-    away = predicted_markers(model.finger, states, resting_positions(model, states))[0] - states.markers
-    return _centred(away, away if rows is None else away[rows])
+    errors = predicted_markers(model.finger, states, resting_positions(model, states))[0] - states.markers
+    return _center(errors, errors if rows is None else errors[rows])
 
 
-def _centred(away: Array, others: Array) -> Array:
-    """Vectors (..., M, 3) without the mean of others, (R, M, 3), of which rows that are NaN do not count."""
-    seen = others[in_balance(others)]
-    return away - seen.mean(axis=(0, 1)) if len(seen) else away
+def _center(vectors: Array, others: Array) -> Array:
+    """Subtracts the mean of others, (R, M, 3), from vectors (..., M, 3); rows that are NaN do not count."""
+    balanced = others[balanced_rows(others)]
+    return vectors - balanced.mean(axis=(0, 1)) if len(balanced) else vectors
 
 
-def in_balance(errors: Array) -> NDArray[np.bool_]:
-    """Whether the finger found a balance in rows, (R,), by their errors, (R, M, 3)."""
-    found: NDArray[np.bool_] = np.isfinite(errors).all(axis=(1, 2))
-    return found
+def balanced_rows(errors: Array) -> NDArray[np.bool_]:
+    """Mask of the rows with a balance, (R,), by their errors, (R, M, 3)."""
+    rows: NDArray[np.bool_] = np.isfinite(errors).all(axis=(1, 2))
+    return rows
 
 
-Rows = Sequence[NDArray[np.bool_]]  # (R,) each: which rows of the recordings are fitted
+Rows = Sequence[NDArray[np.bool_]]  # (R,) each: mask of the fitted rows of a recording
 
 
 def fit_states(
@@ -248,83 +252,84 @@ def fit_states(
         InputError: if the result comes nowhere near the markers.
     """
     length = free.model.finger.length
-    kept = [np.full(len(of.pulled), True) for of in recordings] if rows is None else rows
+    fitted_rows = [np.full(len(states.pulled), True) for states in recordings] if rows is None else rows
 
     def residuals(x: Array) -> Array:
         try:
-            model = free.at(x)
-            errors = [state_errors(model, *of)[of[1]].ravel() for of in zip(recordings, kept, strict=True)]
+            model = free.build_model(x)
+            errors = [state_errors(model, *pair)[pair[1]].ravel() for pair in zip(recordings, fitted_rows, strict=True)]
         except InputError:  # a step of the search may lead to an impossible finger
             errors = [
-                np.full(3 * keep.sum() * of.markers.shape[1], length) for of, keep in zip(recordings, kept, strict=True)
+                np.full(3 * keep.sum() * states.markers.shape[1], length)
+                for states, keep in zip(recordings, fitted_rows, strict=True)
             ]
         return np.concatenate(errors)
 
     def slopes(x: Array, residuals: Array) -> Array:
-        return np.concatenate([marker_slopes(free, x, *of) for of in zip(recordings, kept, strict=True)])
+        return np.concatenate([marker_slopes(free, x, *pair) for pair in zip(recordings, fitted_rows, strict=True)])
 
     problem = Problem(
-        free.at,
+        free.build_model,
         residuals,
         slopes,
         outlier=_HUBER_DISTANCE * length,
         missing=length,
         bounds=free.bounds,
         error=lambda residuals: root_mean_square(residuals[np.isfinite(residuals)].reshape(-1, 3)) / length,
-        options={"x_scale": free.scales, "ftol": _TOLERANCE, "xtol": _TOLERANCE, "max_nfev": _MOST_STEPS},
+        options={"x_scale": free.scales, "ftol": _TOLERANCE, "xtol": _TOLERANCE, "max_nfev": _MAX_STEPS},
     )
-    found = fit(problem, free.start if starts is None else starts, report)
-    return FingerFit(**vars(found), free=free, recordings=tuple(recordings))
+    solution = fit(problem, free.start if starts is None else starts, report)
+    return FingerFit(**vars(solution), free=free, recordings=tuple(recordings))
 
 
 def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: NDArray[np.bool_]) -> Array:
     """Derivatives of the residuals of one recording by the free parameters, (K, P); 0 in rows without a balance."""
-    model = free.at(x)
+    model = free.build_model(x)
     q = resting_positions(model, states)
-    markers, by_joints = predicted_markers(model.finger, states, q)
+    markers, joint_slopes = predicted_markers(model.finger, states, q)
     columns = []
     for step in np.diag(free.steps(x, _DIFFERENCE_STEP)):
-        moved = free.at(x + step)
+        moved = free.build_model(x + step)
         if moved.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
             change = predicted_markers(moved.finger, states, resting_positions(moved, states))[0] - markers
         else:
-            change = np.einsum("rj,rjmi->rmi", resting_positions(moved, states) - q, by_joints)
+            change = np.einsum("rj,rjmi->rmi", resting_positions(moved, states) - q, joint_slopes)
         change = change[rows] / step.sum()
-        columns.append(np.nan_to_num(_centred(change, change)).ravel())
+        columns.append(np.nan_to_num(_center(change, change)).ravel())
     return np.stack(columns, axis=-1)
 
 
 def slack_tendons(model: Model, recordings: Sequence[SettledStates]) -> list[str]:
-    """Names of the tendons without which no marker would be elsewhere, in any row in which the finger is in balance."""
+    """Names of the tendons without which no marker moves in any row with a balance."""
     finger, setup = model.finger, model.setup
 
     def markers(states: SettledStates, slack: int | None = None) -> Array:
-        pulled = states.pulled_before(setup.delay, setup.backlash).copy()
-        pulled[:, [] if slack is None else [slack]] = -_FAR * finger.length
-        q = pulled_positions(_loaded(finger, states.load), pulled, states.gravity)
+        pulled = states.delayed_lengths(setup.delay, setup.backlash).copy()
+        pulled[:, [] if slack is None else [slack]] = -_SLACK_LENGTHS * finger.length
+        q = pulled_positions(_load_tip(finger, states.load), pulled, states.gravity)
         return predicted_markers(finger, states, q)[0]
 
     def change(slack: int) -> Array:
-        pairs = [(place, markers(states, slack)) for states, place in zip(recordings, places, strict=True)]
-        return np.concatenate([(without - place)[in_balance(place)] for place, without in pairs])
+        pairs = [(free, markers(states, slack)) for states, free in zip(recordings, places, strict=True)]
+        return np.concatenate([(moved - free)[balanced_rows(free)] for free, moved in pairs])
 
     places = [markers(states) for states in recordings]
-    if not any(in_balance(place).any() for place in places):
+    if not any(balanced_rows(free).any() for free in places):
         return []
-    most = _SLACK_MOTION * finger.length  # what buckles without a tendon is NaN, and needs it
+    limit = _SLACK_MOTION * finger.length  # what buckles without a tendon is NaN, and needs it
     return [
-        tendon.name for i, tendon in enumerate(finger.tendons) if (np.linalg.norm(change(i), axis=-1) <= most).all()
+        tendon.name for i, tendon in enumerate(finger.tendons) if (np.linalg.norm(change(i), axis=-1) <= limit).all()
     ]
 
 
 def note_unbalanced(states: SettledStates, errors: Array) -> None:
     """Notes rows in which the finger finds no balance, by their errors, (R, M, 3)."""
-    for row in np.flatnonzero(~in_balance(errors)):
-        which = f"row {row + 1} of those used" if states.time is None else f"row at {states.time[row]:.6g} s"
+    for row in np.flatnonzero(~balanced_rows(errors)):
+        row_name = f"row {row + 1} of those used" if states.time is None else f"row at {states.time[row]:.6g} s"
         note(
             LEFT_OUT_OF_FILE,
             states.name,
-            which,
+            row_name,
             "",
             "the finger finds no shape in balance with its tendons and its weight",
         )
@@ -401,111 +406,120 @@ def identify_states(
         expected = "no row tightens any of them: do they pull the other way, or is their slack too large?"
         raise InputError(fitted[0].name, "tendons", ", ".join(tendons), expected)
     best = fit_states(free, fitted, report=report, starts=free.starts(starts, seed, _JITTER))
-    own, others = _compared(best.model, fitted, FITTED), compared_states(best.model, tested)
-    known = confidence_of(free, best.x, best.residuals, best.slopes, mean_correlation_time(by_rows(own.errors)))
-    left_out = _left_out(best, names, [each.name for each in known.undetermined], fitted, executor)
-    scores = list(own.scores)
-    for of, error in zip(fitted, left_out, strict=True):
-        families = [name for name in sorted(set(of.families)) if name]
+    fits, tests = _compare(best.model, fitted, FITTED), compared_states(best.model, tested)
+    confidence = confidence_of(
+        free, best.x, best.residuals, best.slopes, mean_correlation_time(balanced_series(fits.errors))
+    )
+    left_out = _family_errors(best, names, [dropped.name for dropped in confidence.undetermined], fitted, executor)
+    scores = list(fits.scores)
+    for recording, error in zip(fitted, left_out, strict=True):
+        families = [name for name in sorted(set(recording.families)) if name]
         for name in families:
-            scores += _scores(of, LEFT_OUT, name, error[of.families == name])
-        scores += _scores(of, LEFT_OUT, _ALL, error[of.families != ""]) if families else []
-    states, errors = own.states + others.states, own.errors + others.errors
-    return IdentifiedStates(best.model, states, errors, (*scores, *others.scores), left_out, best, known)
+            scores += _scores(recording, LEFT_OUT, name, error[recording.families == name])
+        scores += _scores(recording, LEFT_OUT, _ALL_ROWS, error[recording.families != ""]) if families else []
+    states, errors = fits.states + tests.states, fits.errors + tests.errors
+    return IdentifiedStates(best.model, states, errors, (*scores, *tests.scores), left_out, best, confidence)
 
 
-def by_rows(errors: Sequence[Array]) -> list[Array]:
-    """Errors of recordings, (R, M, 3), as series of the rows in which the finger found a balance."""
-    return [error[in_balance(error)].reshape(-1, error[0].size) for error in errors]
+def balanced_series(errors: Sequence[Array]) -> list[Array]:
+    """Errors of recordings, (R, M, 3), as series of the rows with a balance."""
+    return [error[balanced_rows(error)].reshape(-1, error[0].size) for error in errors]
 
 
 def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
     """Compares recordings with a finger in its set-up; only their placement is fitted."""
-    return _compared(model, states, TESTED)
+    return _compare(model, states, TESTED)
 
 
-def _compared(model: Model, states: Sequence[SettledStates], role: str) -> TestedStates:
-    errors = tuple(state_errors(model, of) for of in states)
-    for of, error in zip(states, errors, strict=True):
-        note_unbalanced(of, error)
-    scores = [one for of, error in zip(states, errors, strict=True) for one in _scores(of, role, _ALL, error)]
+def _compare(model: Model, states: Sequence[SettledStates], role: str) -> TestedStates:
+    errors = tuple(state_errors(model, run) for run in states)
+    for run, error in zip(states, errors, strict=True):
+        note_unbalanced(run, error)
+    scores = [
+        score for run, error in zip(states, errors, strict=True) for score in _scores(run, role, _ALL_ROWS, error)
+    ]
     return TestedStates(model, tuple(states), errors, tuple(scores))
 
 
-def _left_out(
+def _family_errors(
     best: FingerFit[SettledStates],
     names: Sequence[str],
     undetermined: Sequence[str],
     fitted: Sequence[SettledStates],
     executor: Executor,
 ) -> tuple[Array, ...]:
-    """Errors of every row by a fit without its family, which is placed as a recording of its own, (R, M, 3) m.
+    """Errors of every row by a fit without its family, whose placement is fitted separately, (R, M, 3) m.
 
-    The fits begin with the best one; what that could not determine stays as it is there, and if that is everything, the
+    The fits begin with the best one. Its undetermined parameters stay as they are; if that is all of them, the
     best one predicts them.
     """
-    others = groups_left_out([states.families for states in fitted])
-    found = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
-    if len(others) < 2:
-        return found
-    pending = [executor.submit(_fit_from, best.model, names, undetermined, fitted, rows) for rows in others]
+    fitted_rows = leave_groups_out([states.families for states in fitted])
+    all_errors = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
+    if len(fitted_rows) < 2:
+        return all_errors
+    pending = [executor.submit(_fit_rest, best.model, names, undetermined, fitted, rows) for rows in fitted_rows]
     wait_for(pending, "left out", "family")
-    for rows, future in zip(others, pending, strict=True):
+    for rows, future in zip(fitted_rows, pending, strict=True):
         model = future.result()
-        for errors, states, keep in zip(found, fitted, rows, strict=True):
+        for errors, states, keep in zip(all_errors, fitted, rows, strict=True):
             errors[~keep] = state_errors(model, states, ~keep)[~keep]
-    return found
+    return all_errors
 
 
-def _fit_from(
+def _fit_rest(
     model: Model, names: Sequence[str], undetermined: Sequence[str], fitted: Sequence[SettledStates], rows: Rows
 ) -> Model:
     free = free_parameters(model.finger, names, [], model.setup)
-    free = free.fixing(free.start, undetermined)
+    free = free.fix(free.start, undetermined)
     if not free.names:
         return free.model
     return fit_states(free, fitted, rows).model
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
-    """Scores of all markers, and of each if there are several; rows without a balance do not count."""
-    errors = errors[in_balance(errors)]
+    """Scores of all markers, and of each one if there are several; rows without a balance do not count."""
+    errors = errors[balanced_rows(errors)]
     if not len(errors):
         return []
-    distances = 1e3 * np.linalg.norm(_centred(errors, errors), axis=-1)
-    of_markers = {_ALL: distances}
+    distances = 1e3 * np.linalg.norm(_center(errors, errors), axis=-1)
+    by_marker = {_ALL_ROWS: distances}
     if len(states.names) > 1:
-        of_markers |= dict(zip(states.names, distances.T, strict=True))
+        by_marker |= dict(zip(states.names, distances.T, strict=True))
     return [
         StateScore(
-            states.name, role, family, marker, len(errors), **error_columns(of, "rms_mm", "mean_mm", "percentile_95_mm")
+            states.name,
+            role,
+            family,
+            marker,
+            len(errors),
+            **error_columns(values, "rms_mm", "mean_mm", "percentile_95_mm"),
         )
-        for marker, of in of_markers.items()
+        for marker, values in by_marker.items()
     ]
 
 
 _WIDTH, _HEIGHT = 3.0, 2.8  # inches, of a panel
-_VIEWS = ((0, 1), (0, 2))  # axes of B: from the tip, and from the side
+_VIEW_AXES = ((0, 1), (0, 2))  # axes of B: from the tip, and from the side
 
 
-def states_figure(found: TestedStates) -> Figure:
-    """Plots the places of the last marker, measured and predicted, seen along the finger and from the side.
+def states_figure(tested: TestedStates) -> Figure:
+    """Plots positions of the last marker, measured and predicted, along the finger and from the side.
 
-    A row for each recording; beside it the distribution of the errors.
+    Each recording has a row, with the distribution of the errors at the end.
     """
-    count = len(found.states)
+    count = len(tested.states)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(
             count, 3, figsize=(3 * _WIDTH, count * _HEIGHT), squeeze=False, constrained_layout=True
         )
-        fitted = found.left_out if isinstance(found, IdentifiedStates) else ()
+        fitted = tested.left_out if isinstance(tested, IdentifiedStates) else ()
         left_out: list[Array | None] = [*fitted, *[None] * count]
-        for row, states, errors, without in zip(axes, found.states, found.errors, left_out, strict=False):
-            for panel, (i, j) in zip(row, _VIEWS, strict=False):
+        for row, states, errors, left_out_errors in zip(axes, tested.states, tested.errors, left_out, strict=False):
+            for panel, (i, j) in zip(row, _VIEW_AXES, strict=False):
                 _draw_places(panel, states.markers[:, -1], errors[:, -1], i, j)
-            _draw_errors(row[2], errors, "held out" if without is None else "fitted", ESTIMATOR_COLORS[2])
-            if without is not None and in_balance(without).any():
-                _draw_errors(row[2], without, "left out", ESTIMATOR_COLORS[5])
+            _draw_errors(row[2], errors, "held out" if left_out_errors is None else "fitted", ESTIMATOR_COLORS[2])
+            if left_out_errors is not None and balanced_rows(left_out_errors).any():
+                _draw_errors(row[2], left_out_errors, "left out", ESTIMATOR_COLORS[5])
             row[0].set_title(states.name)
             row[1].legend(frameon=False, markerscale=3, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
             row[2].set(xlabel="error [mm]", ylabel="share of the rows [%]", ylim=(0, 100), xlim=(0, None))
@@ -515,14 +529,14 @@ def states_figure(found: TestedStates) -> Figure:
 
 
 def _draw_places(panel: Axes, measured: Array, errors: Array, i: int, j: int) -> None:
-    for place, away in zip(1e3 * measured, 1e3 * errors, strict=True):
-        panel.plot(place[i] + [0, away[i]], place[j] + [0, away[j]], color="0.75", lw=0.5, zorder=0)
+    for place, error in zip(1e3 * measured, 1e3 * errors, strict=True):
+        panel.plot(place[i] + [0, error[i]], place[j] + [0, error[j]], color="0.75", lw=0.5, zorder=0)
     panel.plot(*(1e3 * measured[:, [i, j]]).T, ".", ms=2.5, color="0.35", label="measured")
     panel.plot(*(1e3 * (measured + errors)[:, [i, j]]).T, ".", ms=1.5, color=ESTIMATOR_COLORS[5], label="predicted")
     panel.set(xlabel=f"{'xyz'[i]} [mm]", ylabel=f"{'xyz'[j]} [mm]", aspect="equal")
 
 
 def _draw_errors(panel: Axes, errors: Array, label: str, color: str) -> None:
-    distances = np.sort(1e3 * np.linalg.norm(errors[in_balance(errors)], axis=-1).ravel())
+    distances = np.sort(1e3 * np.linalg.norm(errors[balanced_rows(errors)], axis=-1).ravel())
     shares, rms = np.arange(1, len(distances) + 1) / len(distances), error_columns(distances, "rms")["rms"]
     panel.plot(distances, 100 * shares, color=color, label=f"{label}: {rms:.1f} mm r.m.s.")

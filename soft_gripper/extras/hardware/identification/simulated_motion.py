@@ -1,13 +1,14 @@
-"""A simulated recording: the chain in Drake, driven like the hardware, and the positions of its markers.
+"""Simulates a recording: the chain in Drake, driven like the hardware -> positions of its markers, (T, M) m.
 
-It is the plant of a station, with a drive of a station. But a chamber fills through an orifice, because a first-order
+Plant and drive are those of a station, but a chamber fills through an orifice, because a first-order
 lag behind the valve cannot rise within 70 ms at 15 kPa and within 190 ms at 35 kPa.
 
 Recordings of the pneumatic segment require that pressure takes a part of the stiffness (`fingers.taken_stiffness`):
 with a law for the driving torque alone the tip turned about the same point at every pressure, whereas that point moves
 by 6 mm toward the tip, since a segment that hangs is held straight by its weight most at its base; the share of creep
 was the same at every pressure, whereas it doubles from 15 to 45 kPa; and a finger that was emptied remembered a part of
-what the recordings show, since what its branches hold is its bend, not the stress.
+the motion in the recordings, since its branches hold the bend, not the stress. Another property of a set-up is a field
+of `Setup` and a key of `free_parameters`.
 """
 
 import xml.etree.ElementTree as ET
@@ -42,18 +43,18 @@ from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.quantity import quantity
 from soft_gripper.scenario.schema import PressureConfig
 
-_TIP = "tip"
-_ABOVE_NOISE = 0.1  # share of the largest displacement that only an event can cause
-_REACHED = 0.5  # share of the largest displacement that identifies the rise and fall of the event
-_BEFORE_EVENT = 0.05  # s, by which an event may be earlier than it is detected
-_STILL_HELD = 0.97  # of the displacement before the valve closes
-_CONSTANT = 0.2  # of the largest pressure: what it may vary by while the valve is open
-_LETTING_GO = 0.03  # s, initial guess of the time that a hand takes
+_TIP_BODY = "tip"
+_ONSET_SHARE = 0.1  # share of the largest displacement that only an event can cause
+_EVENT_SHARE = 0.5  # share of the largest displacement that identifies the rise and fall of the event
+_EVENT_MARGIN = 0.05  # s, by which an event may be earlier than it is detected
+_CLOSING_SHARE = 0.97  # of the displacement before the valve closes
+_MAX_PRESSURE_VARIATION = 0.2  # of the largest pressure, while the valve is open
+_RELEASE_TIME = 0.03  # s, initial guess of the time that a hand takes
 SETTLED_TIME = 0.2  # s, averaging period of settled values
 
 
 class Hold(NamedTuple):
-    """How a hand holds the tip before it lets go, from the straight finger."""
+    """Pose of a tip in a hand before its release, from the straight finger."""
 
     sag: float = 0.0  # m, across, toward the inner side
     turn: float = 0.0  # rad
@@ -61,7 +62,7 @@ class Hold(NamedTuple):
 
 @dataclass(frozen=True)
 class MeasuredMotion:
-    """The markers of one recording, m, z + i x in B, and the cause of their motion. NaN: not seen."""
+    """Markers of one recording, m, z + i x in B, and the cause of their motion. NaN: not seen."""
 
     name: str
     time: Array  # (T,) s
@@ -91,11 +92,11 @@ class MeasuredMotion:
 
     @property
     def unknowns(self) -> Array:
-        """Unknowns as one vector: the times of its events, s, and how it was held, if that is fitted."""
+        """Unknowns as one vector: the times of the events, s, and the held pose, if it is fitted."""
         return np.array((*self.events, *(self.hold or ())))
 
     def with_unknowns(self, values: Array) -> "MeasuredMotion":
-        """This motion with other values of what was not recorded."""
+        """Copy with other values of the unknowns."""
         begin, end, *hold = values.tolist()
         return replace(self, events=(begin, end), hold=Hold(*hold) if hold else None)
 
@@ -107,7 +108,7 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
         InputError: if the recording has no markers on the tip, does not give the cause of motion, or nothing moves.
     """
     config = recording.config
-    names = config.markers.bodies.get(_TIP, []) if config.markers else []
+    names = config.markers.bodies.get(_TIP_BODY, []) if config.markers else []
     if len(names) < 2:
         expected = "name at least two markers that are glued to the tip, to measure its rotation"
         if config.poses:
@@ -125,10 +126,10 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
         raise InputError(recording.name, "commanded_pressure", None, expected)
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
-    away = np.abs(np.nanmean(markers - reference, axis=1))
-    events = _release(recording, away) if config.event == "release" else _steps(recording, away)
+    shift = np.abs(np.nanmean(markers - reference, axis=1))
+    events = _release_times(recording, shift) if config.event == "release" else _valve_times(recording, shift)
     if config.event == "step":
-        reference = _just_before(recording, markers, events[0])
+        reference = _reference_markers(recording, markers, events[0])
         _check_constant(recording, *events)
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
     if config.load_string is not None:
@@ -141,18 +142,18 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
         reference=reference,
         gravity=gravity,
         pressure=recording.commanded_pressure if config.event == "step" else None,
-        load=_load(recording),
+        load=_named_load(recording),
         events=events,
         string=config.load_string,
     )
 
 
-def _just_before(recording: HardwareRecording, markers: Planar, begin: float) -> Planar:
+def _reference_markers(recording: HardwareRecording, markers: Planar, begin: float) -> Planar:
     """Mean of markers, (T, M), over a reference period that ends just before an event, (M,): the finger is at rest.
 
     Motion capture may need a moment to settle: by a tenth of a degree in the first 0.2 s of the recorded segment.
     """
-    end = begin - _BEFORE_EVENT
+    end = begin - _EVENT_MARGIN
     span = (recording.time > end - recording.config.reference) & (recording.time <= end)
     mean: Planar = np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
     return mean
@@ -167,57 +168,57 @@ def _check_constant(recording: HardwareRecording, opens: float, closes: float) -
     if recording.pressures is None:
         return
     begin = opens + (closes - opens) / 3
-    held = recording.pressures[(recording.time > begin) & (recording.time < closes - _BEFORE_EVENT)]
-    held = held[np.isfinite(held).all(axis=1)]
-    span = np.ptp(held, axis=0) if len(held) else np.zeros(1)
-    if span.max() > _CONSTANT * np.abs(held).max(initial=0.0):
-        least, most = (1e-3 * end(held[:, span.argmax()]) for end in (np.min, np.max))
-        changes = f"{least:.3g} to {most:.3g} kPa from {begin:.2f} to {closes:.2f} s"
+    open_pressures = recording.pressures[(recording.time > begin) & (recording.time < closes - _EVENT_MARGIN)]
+    open_pressures = open_pressures[np.isfinite(open_pressures).all(axis=1)]
+    span = np.ptp(open_pressures, axis=0) if len(open_pressures) else np.zeros(1)
+    if span.max() > _MAX_PRESSURE_VARIATION * np.abs(open_pressures).max(initial=0.0):
+        low, high = (1e-3 * extreme(open_pressures[:, span.argmax()]) for extreme in (np.min, np.max))
+        changes = f"{low:.3g} to {high:.3g} kPa from {begin:.2f} to {closes:.2f} s"
         expected = (
             "one constant pressure is read, that of the file's name: write a file for each, with a rest before it"
         )
         raise InputError(recording.name, "pressures", changes, expected)
 
 
-def _load(recording: HardwareRecording) -> TipLoad | None:
+def _named_load(recording: HardwareRecording) -> TipLoad | None:
     if recording.load_mass == 0:
         return None
     x, z = recording.load_place or (0.0, 0.0)
     return TipLoad(recording.load_mass, x, z)
 
 
-def _release(recording: HardwareRecording, away: Array) -> tuple[float, float]:
-    """The times when the finger starts to move, and when the hand has let go; the second is not observable."""
-    begin = _begin(recording, away)
-    return begin, begin + _LETTING_GO
+def _release_times(recording: HardwareRecording, displacement: Array) -> tuple[float, float]:
+    """Times of the begin and end of a release, s; the end is not observable."""
+    begin = _motion_begin(recording, displacement)
+    return begin, begin + _RELEASE_TIME
 
 
-def _steps(recording: HardwareRecording, away: Array) -> tuple[float, float]:
-    """The times when the finger starts to move, and when it starts to move back."""
-    begin, far = _begin(recording, away), np.flatnonzero(away > _REACHED * np.nanmax(away))
-    if far[-1] >= len(away) - 2:
+def _valve_times(recording: HardwareRecording, shift: Array) -> tuple[float, float]:
+    """Times when the finger starts to move, and to move back, s."""
+    begin, event_rows = (_motion_begin(recording, shift), np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift)))
+    if event_rows[-1] >= len(shift) - 2:
         raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
-    k = int(far[-1])
-    held = np.nanmean(
-        away[
-            (recording.time > recording.time[k] - 2 * SETTLED_TIME)
-            & (recording.time < recording.time[k] - SETTLED_TIME)
+    row = int(event_rows[-1])
+    open_shift = np.nanmean(
+        shift[
+            (recording.time > recording.time[row] - 2 * SETTLED_TIME)
+            & (recording.time < recording.time[row] - SETTLED_TIME)
         ]
     )
-    while k > 0 and not away[k] > _STILL_HELD * held:
-        k -= 1
-    return begin, float(recording.time[k])
+    while row > 0 and not shift[row] > _CLOSING_SHARE * open_shift:
+        row -= 1
+    return begin, float(recording.time[row])
 
 
-def _begin(recording: HardwareRecording, away: Array) -> float:
-    before = recording.time < recording.time[0] + recording.config.reference
-    if not np.nanmax(away) > 5 * np.nanmax(away[before]):
+def _motion_begin(recording: HardwareRecording, shift: Array) -> float:
+    is_reference = recording.time < recording.time[0] + recording.config.reference
+    if not np.nanmax(shift) > 5 * np.nanmax(shift[is_reference]):
         expected = "the tip hardly moves more than before the event; is this the right description of the file?"
-        raise InputError(recording.name, "markers", f"{1e3 * np.nanmax(away):.2g} mm", expected)
-    k = int(np.flatnonzero(away > _REACHED * np.nanmax(away))[0])
-    while k > 0 and not away[k] < _ABOVE_NOISE * np.nanmax(away):
-        k -= 1
-    return float(recording.time[k])
+        raise InputError(recording.name, "markers", f"{1e3 * np.nanmax(shift):.2g} mm", expected)
+    row = int(np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift))[0])
+    while row > 0 and not shift[row] < _ONSET_SHARE * np.nanmax(shift):
+        row -= 1
+    return float(recording.time[row])
 
 
 def turned(markers: Planar, reference: Planar) -> Array:
@@ -231,19 +232,19 @@ def turned(markers: Planar, reference: Planar) -> Array:
 
 
 def settled(time: Array, values: NDArray[Any], end: float) -> Any:
-    """Mean over the last moments before `end`, s, of values (T, ...)."""
+    """Mean of values (T, ...) over the last moments before `end`, s."""
     mean = np.nanmean(values[(time > end - SETTLED_TIME) & (time <= end)], axis=0)
     return mean
 
 
 _TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2 %, its decrement by 2 %
 _STABLE_STEP_SHARE = 0.5  # of the longest stable time step
-_PERIOD = 0.01  # s, of the log
-_FILL_STEP = 2e-3  # s, in which the pressure is followed
-_FILL_SUPPLY = 10e3  # Pa, of which the fill time is meant
-_LEVELS = 200  # of the pressure, between which the compliance of the chamber is interpolated
-_SUDDEN = 1e-3  # s, in which a hand lets go at least
-_ROOT = "root"
+_LOG_PERIOD = 0.01  # s, of the log
+_FILL_STEP = 2e-3  # s, time step of the pressure
+_FILL_SUPPLY = 10e3  # Pa, at which the fill time is defined
+_PRESSURE_LEVELS = 200  # of the pressure, between which the compliance of the chamber is interpolated
+_MIN_RELEASE_TIME = 1e-3  # s
+_ROOT_LINK = "root"
 
 
 @dataclass(frozen=True)
@@ -254,11 +255,11 @@ class Setup:
     mounting_z: float = quantity(0.0, "m")  # of the base in B
     mounting_angle: float = quantity(0.0, "rad")  # of the straight finger in B, from z toward x
     held_pose: bool = False  # whether the pose in which a hand holds the tip is fitted to every recording
-    load_x: float = quantity(0.0, "m")  # of a load from where it is said to hang, in the tip's frame
-    load_z: float = quantity(0.0, "m")  # likewise
+    load_x: float = quantity(0.0, "m")  # of a load from its stated position, in the tip's frame
+    load_z: float = quantity(0.0, "m")  # of a load from its stated position
     load_friction: float = quantity(0.0, "m", least=0)  # torque of friction at the hook of a load, over its weight
     marker_mass: float = quantity(0.0, "kg", least=0)  # of the markers on the tip, all together
-    # In which a chamber that does not swell fills from a supply of 10 kPa
+    # Time in which a chamber that does not swell fills from a supply of 10 kPa
     fill_time: float = quantity(0.06, "s", above=0)
     swelling: float = quantity(1.0, least=0)  # growth of the chamber's compliance per growth of the bend per pressure
     # Pressure that the supply lacks when the valve opens, and the time in which that decays by 63 %
@@ -268,7 +269,7 @@ class Setup:
     backlash: float = quantity(0.0, "m", least=0)  # by which pulled lengths lag behind what is wound at most
     delay: float = quantity(0.0, "s")  # by which settled states come after the pulled lengths that they belong to
     highest_pressure: float = quantity(0.0, "Pa", least=0)  # of the recordings that were fitted; 0: none
-    heaviest_load: float = quantity(0.0, "kg", least=0)  # likewise
+    heaviest_load: float = quantity(0.0, "kg", least=0)  # of the recordings that were fitted; 0: none
 
 
 @dataclass(frozen=True)
@@ -290,33 +291,33 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
     tip = tip_motion(finger, setup, motion)
     in_tip = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
     markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)
-    since = motion.time - motion.events[0]
-    return np.array([np.interp(since, tip.time, marker) for marker in markers.T]).T
+    time = motion.time - motion.events[0]
+    return np.array([np.interp(time, tip.time, marker) for marker in markers.T]).T
 
 
 def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotion:
     """Simulates a finger from the first event on, at rest before it: straight, or as a hand holds it."""
-    loaded = replace(finger, tip_load=_at_tip(finger, setup, motion))
-    duration = float(motion.time[-1] - motion.events[0]) + _PERIOD
+    loaded = replace(finger, tip_load=_tip_load(finger, setup, motion))
+    duration = float(motion.time[-1] - motion.events[0]) + _LOG_PERIOD
     step = min(_TIME_STEP, _STABLE_STEP_SHARE * loaded.stable_time_step())
-    step = _PERIOD / np.ceil(_PERIOD / step)  # so that the log falls on steps
+    step = _LOG_PERIOD / np.ceil(_LOG_PERIOD / step)  # so that the log falls on steps
     builder = DiagramBuilder()
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
-    load = _placed(setup, motion)
-    hung = HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
-    in_plant = _add_finger(builder, loaded, gravity, step, hung)
+    load = _hanging_load(setup, motion)
+    hung_load = HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
+    in_plant = _add_finger(builder, loaded, gravity, step, hung_load)
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
     command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
-    held = _held(in_plant, motion.hold)
-    in_chamber = builder.AddSystem(TrajectorySource(_pressure(finger, setup, motion, duration)))
+    held_pose = _held_pose(in_plant, motion.hold)
+    in_chamber = builder.AddSystem(TrajectorySource(_chamber_pressure(finger, setup, motion, duration)))
     builder.Connect(in_chamber.get_output_port(), command)
     if motion.pressure is None:
-        hand = builder.AddSystem(TrajectorySource(_hand(held.force, motion)))
+        hand = builder.AddSystem(TrajectorySource(_hand_force(held_pose.force, motion)))
         builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
-    log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _PERIOD)
+    log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _LOG_PERIOD)
     simulator = Simulator(builder.Build())
-    _hold(in_plant, held, simulator)
+    _set_state(in_plant, held_pose, simulator)
     try:
         simulator.AdvanceTo(duration)
     except RuntimeError as error:
@@ -331,73 +332,73 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
 
 
 def _add_finger(
-    builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float, hung: HungLoad | None
+    builder: DiagramBuilder, finger: Finger, gravity: Array, time_step: float, hung_load: HungLoad | None
 ) -> PlantFinger:
     """Adds a plant of a single finger with a fixed base, a load that swings at its tip, and no contact geometry."""
     robot = ET.Element("robot", name="identified")
-    robot.append(ET.Element("link", name=_ROOT))
-    robot.extend(finger_to_urdf(FingerElement(finger, _ROOT), visuals=False))
+    robot.append(ET.Element("link", name=_ROOT_LINK))
+    robot.extend(finger_to_urdf(FingerElement(finger, _ROOT_LINK), visuals=False))
     for link in robot.findall("link"):
         for skin in link.findall("collision"):
             link.remove(skin)
     plant = builder.AddNamedSystem("plant", MultibodyPlant(time_step))
     (model,) = Parser(plant).AddModelsFromString(ET.tostring(robot, encoding="unicode"), "urdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT))
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(_ROOT_LINK))
     plant.mutable_gravity_field().set_gravity_vector(gravity)
-    if hung is not None:
-        hung.add_to(plant, plant.GetFrameByName(tip_name(finger.name), model), gravity)
+    if hung_load is not None:
+        hung_load.add_to(plant, plant.GetFrameByName(tip_name(finger.name), model), gravity)
     plant.Finalize()
-    if hung is not None:
-        hung.connect(builder, plant)
+    if hung_load is not None:
+        hung_load.connect(builder, plant)
     return PlantFinger(finger, plant, model)
 
 
-class _Held(NamedTuple):
-    """A finger in a hand that holds its tip: what the hand bears, and the pose."""
+class _HeldPose(NamedTuple):
+    """Force of a hand that holds a finger's tip, and the pose."""
 
     force: Array  # (nv) generalized
     positions: Array  # (nv) of the joints
 
 
-def _held(finger: PlantFinger, hold: Hold | None) -> _Held:
-    """The finger before it is let go: straight if there is no hold; else a hand holds the tip alone, and creep is over.
+def _held_pose(finger: PlantFinger, hold: Hold | None) -> _HeldPose:
+    """Pose before a release: straight if there is no hold; else a hand holds the tip alone, and creep is over.
 
-    For small angles: the joints yield to weight, and to a force and a moment of the hand, by their stiffness less all
-    creep; force and moment are those that bring the tip to its place and direction.
+    Angles are small: the joints yield to weight, and to a force and a moment of the hand, by their stiffness less all
+    creep. Force and moment bring the tip to its position and direction.
     """
     plant, context = finger.plant, finger.plant.CreateDefaultContext()
     weight = plant.CalcGravityGeneralizedForces(context)
     if hold is None:
-        return _Held(-weight, 0 * weight)
-    stiffness, remains = np.full(plant.num_velocities(), np.inf), 1 - shares(finger.finger).sum()
-    for way, of_joints in finger.finger.stiffnesses.items():
-        starts = [joint.velocity_start() for joint in finger.joints_of(way)]
-        stiffness[starts] = of_joints * (remains if way == "bending" else 1.0)
+        return _HeldPose(-weight, 0 * weight)
+    stiffness, remaining_share = np.full(plant.num_velocities(), np.inf), 1 - shares(finger.finger).sum()
+    for deformation, joint_stiffness in finger.finger.stiffnesses.items():
+        starts = [joint.velocity_start() for joint in finger.joints_of(deformation)]
+        stiffness[starts] = joint_stiffness * (remaining_share if deformation == "bending" else 1.0)
     world, velocity = plant.world_frame(), JacobianWrtVariable.kV
     jacobian = plant.CalcJacobianSpatialVelocity(context, velocity, finger.frames[-1], np.zeros(3), world, world)
-    of_tip = jacobian[[3, 1]]  # its velocity along x, and its turn about y
-    lacks = (hold.sag, hold.turn) - of_tip @ (weight / stiffness)
-    bears = np.linalg.solve(of_tip @ (of_tip / stiffness).T, lacks) @ of_tip
-    swings = np.isinf(stiffness)  # a load that hangs down, wherever the tip turns
-    return _Held(bears, np.where(swings, -hold.turn, (weight + bears) / stiffness))
+    tip_jacobian = jacobian[[3, 1]]  # its velocity along x, and its turn about y
+    gap = (hold.sag, hold.turn) - tip_jacobian @ (weight / stiffness)
+    hand_force = np.linalg.solve(tip_jacobian @ (tip_jacobian / stiffness).T, gap) @ tip_jacobian
+    is_swinging = np.isinf(stiffness)  # a load that hangs down, wherever the tip turns
+    return _HeldPose(hand_force, np.where(is_swinging, -hold.turn, (weight + hand_force) / stiffness))
 
 
-def _hold(finger: PlantFinger, held: _Held, simulator: Simulator) -> None:
-    """Sets the state with which a simulation begins."""
+def _set_state(finger: PlantFinger, pose: _HeldPose, simulator: Simulator) -> None:
+    """Sets the initial state of a simulation."""
     diagram, context = simulator.get_system(), simulator.get_mutable_context()
-    of_plant = finger.plant.GetMyMutableContextFromRoot(context)
-    finger.plant.SetPositions(of_plant, held.positions)
-    if finger.finger.creep and held.positions.any():
+    plant_context = finger.plant.GetMyMutableContextFromRoot(context)
+    finger.plant.SetPositions(plant_context, pose.positions)
+    if finger.finger.creep and pose.positions.any():
         name = f"{finger.name}.creep"
         creep = diagram.GetSubsystemByName(name)
-        q = held.positions[[joint.velocity_start() for joint in finger.joints]]
+        q = pose.positions[[joint.velocity_start() for joint in finger.joints]]
         z = np.tile(q, (len(finger.finger.creep), 1))
         creep.set_internal_angles(creep.GetMyMutableContextFromRoot(context), z, q)
 
 
-def _at_tip(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
-    """What is fixed to the tip: a load that does not swing and the markers, as one mass in their centre."""
-    loads = [finger.tip_load, None if motion.string else _placed(setup, motion)]
+def _tip_load(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
+    """Masses fixed to the tip, a load that does not swing and the markers, as one mass in their centre."""
+    loads = [finger.tip_load, None if motion.string else _hanging_load(setup, motion)]
     parts = [(load.mass, load.x, load.z) for load in loads if load is not None]
     if setup.marker_mass > SIZES[0]:
         middle = complex(motion.reference.mean()) - finger.length
@@ -408,20 +409,20 @@ def _at_tip(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | N
     return TipLoad(float(mass.sum()), *(float(mass @ place / mass.sum()) for place in (x, z)))
 
 
-def _placed(setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
-    """The load where it hangs."""
+def _hanging_load(setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
+    """Load at its fitted position."""
     load = motion.load
     return load and replace(load, x=load.x + setup.load_x, z=load.z + setup.load_z)
 
 
-def _hand(bears: Array, motion: MeasuredMotion) -> PiecewisePolynomial:
-    """The generalized force of a hand while letting go: decreases linearly to 0."""
-    lets_go = max(motion.events[1] - motion.events[0], _SUDDEN)
-    return PiecewisePolynomial.FirstOrderHold([0.0, lets_go], np.column_stack([bears, 0 * bears]))
+def _hand_force(force: Array, motion: MeasuredMotion) -> PiecewisePolynomial:
+    """Generalized force of a hand during a release: decreases linearly to 0."""
+    duration = max(motion.events[1] - motion.events[0], _MIN_RELEASE_TIME)
+    return PiecewisePolynomial.FirstOrderHold([0.0, duration], np.column_stack([force, 0 * force]))
 
 
-def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: float) -> PiecewisePolynomial:
-    """The pressure in the chamber since the first event: it fills and, after the second, empties.
+def _chamber_pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: float) -> PiecewisePolynomial:
+    """Pressure in the chamber since the first event: it fills and, after the second, empties.
 
     Air enters a chamber of compliance C through a narrow passage, where the loss of pressure grows with the square of
     the flow:  C(p) dp/dt = k sqrt(supply - p) . A chamber that swells takes more air:
@@ -431,27 +432,29 @@ def _pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, duration: fl
     if motion.pressure is None:
         return PiecewisePolynomial(np.zeros((1, 1)))
     open_for = motion.events[1] - motion.events[0]
-    opened = np.linspace(0.0, open_for, max(int(open_for / _FILL_STEP), 1) + 1)
-    closed = np.arange(1, int((duration - open_for) / _FILL_STEP) + 3) * _FILL_STEP
-    levels = motion.pressure * np.linspace(0.0, 1.0, _LEVELS + 1)[1:]
+    open_times = np.linspace(0.0, open_for, max(int(open_for / _FILL_STEP), 1) + 1)
+    closed_times = np.arange(1, int((duration - open_for) / _FILL_STEP) + 3) * _FILL_STEP
+    levels = motion.pressure * np.linspace(0.0, 1.0, _PRESSURE_LEVELS + 1)[1:]
     law = finger.pressure_law
-    slope = np.ones(_LEVELS) if law is None else np.gradient(law.bend(levels), levels)
+    slope = np.ones(_PRESSURE_LEVELS) if law is None else np.gradient(law.bend(levels), levels)
     compliance = 1 + setup.swelling * (slope / slope[0] - 1)
     rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
-    lacks = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)
-    supply = motion.pressure - lacks * np.exp(-opened[1:] / setup.supply_time)
-    filled = _followed(0.0, supply, np.diff(opened), np.abs(levels), rates)
-    emptied = _followed(filled[-1], 0 * closed, np.full(len(closed), _FILL_STEP), np.abs(levels), rates)
-    time = np.concatenate([opened, open_for + closed])
-    return PiecewisePolynomial.FirstOrderHold(time, np.concatenate([[0.0], filled, emptied])[None])
+    lack = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)
+    supply = motion.pressure - lack * np.exp(-open_times[1:] / setup.supply_time)
+    filling = _follow_supply(0.0, supply, np.diff(open_times), np.abs(levels), rates)
+    emptying = _follow_supply(
+        filling[-1], 0 * closed_times, np.full(len(closed_times), _FILL_STEP), np.abs(levels), rates
+    )
+    time = np.concatenate([open_times, open_for + closed_times])
+    return PiecewisePolynomial.FirstOrderHold(time, np.concatenate([[0.0], filling, emptying])[None])
 
 
-def _followed(pressure: float, supplies: Array, steps: Array, levels: Array, rates: Array) -> list[float]:
-    """Pressures, Pa, after each of some steps, s, toward those of the supply, where the rates at levels are known."""
-    found = []
+def _follow_supply(pressure: float, supplies: Array, steps: Array, levels: Array, rates: Array) -> list[float]:
+    """Pressures, Pa, after time steps, s, toward those of the supply, at rates for levels of the pressure."""
+    pressures = []
     for supply, step in zip(supplies.tolist(), steps.tolist(), strict=True):
         lack = supply - pressure
         root = max(np.sqrt(abs(lack)) - step * float(np.interp(abs(pressure), levels, rates)), 0.0)
         pressure = supply - np.copysign(root**2, lack)
-        found.append(pressure)
-    return found
+        pressures.append(pressure)
+    return pressures

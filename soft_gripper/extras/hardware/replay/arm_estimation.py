@@ -1,6 +1,6 @@
-"""The diagram of a replay: recorded readings of an arm -> the blocks of the estimation -> scores.
+"""Builds the diagram of a replay: recorded readings of an arm, T samples -> the blocks of the estimation -> errors.
 
-The positions of the bodies of an arm whose sections bend and lengthen, with rigid parts between them.
+The sections of an arm bend and lengthen, with rigid parts between them.
 
 The joints of a section share its length; behind every section lies a rigid part, and to its end a body is fixed. In
 planar vectors z + i x (see `kinematics`), with h_s the heading at the end of section s,
@@ -50,7 +50,7 @@ from soft_gripper.signals import XZ, describe
 class RigidParts:
     """The rigid parts of an arm."""
 
-    base: Planar | complex  # m, of the first section in B
+    base: Planar | complex  # m, origin of the first section in B
     tilt: float  # rad, of the first section in B
     couplings: Planar  # (S,) m, d: from the end of a section to the beginning of the next
     bodies: Planar  # (S,) m, m: from the end of a section to the body that is fixed there
@@ -72,10 +72,10 @@ def stretched_arm(
     chain = forward_kinematics(q, np.repeat(lengths / joints, joints, axis=-1))
     headings = parts.tilt + chain.headings[..., section_ends[1:]]
     shifts = rotated(parts.couplings, headings)
-    before = shifts.cumsum(axis=-1) - shifts
-    ends = parts.base + rotated(chain.segment_ends[..., section_ends[1:]], parts.tilt) + before
-    along = parts.base + rotated(chain.joints, parts.tilt) + np.repeat(before, joints, axis=-1)
-    return along, ends + rotated(parts.bodies, headings), headings + parts.turns
+    rigid_shifts = shifts.cumsum(axis=-1) - shifts
+    ends = parts.base + rotated(chain.segment_ends[..., section_ends[1:]], parts.tilt) + rigid_shifts
+    joint_positions = parts.base + rotated(chain.joints, parts.tilt) + np.repeat(rigid_shifts, joints, axis=-1)
+    return joint_positions, ends + rotated(parts.bodies, headings), headings + parts.turns
 
 
 class StretchedArm(LeafSystem):
@@ -91,7 +91,7 @@ class StretchedArm(LeafSystem):
     """
 
     def __init__(self, parts: RigidParts, finger: Finger, bodies: Sequence[str], arcs: SensorLayout | None = None):
-        """`arcs`: sensors whose sections are arcs, whatever the joint angles within them; None: these count."""
+        """`arcs`: sensors whose sections are arcs, for any joint angles within them; None: these angles count."""
         super().__init__()
         self._parts, self._arcs, self._ends = parts, arcs, finger.section_ends(len(bodies))
         joints = range(finger.segments)
@@ -101,8 +101,8 @@ class StretchedArm(LeafSystem):
         shape = {self._angles.ticket(), self._lengths.ticket()}
         positions = self.DeclareVectorOutputPort("joint_positions", 2 * len(joints), self._calc_joints, shape)
         describe(positions, "m", joint=joints, xz=XZ)
-        places = self.DeclareVectorOutputPort("body_positions", 2 * len(bodies), self._calc_bodies, shape)
-        describe(places, "m", body=bodies, xz=XZ)
+        body_positions = self.DeclareVectorOutputPort("body_positions", 2 * len(bodies), self._calc_bodies, shape)
+        describe(body_positions, "m", body=bodies, xz=XZ)
         errors = self.DeclareVectorOutputPort("body_error", len(bodies), self._calc_error)
         describe(errors, "m", body=bodies)
 
@@ -119,8 +119,8 @@ class StretchedArm(LeafSystem):
         output.SetFromVector(self._points(context)[1].ravel())
 
     def _calc_error(self, context: Context, output: BasicVector) -> None:
-        apart = self._points(context)[1].ravel() - self._measured.Eval(context)
-        output.SetFromVector(np.linalg.norm(apart.reshape(-1, 2), axis=1))
+        error = self._points(context)[1].ravel() - self._measured.Eval(context)
+        output.SetFromVector(np.linalg.norm(error.reshape(-1, 2), axis=1))
 
 
 class LogSource(LeafSystem):
@@ -168,13 +168,13 @@ class WireStrain(LeafSystem):
         """`sections` of the strain sensors, which divides S."""
         super().__init__()
         self._geometry, self._finger, self._sections = geometry, finger, sections
-        count = len(geometry.bend_offsets)
-        self._wires = self.DeclareVectorInputPort("wire_lengths", 2 * count)
+        arm_sections = len(geometry.bend_offsets)
+        self._wires = self.DeclareVectorInputPort("wire_lengths", 2 * arm_sections)
         describe(
             self.DeclareVectorOutputPort("strain", 2 * sections, self._calc_strain), path=PATHS, section=range(sections)
         )
-        lengths = self.DeclareVectorOutputPort("section_lengths", count, self._calc_lengths)
-        describe(lengths, "m", arm_section=range(count))
+        lengths = self.DeclareVectorOutputPort("section_lengths", arm_sections, self._calc_lengths)
+        describe(lengths, "m", arm_section=range(arm_sections))
 
     def _calc_strain(self, context: Context, output: BasicVector) -> None:
         theta = self._geometry.sections(*self._sides(context)).theta
@@ -189,7 +189,7 @@ class WireStrain(LeafSystem):
 
 @dataclass(frozen=True)
 class NominalArm:
-    """The nominal model of an arm of S sections, C chambers and N joints."""
+    """Nominal model of an arm of S sections, C chambers and N joints."""
 
     finger: Finger  # with creep
     gains: Array  # (N, C) N m/Pa, torque per pressure
@@ -225,7 +225,7 @@ class ArmEstimation(Diagram):
     """
 
     def __init__(self, arm: NominalArm, estimator: str, sections: int, bodies: Sequence[str], period: float):
-        """An estimator by its name, with the number of sensors per side.
+        """Builds an estimator by its name, with the number of sensors per side.
 
         Raises:
             InputError: if there is none of that name.
@@ -246,11 +246,11 @@ class ArmEstimation(Diagram):
         wires.add("base", ConstantVectorSource(identity), {"y0": "X_WB"})  # gravity is given in B
         make = find_estimator(estimator, arm.uncertainty, "--estimator")
         wires.add("estimator", make_block("--estimator", estimator, make, layout, arm.gravity, period))
-        as_arcs = layout if estimator == "arcs" else None
-        kept = {ANGLES, DRIVING_TORQUE, "strain", "section_lengths"}
-        for name in wires.outputs.keys() - kept:
+        arcs = layout if estimator == "arcs" else None
+        shared = {ANGLES, DRIVING_TORQUE, "strain", "section_lengths"}
+        for name in wires.outputs.keys() - shared:
             del wires.outputs[name]
-        wires.add("arm", StretchedArm(arm.parts, arm.finger, bodies, as_arcs))
+        wires.add("arm", StretchedArm(arm.parts, arm.finger, bodies, arcs))
         wires.build_into(self)
 
 
@@ -278,15 +278,15 @@ def estimate_recording(
         "pressures": ("Pa", inputs.pressures, {"chamber": chambers}),
         "measured_bodies": ("m", inputs.measured_bodies, {"body": list(inputs.bodies), "xz": XZ}),
     }
-    known = {}
+    recorded = {}
     for name, (unit, samples, axes) in sources.items():
         source = builder.AddNamedSystem(name, LogSource(name, samples, inputs.period, unit, **axes))
-        known[name] = source.get_output_port()
-    signals = dict(known)
+        recorded[name] = source.get_output_port()
+    signals = dict(recorded)
     for row, (estimator, count) in estimators.items():
         estimation = ArmEstimation(arm, estimator, count, inputs.bodies, inputs.period)
         part = add_part(builder, row, estimation)
-        connect_by_name(builder, part.inputs, known, "estimation")
+        connect_by_name(builder, part.inputs, recorded, "estimation")
         signals |= {f"{row}.{name}": port for name, port in part.outputs.items()}
     logs = add_logs(builder, signals, inputs.period)
     remove_unread_blocks(builder, signals)
@@ -296,7 +296,7 @@ def estimate_recording(
 
 
 PERIOD = 0.02  # s, between samples; rows are held
-MOST_TIME = 3600.0  # s, of a recording
+MAX_TIME = 3600.0  # s, of a recording
 
 
 @dataclass(frozen=True)
@@ -316,30 +316,40 @@ class ArmRecording:
 
 
 def arm_recording(recording: HardwareRecording) -> ArmRecording:
-    """Raises InputError if the recording lacks two wires and a body per section, or pressures."""
-    where, expected = recording.name, "an arm is estimated from length sensors: describe them"
-    described = require_value(recording.config.lengths, where, "lengths", expected)
-    measured = require_value(recording.pressures, where, "pressures", "describe the chambers' pressures")
+    """Resamples a recording of an arm.
+
+    Raises:
+        InputError: if the recording lacks two wires and a body per section, or pressures.
+    """
+    recording_name, expected = recording.name, "an arm is estimated from length sensors: describe them"
+    described = require_value(recording.config.lengths, recording_name, "lengths", expected)
+    measured = require_value(recording.pressures, recording_name, "pressures", "describe the chambers' pressures")
     wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
     sections = range(1, max(section for _, section in wires) + 1)
     expected = "give two wires that end at each section, on the inner and on the outer side"
     complete = set(wires) == {(side, section) for side in ("inner", "outer") for section in sections}
-    require(complete, where, "lengths.wires", list(described.wires), expected)
+    require(complete, recording_name, "lengths.wires", list(described.wires), expected)
     moved = {name: pose for name, pose in recording.poses.items() if name != "base"}
     bodies = sorted(moved, key=lambda name: float(np.nanmedian(moved[name].p[:, 2])))
     expected = f"give a body for the end of each of the {len(sections)} sections, besides 'base'"
-    require(len(bodies) == len(sections), where, "poses", bodies, expected)
+    require(len(bodies) == len(sections), recording_name, "poses", bodies, expected)
     pressures = recording.config.pressures
-    in_sections = (pressures.sections if pressures else None) or []
-    fits = len(in_sections) == measured.shape[1] and set(in_sections) <= set(sections)
-    require(fits, where, "pressures.sections", in_sections, f"give the section of each chamber, of {len(sections)}")
-    read = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
-    require(bool(read.any()), where, "lengths, pressures", None, "no row has all of them")
-    seconds = recording.time[read] - recording.time[read][0]
-    expected = f"lasts longer than {MOST_TIME:g} s, the limit of {MOST_TIME / PERIOD:g} samples: cut it"
-    require(seconds[-1] <= MOST_TIME, where, "time", float(seconds[-1]), expected)
+    chamber_sections = (pressures.sections if pressures else None) or []
+    is_described = len(chamber_sections) == measured.shape[1] and set(chamber_sections) <= set(sections)
+    require(
+        is_described,
+        recording_name,
+        "pressures.sections",
+        chamber_sections,
+        f"give the section of each chamber, of {len(sections)}",
+    )
+    has_readings = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
+    require(bool(has_readings.any()), recording_name, "lengths, pressures", None, "no row has all of them")
+    seconds = recording.time[has_readings] - recording.time[has_readings][0]
+    expected = f"lasts longer than {MAX_TIME:g} s, the limit of {MAX_TIME / PERIOD:g} samples: cut it"
+    require(seconds[-1] <= MAX_TIME, recording_name, "time", float(seconds[-1]), expected)
     time = np.arange(0.0, seconds[-1], PERIOD)
-    rows = np.flatnonzero(read)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
+    rows = np.flatnonzero(has_readings)[np.searchsorted(seconds, time + 1e-9, side="right") - 1]
     return ArmRecording(
         name=recording.name,
         spacing=described.spacing,
@@ -347,7 +357,7 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
         inner=np.column_stack([wires["inner", section] for section in sections])[rows],
         outer=np.column_stack([wires["outer", section] for section in sections])[rows],
         pressures=measured[rows],
-        chamber_sections=tuple(section - 1 for section in in_sections),
+        chamber_sections=tuple(section - 1 for section in chamber_sections),
         bodies=tuple(bodies),
         positions=np.column_stack([as_planar(moved[name].p[:, ::2]) for name in bodies])[rows],
         headings=np.column_stack([_heading(moved[name].R) for name in bodies])[rows],
@@ -360,8 +370,8 @@ def _heading(R: Array) -> Array:
     Motion capture sometimes reports a body with symmetric markers rotated by 180 degrees: an axis has no sign.
     """
     heading: Array = np.arctan2(R[:, 0, 2], R[:, 2, 2])
-    seen = np.isfinite(heading)
-    if seen.any():
-        angle = np.unwrap(heading[seen], period=np.pi)
-        heading[seen] = angle - np.pi * np.round(angle[0] / np.pi)
+    finite = np.isfinite(heading)
+    if finite.any():
+        angle = np.unwrap(heading[finite], period=np.pi)
+        heading[finite] = angle - np.pi * np.round(angle[0] / np.pi)
     return heading

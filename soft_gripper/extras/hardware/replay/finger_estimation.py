@@ -1,4 +1,4 @@
-"""A log of a finger with strain sensors -> the blocks of its estimation, without a plant."""
+"""Feeds a log of a finger with strain sensors, T samples, to the blocks of its estimation, without a plant."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,21 +16,21 @@ from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.wiring.estimation import add_estimation
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout
-from soft_gripper.extras.hardware.replay.arm_estimation import MOST_TIME, LogSource
+from soft_gripper.extras.hardware.replay.arm_estimation import MAX_TIME, LogSource
 from soft_gripper.files.document import require
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.base_pose import AXES, UNITS
 
 
 def sampled_rows(log: FingerLog, period: float) -> NDArray[np.int_]:
-    """The rows of a log that hold at times `period` s apart, from its first on.
+    """Indices of the rows of a log that hold at times `period` s apart, from its first on.
 
     Raises:
-        InputError: if it takes too long to be replayed.
+        InputError: if it is too long.
     """
-    lasts = float(log.time[-1] - log.time[0])
-    require(lasts <= MOST_TIME, log.name, "time", lasts, f"a run may take at most {MOST_TIME:g} s: is its unit right?")
-    times = log.time[0] + period * np.arange(int(lasts / period) + 1)
+    span = float(log.time[-1] - log.time[0])
+    require(span <= MAX_TIME, log.name, "time", span, f"a run may take at most {MAX_TIME:g} s: is its unit right?")
+    times = log.time[0] + period * np.arange(int(span / period) + 1)
     return np.searchsorted(log.time, times + 1e-6 * period, side="right") - 1
 
 
@@ -43,16 +43,18 @@ def estimate_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) 
     Raises:
         InputError: if there is no such estimator, or it needs something else.
     """
-    builder, period, own = DiagramBuilder(), scenario.sensor.period, log.finger.finger
+    builder, period, model = DiagramBuilder(), scenario.sensor.period, log.finger.finger
     layout, rows = nominal_layout(scenario, log.finger), sampled_rows(log, period)
     sources: dict[str, tuple[Array, str | Sequence[str], Mapping[str, Sequence[Any]]]] = {
         layout.quantity: (log.readings, layout.unit, layout.axes),
-        "sampled_pressure": (log.pressure[:, None], "Pa", own.chamber_axis),
+        "sampled_pressure": (log.pressure[:, None], "Pa", model.chamber_axis),
         "X_WB": (log.X_WB.reshape(-1, 12), UNITS, AXES),
     }
-    if own.pressures != 1 or own.tendons:
+    if model.pressures != 1 or model.tendons:
         expected = "only a finger that one pressure bends is replayed"
-        raise InputError(log.name, f"chambers and tendons of {own.name}", own.pressures + len(own.tendons), expected)
+        raise InputError(
+            log.name, f"chambers and tendons of {model.name}", model.pressures + len(model.tendons), expected
+        )
     measured = {}
     for name, (samples, unit, axes) in sources.items():
         source = builder.AddNamedSystem(name, LogSource(name, samples[rows], period, unit, **axes))
@@ -66,6 +68,6 @@ def estimate_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) 
     remove_unread_blocks(builder, signals)
     simulator = Simulator(builder.Build())
     simulator.AdvanceTo(len(rows) * period)
-    # A log sees what was sampled a period before; its first row is that of the initial state.
-    data = read_logs(logs, simulator.get_context(), {"recording": log.name, "finger": own.name}).data
+    # A log is a period late; its first row is that of the initial state.
+    data = read_logs(logs, simulator.get_context(), {"recording": log.name, "finger": model.name}).data
     return Recording(data.isel(time=slice(1, None)).assign_coords(time=data["time"].values[:-1]))

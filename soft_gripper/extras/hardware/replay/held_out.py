@@ -35,7 +35,7 @@ from soft_gripper.extras.hardware.replay.geometry_band import (
 from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_drive, fit_geometry, measured
 from soft_gripper.extras.hardware.replay.view import arm_corners
 from soft_gripper.extras.hardware.replay.zeroing import Zeroed, zeroed
-from soft_gripper.extras.hardware.scoring import Split, each_left_out, error_columns, percent_within, predictions
+from soft_gripper.extras.hardware.scoring import Split, error_columns, leave_one_out, percent_within, predictions
 from soft_gripper.files.document import require_value
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
@@ -169,7 +169,7 @@ def replay_recordings(
         raise InputError(
             "replay", "FILE", names, "each is estimated by a fit to the others: give at least two, or --fit"
         )
-    splits = each_left_out(reported) if fitted is None else [Split(fitted, reported)]
+    splits = leave_one_out(reported) if fitted is None else [Split(fitted, reported)]
 
     def fit(others: Sequence[ArmRecording]) -> Callable[[ArmRecording], Replayed]:
         found, fitted_on = fit_arm(others, finger, gravity), tuple(other.name for other in others)

@@ -1,11 +1,10 @@
-"""Estimates of a finger compared with instruments: its contact force, external torque and turn.
+"""Compares estimates of a finger with instruments: contact force, external torque and rotation, over T samples.
 
-Where the finger and the instrument rest, and the instrument measures more than nothing, is a press: medians of all its
-samples are compared. In a press nothing moves, so that neither the delay of an instrument nor the finger's lag counts.
-Noise averages out in a median, so the variance of the estimates in a press is taken from that of its band: what lasts
-is left.
+In a press, finger and instrument rest, and the instrument measures more than `MIN_MEASURED`. Medians of all its
+samples are compared. Nothing moves then, so neither the delay of an instrument nor the finger's lag counts.
+Noise averages out in a median, so the variance of the estimates in a press is subtracted from that of its band.
 
-A force F that is measured at a place s is compared with
+A force F that is measured at a position s is compared with
 
 - the component of `contact_force_vector` along the instrument's axis, or `contact_force` without one; the band is two
   standard deviations of it;
@@ -49,18 +48,18 @@ from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.sensors.calibrated_states import CalibratedStates, StateDistances
 
-LEAST = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: less is nothing
-_REST = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
-_STEADY = 0.02  # share of the range of either; what a value may vary in that time
+MIN_MEASURED = {"force": 0.05, "torque": 2.5e-3, "angle": 0.02}  # N, N m, rad: smallest values of a press
+_REST_TIME = 0.5  # s for which a pressure has been steady, and the instrument, once a finger rests
+_STEADY_SHARE = 0.02  # share of the range of either, by which it may vary in that time
 
 
 @dataclass(frozen=True)
 class PressRow:
-    """An estimate in a press, compared with what an instrument measured."""
+    """An estimate in a press, compared with an instrument."""
 
     recording: str
     estimator: str
-    quantity: str  # what is estimated: "contact force", "base torque", "torque" or "angle"
+    quantity: str  # "contact force", "base torque", "torque" or "angle"
     unit: str
     begin_s: Annotated[float, ".1f"]
     end_s: Annotated[float, ".1f"]
@@ -92,15 +91,15 @@ class ScoreRow:
     ratio_std: Annotated[float, ".3f"]
 
 
-class _Compared(NamedTuple):
-    """An estimate of what an instrument measures, over time."""
+class _Estimate(NamedTuple):
+    """An estimate of an instrument's quantity over time, T samples."""
 
     quantity: str
     unit: str
-    scale: Array  # (T,) of what the estimate is per unit of the instrument: 1, or a lever
+    scale: Array  # (T,) estimate per unit of the instrument: 1, or a lever
     estimate: Array  # (T,)
-    least: Array  # (T,)
-    most: Array  # (T,)
+    lower: Array  # (T,)
+    upper: Array  # (T,)
 
 
 @dataclass(frozen=True)
@@ -111,18 +110,18 @@ class MeasuredRun:
     signals: Recording
     time: Array  # (T,) s
     measured: dict[str, Measured]  # at these times
-    compared: dict[str, dict[str, list[_Compared]]]  # by kind of the instrument and estimator
+    estimates: dict[str, dict[str, list[_Estimate]]]  # by kind of the instrument and estimator
     rest: NDArray[np.bool_]  # (T,) whether the pressure has been steady
     far: Array  # (T,) 1 where it is far from the states of the calibration, NaN without
     warnings: list[str]
 
     def recording(self) -> Recording:
-        """The signals of the estimation, with what instruments measured, late and from their own zeros."""
+        """Signals of the estimation, and uncorrected readings of the instruments."""
         measured = {
-            f"measured_{kind}": (("time",), each.value, {"units": SI[kind]}) for kind, each in self.measured.items()
+            f"measured_{kind}": (("time",), item.value, {"units": SI[kind]}) for kind, item in self.measured.items()
         }
         places = {
-            f"measured_{kind}_place": (("time",), each.place, {"units": "m"}) for kind, each in self.measured.items()
+            f"measured_{kind}_place": (("time",), item.place, {"units": "m"}) for kind, item in self.measured.items()
         }
         return Recording(self.signals.data.assign(measured | places))
 
@@ -141,7 +140,7 @@ class MeasuredReplay:
 def replay_measured(
     logs: Sequence[FingerLog], scenario: Scenario, estimators: Sequence[str], zero: float = 0.0
 ) -> MeasuredReplay:
-    """Estimates from the readings of logs, compared with what instruments measured.
+    """Estimates from the readings of logs, and compares with instruments.
 
     Args:
         logs: of one finger.
@@ -166,26 +165,28 @@ def replay_measured(
         "each needs a name of its own, after which results are called",
     )
     kinds = [*logs[0].measured]
-    reported = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
-    runs = [_replayed(log, scenario, estimators, zero) for log in reported]
-    instruments = {kind: _instrument(runs, kind) for kind in kinds}
+    progress = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
+    runs = [_replay_log(log, scenario, estimators, zero) for log in progress]
+    instruments = {kind: _find_run_instrument(runs, kind) for kind in kinds}
     corrected = {
-        kind: [found.corrected(i, _instrument_run(run, kind)) for i, run in enumerate(runs)]
-        for kind, found in instruments.items()
+        kind: [instrument.corrected(i, _instrument_run(run, kind)) for i, run in enumerate(runs)]
+        for kind, instrument in instruments.items()
     }
     presses = [
         row
         for i, run in enumerate(runs)
         for kind in kinds
-        for rows in _presses(run, corrected[kind][i], LEAST[kind])
+        for rows in _find_presses(run, corrected[kind][i], MIN_MEASURED[kind])
         for row in _press_rows(run, kind, corrected[kind][i], rows)
     ]
-    expected = f"nowhere rests for {_REST:g} s while more than {LEAST[kinds[0]]:g} {SI[kinds[0]]} is measured"
+    expected = (
+        f"nowhere rests for {_REST_TIME:g} s while more than {MIN_MEASURED[kinds[0]]:g} {SI[kinds[0]]} is measured"
+    )
     require(len(presses) > 0, "replay", f"measured_{kinds[0]}", [log.name for log in logs], expected)
-    return MeasuredReplay(runs, instruments, presses, _scores(presses), corrected)
+    return MeasuredReplay(runs, instruments, presses, _press_scores(presses), corrected)
 
 
-def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str], zero: float) -> MeasuredRun:
+def _replay_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str], zero: float) -> MeasuredRun:
     layout, period = nominal_layout(scenario, log.finger), scenario.sensor.period
     if zero > 0:
         log = zeroed_log(log, layout, zero)
@@ -194,113 +195,113 @@ def _replayed(log: FingerLog, scenario: Scenario, estimators: Sequence[str], zer
     assumed = uncertainty(scenario.estimator, scenario.sensor, layout.calibrated)
     time, mechanics = period * np.arange(len(rows)), Mechanics(layout, assumed)
     measured = {
-        kind: Measured(latest(log.time, each.value)[rows], latest(log.time, each.place)[rows], each.along)
-        for kind, each in log.measured.items()
+        kind: Measured(latest(log.time, item.value)[rows], latest(log.time, item.place)[rows], item.along)
+        for kind, item in log.measured.items()
     }
-    compared = {
-        kind: {name: [*_compared(signals, name, kind, each, mechanics)] for name in estimators}
-        for kind, each in measured.items()
+    estimates = {
+        kind: {name: [*_find_estimates(signals, name, kind, item, mechanics)] for name in estimators}
+        for kind, item in measured.items()
     }
-    pressure, first = log.pressure[rows], estimators[0]
-    far = signals[f"{first}.{FAR}"].values.ravel() if layout.calibrated else np.full(len(rows), np.nan)
+    pressure, first_name = log.pressure[rows], estimators[0]
+    far = signals[f"{first_name}.{FAR}"].values.ravel() if layout.calibrated else np.full(len(rows), np.nan)
     return MeasuredRun(
         log,
         signals,
         time,
         measured,
-        compared,
-        steady(pressure, round(_REST / period), _STEADY * float(np.ptp(pressure))) & (time >= zero),
+        estimates,
+        steady(pressure, round(_REST_TIME / period), _STEADY_SHARE * float(np.ptp(pressure))) & (time >= zero),
         far,
-        [] if layout.calibrated is None else _warnings(signals, first, layout.calibrated),
+        [] if layout.calibrated is None else _warnings(signals, first_name, layout.calibrated),
     )
 
 
 def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[str]:
-    """Where a run leaves the states of the calibration, and whether it disagrees with them."""
+    """Warnings that a run leaves the states of the calibration, or disagrees with them."""
     time, pressure = signals["time"].values, signals["sampled_pressure"].values.ravel()
-    distance, apart = signals[f"{name}.{DISTANCE}"].values, signals[f"{name}.{DISAGREEMENT}"].values.ravel()
+    distance, disagreement = signals[f"{name}.{DISTANCE}"].values, signals[f"{name}.{DISAGREEMENT}"].values.ravel()
 
     def state(row: int, part: int) -> str:
-        at = f"under {1e-3 * pressure[row]:.0f} kPa"
-        return f"its drive {at}" if part == 0 else f"the readings of section {part - 1} {at}"
+        drive = f"under {1e-3 * pressure[row]:.0f} kPa"
+        return f"its drive {drive}" if part == 0 else f"the readings of section {part - 1} {drive}"
 
     far = signals[f"{name}.{FAR}"].values.ravel() == 1
-    found = disagreeing("readings and pressure", nearest(apart), states.disagreement)
-    return extrapolated(time, distance, far, state) + found
+    disagreements = disagreeing("readings and pressure", nearest(disagreement), states.disagreement)
+    return extrapolated(time, distance, far, state) + disagreements
 
 
-def _compared(
+def _find_estimates(
     signals: Recording, name: str, kind: str, measured: Measured, mechanics: Mechanics
-) -> Iterator[_Compared]:
-    """The estimates by an estimator of what an instrument measures."""
+) -> Iterator[_Estimate]:
+    """Yields the estimates of an instrument's quantity by an estimator."""
     finger = mechanics.layout.finger
     q = signals[f"{name}.{ANGLES}"].values
     chain = forward_kinematics(q, finger.segment_length)
     place = np.nan_to_num(measured.place)[:, None]
-    site = chain.sites(place)
-    torque, none = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
+    site = chain.at(place)
+    torque, unknown = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
     if kind == "angle":
         turn = np.take_along_axis(chain.headings, chain.link_at(place), axis=-1)[:, 0]
-        std = none
+        std = unknown
         if f"{name}.joint_angle_covariance" in signals.data:
-            before = (np.arange(q.shape[-1]) < chain.link_at(place)).astype(float)
+            is_before = (np.arange(q.shape[-1]) < chain.link_at(place)).astype(float)
             covariance = signals[f"{name}.joint_angle_covariance"].values
-            std = np.sqrt(np.einsum("ti,tij,tj->t", before, covariance, before))
-        yield _Compared("angle", "rad", np.ones(len(q)), turn, turn - NORMAL_95 * std, turn + NORMAL_95 * std)
+            std = np.sqrt(np.einsum("ti,tij,tj->t", is_before, covariance, is_before))
+        yield _Estimate("angle", "rad", np.ones(len(q)), turn, turn - NORMAL_95 * std, turn + NORMAL_95 * std)
         return
     joint = np.zeros(len(q), dtype=int) if kind == "force" else np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
     lever = _lever(site, measured)
-    at_joint = torque[:, 0] if kind == "force" else _at_place(torque, place[:, 0] / finger.segment_length)
+    joint_torque = torque[:, 0] if kind == "force" else _interpolate_torque(torque, place[:, 0] / finger.segment_length)
     std = _torque_std(signals, name, joint, mechanics)
     scale = lever if kind == "force" else np.ones(len(q))
     label = "base torque" if kind == "force" else "torque"
-    yield _Compared(label, "N m", scale, at_joint, at_joint - NORMAL_95 * std, at_joint + NORMAL_95 * std)
+    yield _Estimate(label, "N m", scale, joint_torque, joint_torque - NORMAL_95 * std, joint_torque + NORMAL_95 * std)
     if kind == "force" and f"{name}.contact_force_vector_covariance" in signals.data:
-        yield _contact(signals, name, measured, len(q))
+        yield _contact_estimate(signals, name, measured, len(q))
 
 
-def _at_place(torque: Array, segments: Array) -> Array:
-    """Torque at places, (T,) in segments from the base, by a line through that of the joints beside them, (T, N)."""
-    before = np.clip(np.floor(segments - 0.5).astype(int), 0, torque.shape[-1] - 2)
-    beyond = np.minimum(segments - 0.5 - before, 1.0)  # below 0 between the base and the first joint
-    first, second = (np.take_along_axis(torque, (before + i)[:, None], axis=-1)[:, 0] for i in (0, 1))
-    found: Array = first + beyond * (second - first)
-    return found
+def _interpolate_torque(torque: Array, segments: Array) -> Array:
+    """Interpolates the torque of the joints, (T, N), at positions, (T,) in segments from the base."""
+    joint = np.clip(np.floor(segments - 0.5).astype(int), 0, torque.shape[-1] - 2)
+    fraction = np.minimum(segments - 0.5 - joint, 1.0)  # below 0 between the base and the first joint
+    first, second = (np.take_along_axis(torque, (joint + i)[:, None], axis=-1)[:, 0] for i in (0, 1))
+    interpolated: Array = first + fraction * (second - first)
+    return interpolated
 
 
 def _lever(site: Sites, measured: Measured) -> Array:
-    """The moment at the first joint, per N along the instrument's axis, of a normal force, (T,) m."""
+    """Moment at the first joint, per N along the instrument's axis, of a force across the finger, (T,) m."""
     share = np.ones(len(site.points))
     if measured.along is not None:
         axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
         share = (-site.normals * np.conj(axis)).real[:, 0]
     lever = site.torques(-site.normals)[:, 0, 0]
-    return np.asarray(lever / np.where(np.abs(share) > _LEAST_SHARE, share, np.nan))
+    return np.asarray(lever / np.where(np.abs(share) > _MIN_AXIS_SHARE, share, np.nan))
 
 
-_LEAST_SHARE = 0.2  # along an instrument's axis, of a force across the finger; of less nothing can be said
+_MIN_AXIS_SHARE = 0.2  # share of a force across the finger along an instrument's axis; with less, the lever is unknown
 
 
 def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanics: Mechanics) -> Array:
-    """Standard deviation of the external torque at joints (T,), N m; NaN if the estimator states none of the shape."""
+    """Standard deviation of the external torque at joints (T,), N m; NaN if the estimator has none of the shape."""
     if f"{name}.joint_angle_covariance" not in signals.data:
         return np.full(len(joint), np.nan)
     finger, states = mechanics.layout.finger, mechanics.layout.calibrated
     covariance = signals[f"{name}.joint_angle_covariance"].values
     if states is not None:
-        covariance = covariance - mechanics.scale_covariance(signals[f"{name}.{ANGLES}"].values)
+        covariance = covariance - mechanics.of_scale(signals[f"{name}.{ANGLES}"].values)
     elastic = finger.stiffness**2 * np.diagonal(covariance, axis1=-2, axis2=-1)
     torque = finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))
     driving = ((mechanics.bend_changes[:, : finger.segments] * torque[:, None]) ** 2).sum(axis=1)
     if states is not None:
         drive, sections = np.split(signals[f"{name}.{DISTANCE}"].values, [1], axis=-1)
-        away = mechanics.extrapolation_at(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
-        driving = driving + (away.pressure[:, None] * finger.pressure_gain) ** 2
+        extrapolation = mechanics.away_by(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
+        driving = driving + (extrapolation.pressure[:, None] * finger.pressure_gain) ** 2
     std: Array = np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
     return std
 
 
-def _contact(signals: Recording, name: str, measured: Measured, samples: int) -> _Compared:
+def _contact_estimate(signals: Recording, name: str, measured: Measured, samples: int) -> _Estimate:
     """The contact force along the axis of an instrument, or across the finger without one."""
     if measured.along is None:
         estimate, std = (signals[f"{name}.{signal}"].values for signal in ("contact_force", "contact_force_std"))
@@ -310,92 +311,94 @@ def _contact(signals: Recording, name: str, measured: Measured, samples: int) ->
             signals[f"{name}.{signal}"].values for signal in ("contact_force_vector", "contact_force_vector_covariance")
         )
         estimate, std = force_along(vector, covariance.reshape(samples, 3, 3), np.array([x, 0.0, z]))
-    estimate, half = estimate.reshape(samples), NORMAL_95 * std.reshape(samples)
-    return _Compared("contact force", "N", np.ones(samples), estimate, estimate - half, estimate + half)
+    estimate, half_width = estimate.reshape(samples), NORMAL_95 * std.reshape(samples)
+    return _Estimate("contact force", "N", np.ones(samples), estimate, estimate - half_width, estimate + half_width)
 
 
 def _instrument_run(run: MeasuredRun, kind: str) -> InstrumentRun:
     """Measurements of an instrument, beside the first estimate of it."""
-    first = next(iter(run.compared[kind].values()))[0]
+    first = next(iter(run.estimates[kind].values()))[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         estimate = first.estimate / np.where(np.abs(first.scale) > 1e-6, first.scale, np.nan)
     return InstrumentRun(run.time, run.measured[kind].value, estimate, run.rest)
 
 
-def _instrument(runs: Sequence[MeasuredRun], kind: str) -> Instrument:
-    """An instrument; an angle is taken as it is read, since a finger always has one."""
+def _find_run_instrument(runs: Sequence[MeasuredRun], kind: str) -> Instrument:
+    """Finds zeros, drift and delay of an instrument; an angle has none, since a finger always has one."""
     if kind == "angle":
         return Instrument(0.0, (0.0,) * len(runs), 0.0)
-    return find_instrument([_instrument_run(run, kind) for run in runs], LEAST[kind])
+    return find_instrument([_instrument_run(run, kind) for run in runs], MIN_MEASURED[kind])
 
 
-def _presses(run: MeasuredRun, value: Array, least: float) -> Iterator[NDArray[np.int_]]:
-    """The samples of each press, by the corrected value of an instrument, (T,)."""
+def _find_presses(run: MeasuredRun, value: Array, minimum: float) -> Iterator[NDArray[np.int_]]:
+    """Yields the indices of the samples of each press, by the corrected value of an instrument, (T,)."""
     steps = np.abs(np.diff(value))
     resolution = float(np.min(steps[steps > 1e-9], initial=np.inf))
-    most = max(_STEADY * float(np.nanmax(value) - np.nanmin(value)), 2 * resolution if np.isfinite(resolution) else 0.0)
+    max_range = max(
+        _STEADY_SHARE * float(np.nanmax(value) - np.nanmin(value)), 2 * resolution if np.isfinite(resolution) else 0.0
+    )
     period = float(run.time[1] - run.time[0])
-    rows = np.flatnonzero(run.rest & steady(value, round(_REST / period), most) & (np.abs(value) > least))
-    for part in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST) + 1):
-        if len(part) * period >= _REST:
+    rows = np.flatnonzero(run.rest & steady(value, round(_REST_TIME / period), max_range) & (np.abs(value) > minimum))
+    for part in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST_TIME) + 1):
+        if len(part) * period >= _REST_TIME:
             yield part
 
 
 def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_]) -> Iterator[PressRow]:
-    """A press, by each estimate of what was measured."""
+    """Yields a row of a press for each estimate."""
     ends = float(run.log.time[0] + run.time[rows[0]]), float(run.log.time[0] + run.time[rows[-1]])
     place = 1e3 * float(np.median(run.measured[kind].place[rows]))
-    for name, estimates in run.compared[kind].items():
-        for each in estimates:
-            measured, known = value[rows] * each.scale[rows], np.isfinite(each.estimate[rows])
-            banded = np.isfinite(each.least[rows])
-            within = (each.least[rows] <= measured) & (measured <= each.most[rows])
+    for name, estimates in run.estimates[kind].items():
+        for estimate in estimates:
+            measured, has_estimate = value[rows] * estimate.scale[rows], np.isfinite(estimate.estimate[rows])
+            has_band = np.isfinite(estimate.lower[rows])
+            is_inside = (estimate.lower[rows] <= measured) & (measured <= estimate.upper[rows])
             medians = [
                 float(np.median(part[chosen])) if chosen.sum() * 2 > len(rows) else np.nan
                 for part, chosen in (
-                    (each.estimate[rows], known),
-                    (each.least[rows], banded),
-                    (each.most[rows], banded),
+                    (estimate.estimate[rows], has_estimate),
+                    (estimate.lower[rows], has_band),
+                    (estimate.upper[rows], has_band),
                 )
             ]
-            share = 100 * float(within[banded].mean()) if banded.any() else np.nan
-            estimated, least, most = medians
-            ends_of_band = _lasting(estimated, least, most, each.estimate[rows[known]])
-            of = run.log.name, name, each.quantity, each.unit
+            share = 100 * float(is_inside[has_band].mean()) if has_band.any() else np.nan
+            estimated, lower, upper = medians
+            band = _lasting_band(estimated, lower, upper, estimate.estimate[rows[has_estimate]])
+            labels = run.log.name, name, estimate.quantity, estimate.unit
             far = 100 * float(run.far[rows].mean())
-            yield PressRow(*of, *ends, place, float(np.median(measured)), estimated, *ends_of_band, share, far)
+            yield PressRow(*labels, *ends, place, float(np.median(measured)), estimated, *band, share, far)
 
 
-def _lasting(estimate: float, least: float, most: float, samples: Array) -> tuple[float, float]:
-    """Ends of the band of a median, without the variance of the samples, which are independent of each other."""
-    variance = ((most - least) / (2 * NORMAL_95)) ** 2
-    of_samples = float(np.var(samples)) if len(samples) else np.nan
-    half = NORMAL_95 * np.sqrt(max(variance - of_samples, of_samples / max(len(samples), 1)))
-    return estimate - half, estimate + half
+def _lasting_band(estimate: float, lower: float, upper: float, samples: Array) -> tuple[float, float]:
+    """Ends of the band of a median, without the variance of the independent samples."""
+    variance = ((upper - lower) / (2 * NORMAL_95)) ** 2
+    sample_variance = float(np.var(samples)) if len(samples) else np.nan
+    half_width = NORMAL_95 * np.sqrt(max(variance - sample_variance, sample_variance / max(len(samples), 1)))
+    return estimate - half_width, estimate + half_width
 
 
-def _scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
+def _press_scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
     """Each estimate in all presses."""
     scores = []
     for key in dict.fromkeys((row.estimator, row.quantity, row.unit) for row in presses):
         rows = [row for row in presses if (row.estimator, row.quantity, row.unit) == key]
         measured, estimated = (np.array([getattr(row, name) for row in rows]) for name in ("measured", "estimated"))
-        known = np.isfinite(measured + estimated)
-        error = np.abs(estimated - measured)[known]
-        shares = np.array([row.within_band_percent for row in rows])
-        width = np.array([row.most - row.least for row in rows])[known]
+        is_known = np.isfinite(measured + estimated)
+        error = np.abs(estimated - measured)[is_known]
+        percentages = np.array([row.within_band_percent for row in rows])
+        width = np.array([row.most - row.least for row in rows])[is_known]
         z = 2 * NORMAL_95 * error / width
         numbers = {
             "presses": len(rows),
-            "answered": int(known.sum()),
+            "answered": int(is_known.sum()),
             "median_error": _quantile(error, 0.5),
             "percentile_90_error": _quantile(error, 0.9),
-            "median_error_percent": 100 * _quantile(error / np.abs(measured[known]), 0.5),
-            "within_band_percent": float(np.nanmean(shares)) if np.isfinite(shares).any() else np.nan,
-            "median_width_percent": 100 * _quantile(width / np.abs(measured[known]), 0.5),
+            "median_error_percent": 100 * _quantile(error / np.abs(measured[is_known]), 0.5),
+            "within_band_percent": float(np.nanmean(percentages)) if np.isfinite(percentages).any() else np.nan,
+            "median_width_percent": 100 * _quantile(width / np.abs(measured[is_known]), 0.5),
             "rms_z": float(np.sqrt((z**2).mean())) if len(z) else np.nan,
         }
-        ratio, std = _ratio(measured[known], estimated[known])
+        ratio, std = _fit_ratio(measured[is_known], estimated[is_known])
         scores.append(ScoreRow(*key, **numbers, ratio=ratio, ratio_std=std))  # type: ignore[arg-type]
     return scores
 
@@ -404,27 +407,27 @@ def _quantile(errors: Array, share: float) -> float:
     return float(np.quantile(errors, share)) if len(errors) else np.nan
 
 
-def _ratio(measured: Array, estimated: Array) -> tuple[float, float]:
-    """The factor by which estimates would have to be multiplied, by least squares, and its standard deviation."""
+def _fit_ratio(measured: Array, estimated: Array) -> tuple[float, float]:
+    """Least-squares ratio of measured to estimated values, and its standard deviation."""
     size = float(estimated @ estimated)
     if len(measured) < 2 or size == 0:
         return np.nan, np.nan
     ratio = float(measured @ estimated) / size
-    left = measured - ratio * estimated
-    return ratio, float(np.sqrt(left @ left / (len(left) - 1) / size))
+    residuals = measured - ratio * estimated
+    return ratio, float(np.sqrt(residuals @ residuals / (len(residuals) - 1) / size))
 
 
-_MOST_RUNS = 4  # drawn over time
-_MEASURED = "0.1"
-_IMPACTS = 1.0  # percent of the samples that may be beyond what is drawn
+_MAX_DRAWN_RUNS = 4  # drawn over time
+_MEASURED_COLOR = "0.1"
+_CUT_PERCENT = 1.0  # percent of the samples beyond either end of the axis
 
 
 def measured_figure(replay: MeasuredReplay) -> Figure:
     """Plots the first instrument and its estimates over time, with their bands, a panel for each run."""
     kind = next(iter(replay.instruments))
-    names = list(replay.runs[0].compared[kind])
+    names = list(replay.runs[0].estimates[kind])
     colors = dict(zip(names, ESTIMATOR_COLORS[1:], strict=False))
-    runs = range(min(len(replay.runs), _MOST_RUNS))
+    runs = range(min(len(replay.runs), _MAX_DRAWN_RUNS))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(1.2 + 2.6 * len(runs), 3.2), layout="constrained")
         panels = figure.subplots(1, len(runs), squeeze=False, sharey=True)[0]
@@ -439,13 +442,13 @@ def measured_figure(replay: MeasuredReplay) -> Figure:
 def _draw_run(axes: Axes, replay: MeasuredReplay, kind: str, number: int, colors: dict[str, str]) -> None:
     run = replay.runs[number]
     for name, color in colors.items():
-        each = run.compared[kind][name][-1]  # the contact force, if it is estimated
+        estimate = run.estimates[kind][name][-1]  # the contact force, if it is estimated
         with np.errstate(divide="ignore", invalid="ignore"):
-            low, high, middle = (part / each.scale for part in (each.least, each.most, each.estimate))
+            low, high, middle = (part / estimate.scale for part in (estimate.lower, estimate.upper, estimate.estimate))
         axes.fill_between(run.time, low, high, color=color, alpha=0.2, lw=0)
-        axes.plot(run.time, middle, color=color, lw=1.0, label=f"{name}: {each.quantity}")
-    axes.plot(run.time, replay.corrected[kind][number], color=_MEASURED, lw=1.2, ls=(0, (4, 2)), label="measured")
-    every = np.concatenate(replay.corrected[kind])
-    least, most = np.nanpercentile(every, [_IMPACTS, 100 - _IMPACTS])
-    axes.set(ylim=(least - 0.3 * (most - least), most + 0.5 * (most - least)), xlabel="time [s]")
+        axes.plot(run.time, middle, color=color, lw=1.0, label=f"{name}: {estimate.quantity}")
+    axes.plot(run.time, replay.corrected[kind][number], color=_MEASURED_COLOR, lw=1.2, ls=(0, (4, 2)), label="measured")
+    values = np.concatenate(replay.corrected[kind])
+    low_end, high_end = np.nanpercentile(values, [_CUT_PERCENT, 100 - _CUT_PERCENT])
+    axes.set(ylim=(low_end - 0.3 * (high_end - low_end), high_end + 0.5 * (high_end - low_end)), xlabel="time [s]")
     axes.set_title(run.log.name, fontsize=9, loc="left")

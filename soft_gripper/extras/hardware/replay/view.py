@@ -1,4 +1,4 @@
-"""Replays in Meshcat: the measured bodies and the estimated arms, recording after recording."""
+"""Shows replays in Meshcat: the measured bodies and the estimated arms, recording after recording."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,8 +11,8 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.view.estimate_visualizer import draw_links, put
 from soft_gripper.diagrams.view.finger_drawing import estimated_corners
 
-_FRAMES = 20.0  # per second
-_RADIUS, _BODY = 0.0035, 0.014  # m, of an estimated arm and edge of a measured body
+_FRAME_RATE = 20.0  # per second
+_ARM_RADIUS, _BODY_EDGE = 0.0035, 0.014  # m, of an estimated arm and edge of a measured body
 _GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
 
 
@@ -29,12 +29,12 @@ def show_replays(meshcat: Meshcat, recordings: Sequence[Recording], colors: Mapp
     reach = float(np.nanmax(recordings[0]["measured_bodies"].values[1:]))
     _set_scene(meshcat, reach)
     _add_objects(meshcat, recordings[0], colors)
-    meshcat.StartRecording(frames_per_second=_FRAMES, set_visualizations_while_recording=False)
+    meshcat.StartRecording(frames_per_second=_FRAME_RATE, set_visualizations_while_recording=False)
     begin = 0.0
     for recording in recordings:
         times = recording.data["time"].values
-        every = max(1, round(1 / (_FRAMES * (times[1] - times[0]))))
-        for row in range(1, len(times), every):
+        stride = max(1, round(1 / (_FRAME_RATE * (times[1] - times[0]))))
+        for row in range(1, len(times), stride):
             _pose(meshcat, recording, row, begin + times[row], colors)
         begin += float(times[-1])
     meshcat.StopRecording()
@@ -54,18 +54,18 @@ def _set_scene(meshcat: Meshcat, reach: float) -> None:
 
 def _add_objects(meshcat: Meshcat, recording: Recording, colors: Mapping[str, str]) -> None:
     for body in range(len(recording["body"])):
-        meshcat.SetObject(f"replay/measured/{body}", Box(_BODY, _BODY, _BODY), _BLACK)
+        meshcat.SetObject(f"replay/measured/{body}", Box(_BODY_EDGE, _BODY_EDGE, _BODY_EDGE), _BLACK)
     for estimator, color in colors.items():
         rgb = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
         steps = np.diff(arm_corners(recording, estimator, len(recording["time"]) // 2), axis=0)
         for link, length in enumerate(np.linalg.norm(steps, axis=-1)):
-            meshcat.SetObject(f"{_path(estimator)}/{link}", Capsule(_RADIUS, float(length)), Rgba(*rgb))
+            meshcat.SetObject(f"{_path(estimator)}/{link}", Capsule(_ARM_RADIUS, float(length)), Rgba(*rgb))
 
 
 def _pose(meshcat: Meshcat, recording: Recording, row: int, time: float, colors: Mapping[str, str]) -> None:
     bodies: Array = recording["measured_bodies"].values[row]
-    for body, place in enumerate(bodies):
-        put(meshcat, f"replay/measured/{body}", place, 0.0, time)
+    for body, position in enumerate(bodies):
+        put(meshcat, f"replay/measured/{body}", position, 0.0, time)
     for estimator in colors:
         draw_links(meshcat, _path(estimator), arm_corners(recording, estimator, row), time)
 

@@ -1,14 +1,13 @@
-"""Length sensors along both sides of an arm whose sections bend and lengthen: wire lengths -> bends and mid lengths.
+"""Converts lengths of wires on both sides of an arm, (..., S) m, to bends, rad, and mid lengths, m, of its sections.
 
-Two wires end with every section, one on the inner and one on the outer side, Delta_R apart. What they measure along
-their section, L_1 (inner) and L_2 (outer), is what is left when the wires that end with the section before are taken
-off. With the arcs of `shape.arcs`, and what of a real arm these leave out,
+Two wires end with every section, one on the inner and one on the outer side, Delta_R apart. Their lengths along
+their section, L_1 (inner) and L_2 (outer), are those of the wires less those of the wires that end one section
+before. With the arcs of `estimators.arcs`, and corrections for a real arm,
 
     theta_s = (L_2 - L_1) / Delta_R + o_s + c_s theta_(s-1) ,   l_s = (L_1 + L_2) / 2 + a_s + b_s theta_s^2 ,
 
-o and a being constant offsets of the wires, c the share of the bend of the section before that the longer wires see,
-as they pass it at another distance from its axis, and b how much longer a bent section is than its wires, which run
-straight between their guides.
+o and a are constant offsets of the wires, c is the share of the bend of the section before that the longer wires see,
+as they pass it at another distance from its axis, and b is the excess length of a bent section over its straight wires.
 
 Leading axes are free; S sections.
 """
@@ -32,7 +31,7 @@ class Sections(NamedTuple):
 
 @dataclass(frozen=True)
 class WireGeometry:
-    """Where the wires of one arm run, each (S,)."""
+    """Courses of the wires of one arm, each (S,)."""
 
     spacing: float  # m, Delta_R
     bend_offsets: Array  # o, rad

@@ -19,7 +19,7 @@ from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.finger_logs import FingerLog
 from soft_gripper.extras.hardware.least_squares import Problem, fit
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
-from soft_gripper.extras.hardware.replay.geometry_fit import HEADING, ArmGeometry, measured, places
+from soft_gripper.extras.hardware.replay.geometry_fit import HEADING_STD, ArmGeometry, measured, places
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
@@ -70,7 +70,7 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
         positions, turned = places(moved, finger, *moved.wires.sections(inner, outer))
         away, apart = (
             (positions - measured_positions[seen]).mean(axis=0) / std,
-            (turned - headings[seen]).mean(axis=0) / HEADING,
+            (turned - headings[seen]).mean(axis=0) / HEADING_STD,
         )
         return np.concatenate([as_points(away).ravel(), apart])
 

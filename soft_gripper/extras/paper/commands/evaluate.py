@@ -7,8 +7,8 @@ from pathlib import Path
 
 from soft_gripper.commands.console import Console
 from soft_gripper.extras.paper.bars import ARCS
-from soft_gripper.extras.paper.commands.printing import print_by_sensors, print_claims
-from soft_gripper.extras.paper.evaluate import RUNS, run_scenarios, summarize, unfinished
+from soft_gripper.extras.paper.commands.printing import print_claims, print_sensor_errors
+from soft_gripper.extras.paper.evaluate import RUNS, run_scenarios, summarize, unfinished_runs
 from soft_gripper.extras.paper.page import Evaluation
 from soft_gripper.extras.paper.pose_rows import estimator_rows, mean_errors
 from soft_gripper.extras.paper.scenario_run import SCENARIOS
@@ -30,12 +30,12 @@ def run(options: argparse.Namespace) -> int:
 def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> Evaluation:
     """Runs the scenarios and prints their results."""
     try:
-        names = unfinished(out) if resume else list(RUNS)
+        names = unfinished_runs(out) if resume else list(RUNS)
         duration = sum(load_scenario(name).duration for name in names)
         with console.seconds(duration, f"scenarios: {len(names)}") as bar:
             run_scenarios(names, out, executor, bar.update)
     except KeyboardInterrupt:
-        print(f"\nMissing: {', '.join(unfinished(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
+        print(f"\nMissing: {', '.join(unfinished_runs(out))}; `soft-gripper evaluate --out {out} --resume` runs them")
         raise
     evaluation = summarize(out)
     _print_errors(evaluation.poses)
@@ -52,10 +52,10 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
     arcs = estimator_rows(rows, ARCS)
     names = dict.fromkeys(row.estimator for row in rows)
     by_scenario = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
-    print_by_sensors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
+    print_sensor_errors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
     for scenario in SCENARIOS:
         errors = {name: _means(estimator_rows(rows, name), scenario) for name in names}
-        print_by_sensors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")
+        print_sensor_errors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")
 
 
 def _means(rows: Sequence[PoseRow], scenario: str) -> list[float]:

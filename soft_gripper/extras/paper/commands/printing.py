@@ -26,7 +26,7 @@ def _red(text: str) -> str:
     return f"\033[31m{text}\033[0m" if sys.stdout.isatty() else text
 
 
-def print_by_sensors(title: str, what: Sequence[str], rows: Mapping[str, Sequence[float]], form: str) -> None:
+def print_sensor_errors(title: str, names: Sequence[str], rows: Mapping[str, Sequence[float]], form: str) -> None:
     """Prints two errors with 1 to 4 sensors per side; rows by name."""
-    columns = {"": ""} | {f"{name}, {n}": form for name in what for n in SECTIONS}
+    columns = {"": ""} | {f"{name}, {n}": form for name in names for n in SECTIONS}
     print_table(columns, [(name, *errors) for name, errors in rows.items()], f"{title}, by sensors per side [mm]")

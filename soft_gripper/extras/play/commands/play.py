@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from soft_gripper.commands.chosen_station import station_of
-from soft_gripper.extras.page.session import Session, run_on_page
+from soft_gripper.extras.page.session import Session, serve_session
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.files.output import lock_folder
@@ -19,4 +19,4 @@ def run(options: argparse.Namespace) -> None:
     driver = SimulationDriver(partial(station_of, options.scenario, scenario))
     say = partial(print, flush=True)
     with held_back() as is_interrupted:
-        run_on_page(Session(driver, folder), "play", options, scenario, is_interrupted, say)
+        serve_session(Session(driver, folder), "play", options, scenario, is_interrupted, say)

@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 from trimesh.creation import icosphere
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented
+from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells
 
 BLOCK = (0.044, 0.04, 0.06)  # m, as box.sdf
 CELLS = (3, 3, 4)
@@ -28,7 +28,7 @@ def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> Tetr
         for corner in np.ndindex(*cells)
         for steps in permutations(np.eye(3, dtype=int))
     ]
-    return oriented(Tetrahedra(vertices, np.array([numbers[tuple(walk.T)] for walk in walks])))
+    return orient_cells(Tetrahedra(vertices, np.array([numbers[tuple(walk.T)] for walk in walks])))
 
 
 def ball(size: Array) -> Tetrahedra:
@@ -36,7 +36,7 @@ def ball(size: Array) -> Tetrahedra:
     vertices = np.concatenate([icosphere(2).vertices, CORE * icosphere(1).vertices, np.zeros((1, 3))])
     cells = Delaunay(vertices).simplices
     vertices[:, 2] = np.maximum(vertices[:, 2], FOOT)
-    return oriented(Tetrahedra(vertices * size / 2, cells))
+    return orient_cells(Tetrahedra(vertices * size / 2, cells))
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ def made_up(beam, motion):
     def make(by_changes, residuals):
         free = free_parameters(beam, NAMES[: by_changes.shape[1]], [])
         slopes, weights = by_changes / free.scales, np.ones(len(residuals))
-        return FingerFit(free.at, free.start, residuals, slopes, weights, 0.0, 0.0, True, free, (motion,))
+        return FingerFit(free.build_model, free.start, residuals, slopes, weights, 0.0, 0.0, True, free, (motion,))
 
     return make
 

@@ -48,10 +48,10 @@ OTHERS = [name for name in KEYS if name not in OF_TENDONS]
 
 def test_every_key_begins_with_the_finger_as_it_is(guessed, tendoned):
     free = free_parameters(tendoned, OF_TENDONS, [])
-    again = free_parameters(free.at(free.start).finger, OF_TENDONS, [])
+    again = free_parameters(free.build_model(free.start).finger, OF_TENDONS, [])
     np.testing.assert_allclose(again.start, free.start, rtol=1e-12)
     free = free_parameters(guessed, OTHERS, [])
-    found = free.at(free.start)
+    found = free.build_model(free.start)
     again = free_parameters(found.finger, OTHERS, [])
     assert (found.setup.fill_time, found.setup.swelling) == pytest.approx((Setup().fill_time, Setup().swelling))
     np.testing.assert_allclose(again.values(again.start)[:10], free.values(free.start)[:10], rtol=1e-12)
@@ -65,7 +65,7 @@ def test_sections_keep_their_ratios_to_the_first_that_is_not_0(hollow):
     first, second = Station(**built, at=0.5), stiffer(Station(**built, at=0.5))
     finger = replace(hollow, base=replace(hollow.base, **solid), sections=(replace(first, **solid), second))
     free = free_parameters(finger, ["youngs_modulus", "chamber_width"], [])
-    found = free.at(free.start + np.log([1.2, 1.1])).finger
+    found = free.build_model(free.start + np.log([1.2, 1.1])).finger
     assert free.values(free.start).tolist() == pytest.approx([hollow.base.youngs_modulus, hollow.base.chamber_width])
     for part, before in zip(found.cross_sections, finger.cross_sections, strict=True):
         assert part.youngs_modulus == pytest.approx(1.2 * before.youngs_modulus)
@@ -80,7 +80,7 @@ def test_every_number_changes_what_it_is_called_after(finger, keys, request):
     for i, name in enumerate(free.names):
         x = free.start
         x[i] = np.clip(x[i] + 0.1 * free.scales[i], lower[i], upper[i])
-        model = free.at(x)
+        model = free.build_model(x)
         changed = replace(free, model=model)
         differ = np.flatnonzero(~np.isclose(changed.start, free.start, rtol=1e-9, atol=1e-12))
         assert [free.names[k] for k in differ] == [name]
@@ -89,7 +89,7 @@ def test_every_number_changes_what_it_is_called_after(finger, keys, request):
 
 def test_a_path_is_turned_as_a_whole(tendoned):
     free = free_parameters(tendoned, ["tendon.angle"], [])
-    turned, straight = free.at(free.start + np.array([0.3, 0.0])).finger.tendons
+    turned, straight = free.build_model(free.start + np.array([0.3, 0.0])).finger.tendons
     before = np.array([tendoned.tendons[0].x, tendoned.tendons[0].y])
     c, s = np.cos(0.3), np.sin(0.3)
     np.testing.assert_allclose([turned.x, turned.y], np.array([[c, -s], [s, c]]) @ before, atol=1e-15)
@@ -138,7 +138,7 @@ def test_keys_that_cannot_be_fitted(beam, names):
 def test_there_can_be_no_finger_that_is_all_creep(guessed):
     free = free_parameters(guessed, ["creep.share"], [])
     with refused("creep.share", [0.5, 0.5]):
-        free.at(np.log([0.5, 0.5]))
+        free.build_model(np.log([0.5, 0.5]))
 
 
 def test_searches_begin_with_the_finger_as_it_is_and_near_it(guessed):

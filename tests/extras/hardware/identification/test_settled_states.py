@@ -131,7 +131,7 @@ def test_slopes_are_those_of_the_errors(monkeypatch):
     monkeypatch.setattr(module, "_DIFFERENCE_STEP", 1e-3)
     slopes = module.marker_slopes(free, free.start, states, keep)
     for column, step in zip(slopes.T, np.diag(1e-3 * free.scales), strict=True):
-        ends = [state_errors(free.at(free.start + sign * step), states, keep)[keep] for sign in (1, -1)]
+        ends = [state_errors(free.build_model(free.start + sign * step), states, keep)[keep] for sign in (1, -1)]
         np.testing.assert_allclose(
             column, (ends[0] - ends[1]).ravel() / (2 * step.max()), atol=0.01 * np.abs(column).max()
         )
@@ -157,8 +157,8 @@ def test_backlash_is_passed_where_a_motor_turns_back_between_two_rows():
     nothing = np.zeros((2, 1, 3))
     ends = {"pulled": wound[[0, 20]], "time": np.array([0.0, 2.0]), "winding": (np.linspace(0, 2, 21), wound)}
     states = SettledStates("in and out", markers=nothing, places=nothing[0], families=None, gravity=None, **ends)
-    np.testing.assert_allclose(states.pulled_before(0.0, 1e-3), [[0.0] * 6, [1e-3] * 6], atol=1e-12)
-    np.testing.assert_allclose(states.pulled_before(1.0, 1e-3)[1], [4e-3] * 6, atol=1e-12)
+    np.testing.assert_allclose(states.delayed_lengths(0.0, 1e-3), [[0.0] * 6, [1e-3] * 6], atol=1e-12)
+    np.testing.assert_allclose(states.delayed_lengths(1.0, 1e-3)[1], [4e-3] * 6, atol=1e-12)
     model = Model(TRUE.finger, Setup(backlash=1e-3))
     np.testing.assert_allclose(
         resting_positions(model, states)[1], pulled_positions(TRUE.finger, np.full((1, 6), 1e-3))[0], atol=1e-12
@@ -170,7 +170,7 @@ def test_the_file_of_the_fitted_finger(found, tmp_path):
     file = model_path("package://soft_gripper/recordings/tendon_robot_v4.urdf")
     finger = read_finger(file)
     free = free_parameters(finger, FREE, [])
-    fitted = free.at(free.start + 0.1 * free.scales).finger
+    fitted = free.build_model(free.start + 0.1 * free.scales).finger
     (tmp_path / "fitted.urdf").write_text(with_finger(file, fitted))
     again = read_finger(tmp_path / "fitted.urdf")
     for tendon, wanted, before in zip(again.tendons, fitted.tendons, finger.tendons, strict=True):
@@ -326,7 +326,7 @@ def test_the_search_ends_where_the_section_does():
     at_end = np.append(upper[0], free.start[1:])
     steps = free.steps(at_end, 0.1)
     assert steps[0] < 0 < steps[1]
-    free.at(at_end)
+    free.build_model(at_end)
 
 
 def test_what_nothing_determines_is_predicted_by_the_best_fit(capsys):

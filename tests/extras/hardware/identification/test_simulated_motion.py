@@ -10,7 +10,7 @@ from scipy.signal import find_peaks
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     Hold,
     Setup,
-    _pressure,
+    _chamber_pressure,
     simulated_markers,
     tip_motion,
 )
@@ -140,7 +140,7 @@ def test_load_bends_as_far_as_it_weighs_where_it_hangs(beam):
 
 def test_chamber_fills_and_empties_as_through_an_orifice(hollow):
     motion, setup = step(3e4), Setup(fill_time=0.05, swelling=0.0)
-    pressure, time = _pressure(hollow, setup, motion, 1.3), np.linspace(0, 1.3, 53)
+    pressure, time = _chamber_pressure(hollow, setup, motion, 1.3), np.linspace(0, 1.3, 53)
     within = 0.05 * np.sqrt(3e4 / 1e4)  # s, the more there is to fill, the longer
     open_for = CLOSES - OPENS
     filled = 3e4 * (1 - np.clip(1 - time / within, 0, 1) ** 2)  # of dp/dt = k sqrt(supply - p)
@@ -154,7 +154,7 @@ def test_chamber_fills_and_empties_as_through_an_orifice(hollow):
 def test_supply_that_lags_comes_up_to_its_pressure(hollow, supply):
     """It lacks 3 kPa at first, of vacuum too; all of a pressure that is smaller than that."""
     setup = Setup(fill_time=0.01, swelling=0.0, supply_lag=3e3, supply_time=0.3)
-    pressure = _pressure(hollow, setup, step(supply), 1.3)
+    pressure = _chamber_pressure(hollow, setup, step(supply), 1.3)
     time = np.linspace(0.1, 0.8, 8)
     expected = supply - np.sign(supply) * min(abs(supply), 3e3) * np.exp(-time / 0.3)
     np.testing.assert_allclose([float(pressure.value(t)[0, 0]) for t in time], expected, rtol=1e-3)
@@ -166,7 +166,7 @@ def test_chamber_that_swells_fills_more_slowly(hollow, sign):
         (-5e4, -3e4, -1e4, 0.0, 1e4, 3e4, 5e4), (-15e4, -9e4, -1e4, 0.0, 1e4, 9e4, 15e4)
     )  # bend: to 3 times
     swelling = replace(hollow, pressure_law=law)
-    pressure = _pressure(swelling, Setup(fill_time=0.2, swelling=1.0), step(sign * 5e4), 1.3)
+    pressure = _chamber_pressure(swelling, Setup(fill_time=0.2, swelling=1.0), step(sign * 5e4), 1.3)
     late = np.array([0.75, 0.8])  # s, above 3e4 Pa, where the chamber takes three times as much
     roots = [np.sqrt(sign * (sign * 5e4 - float(pressure.value(t)[0, 0]))) for t in late]
     assert roots[1] > 0.0

@@ -7,7 +7,7 @@ import pytest
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.extras.hardware.identification.tendon_balance import complementary, pulled_positions
+from soft_gripper.extras.hardware.identification.tendon_balance import pulled_positions, solve_complementarity
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
@@ -69,11 +69,11 @@ def test_an_antagonist_under_tension_counts_as_a_second_spring():
 @pytest.mark.parametrize("guesses", [12, 0], ids=["guessed", "least squares"])
 def test_tensions_and_slack_exclude_each_other(guesses, monkeypatch):
     """Whichever way they are found; the conditions decide, and have one solution."""
-    monkeypatch.setattr("soft_gripper.extras.hardware.identification.tendon_balance._GUESSES", guesses)
+    monkeypatch.setattr("soft_gripper.extras.hardware.identification.tendon_balance._MAX_GUESSES", guesses)
     random = np.random.default_rng(0)
     levers, wanted = random.normal(size=(40, 7, 5)), random.normal(size=(40, 7))
     matrix = levers @ levers.swapaxes(1, 2) + 0.1 * np.eye(7)
-    found = complementary(matrix, wanted)
+    found = solve_complementarity(matrix, wanted)
     slack = (matrix @ found[..., None])[..., 0] - wanted
     assert (found >= 0).all()
     assert (slack > -1e-10).all()

@@ -13,7 +13,7 @@ from damaged_files import damaged_bytes  # noqa: E402
 from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 
 from soft_gripper.errors import InputError  # noqa: E402
-from soft_gripper.extras.hardware import reading_apart  # noqa: E402
+from soft_gripper.extras.hardware import isolated_reading  # noqa: E402
 from soft_gripper.extras.hardware.recordings import find_recordings, read_recording  # noqa: E402
 from soft_gripper.extras.hardware.table import Columns  # noqa: E402
 from soft_gripper.extras.hardware.table_files import read_table  # noqa: E402  # noqa: E402
@@ -188,10 +188,10 @@ def test_a_file_that_takes_too_much_memory_or_time_is_refused(tmp_path, describe
     columns = Columns({"/a.position[0]": "readings"}, "/a.header.stamp")
     assert path.stat().st_size < 2e5, "it is compressed"
     assert read_table(path, columns).values.shape == (1, 2)
-    monkeypatch.setattr(reading_apart, "_MOST_MEMORY", 140 << 20)
+    monkeypatch.setattr(isolated_reading, "_MAX_MEMORY", 140 << 20)
     with refused("file", "a.mcap"):
         read_table(path, columns)
-    monkeypatch.setattr(reading_apart, "_PATIENCE", 0.01)
+    monkeypatch.setattr(isolated_reading, "_TIMEOUT", 0.01)
     with refused("file", "a.mcap") as error:
         read_table(path, columns)
     assert "within 0.01 s" in str(error.value)
@@ -200,7 +200,7 @@ def test_a_file_that_takes_too_much_memory_or_time_is_refused(tmp_path, describe
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["a.bag", "a.mcap", "a.db3"])
 def test_damaged_files_end_in_a_line(tmp_path, describe, monkeypatch, name):
-    monkeypatch.setattr(reading_apart, "_PATIENCE", 10.0)
+    monkeypatch.setattr(isolated_reading, "_TIMEOUT", 10.0)
     write = FORMATS.get(name) or FORMATS["sqlite"]
     path = write(tmp_path / ("bag" if name == "a.db3" else name), series(with_pressure()), KINDS)
     content = next(path.glob("*.db3")).read_bytes() if path.is_dir() else path.read_bytes()

@@ -10,7 +10,7 @@ from hardware_files import swinging
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware import reading_apart
+from soft_gripper.extras.hardware import isolated_reading
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.hardware.table_files import read_table
@@ -36,7 +36,7 @@ def test_what_is_no_c3d_is_refused(tmp_path, describe):
 @pytest.mark.parametrize("seed", [0, 103, 279, 1, 2, 3])
 def test_damaged_files_end_in_a_line_even_where_ezc3d_crashes_or_does_not_end(tmp_path, describe, monkeypatch, seed):
     """With the version that was tried, seeds 0 and 279 end the process of ezc3d, and 103 keeps it busy."""
-    monkeypatch.setattr(reading_apart, "_PATIENCE", 5.0)
+    monkeypatch.setattr(isolated_reading, "_TIMEOUT", 5.0)
     path = write_c3d(tmp_path / "a.c3d", swinging())
     path.write_bytes(damaged_bytes(path.read_bytes(), seed))
     try:
@@ -58,7 +58,7 @@ def test_modules_of_the_current_folder_are_not_run(tmp_path, describe, monkeypat
 
 def test_a_low_limit_on_memory_does_not_make_a_file_damaged(tmp_path, describe, monkeypatch):
     path = write_c3d(tmp_path / "a.c3d", swinging())
-    monkeypatch.setattr(reading_apart, "_MOST_MEMORY", 60 << 20)
+    monkeypatch.setattr(isolated_reading, "_MAX_MEMORY", 60 << 20)
     with pytest.raises(InputError, match="ulimit -v") as error:
         read_recording(path, describe())
     assert "damaged" not in str(error.value)
@@ -66,7 +66,7 @@ def test_a_low_limit_on_memory_does_not_make_a_file_damaged(tmp_path, describe, 
 
 def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
     path = write_c3d(tmp_path / "a.c3d", swinging())
-    monkeypatch.setattr(reading_apart, "_READS", "import os; os.abort()")
+    monkeypatch.setattr(isolated_reading, "_READER_SCRIPT", "import os; os.abort()")
     with pytest.raises(InputError) as error:
         read_recording(path, describe())
     assert (error.value.field, error.value.value) == ("file", "a.c3d")
@@ -75,4 +75,4 @@ def test_a_crash_of_the_library_is_said(tmp_path, describe, monkeypatch):
 
 def test_readers_obey_no_settings_of_the_current_folder(tmp_path):
     """Such as a `matplotlibrc`: they are in another one."""
-    assert reading_apart.read_apart(os.path.relpath, tmp_path / "run.c3d") == str(tmp_path / "run.c3d")[1:]
+    assert isolated_reading.read_isolated(os.path.relpath, tmp_path / "run.c3d") == str(tmp_path / "run.c3d")[1:]

@@ -11,7 +11,7 @@ from refusals import refused
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recording_schema import TextConfig
 from soft_gripper.extras.hardware.recordings import read_recordings
-from soft_gripper.extras.hardware.table import Columns, without_zero_stamps
+from soft_gripper.extras.hardware.table import Columns, drop_zero_stamps
 from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.files.notes import collect_notes
 
@@ -128,7 +128,7 @@ def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path):
         rows = "".join(f"{t},{i}\n" for i, t in enumerate([0] * before + [(1.6e9 + 0.01 * i) / unit for i in range(9)]))
         (tmp_path / "a.csv").write_text("t,a\n" + rows)
         with collect_notes() as notes:
-            found = without_zero_stamps(read_table(tmp_path / "a.csv", columns), "t", unit)
+            found = drop_zero_stamps(read_table(tmp_path / "a.csv", columns), "t", unit)
         np.testing.assert_allclose(unit * found.values[:, 0], 0.01 * np.arange(9), atol=1e-6)
         assert found.values[0, 1] == before
         assert [note.subject for note in notes] == [f"{before} of {before + 9} rows"]
@@ -136,7 +136,7 @@ def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path):
     for times in ([0, 1, 2], [0, 100, 200], [0, 0, 0], [0], [1, 2], fails_later):
         (tmp_path / "a.csv").write_text("t,a\n" + "".join(f"{t},1\n" for t in times))
         found = read_table(tmp_path / "a.csv", columns)
-        assert without_zero_stamps(found, "t", 1.0) is found
+        assert drop_zero_stamps(found, "t", 1.0) is found
 
 
 NINES = "9" * 10**6

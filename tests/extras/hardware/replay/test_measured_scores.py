@@ -13,8 +13,8 @@ from scale_files import DRIFT, FORCES, GRAM, LATE, PERIOD, RAMP, ZERO, write_log
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.extras.hardware.finger_logs import given_log, read_finger_logs
-from soft_gripper.extras.hardware.replay.measured_scores import _lasting, _torque_std, replay_measured
+from soft_gripper.extras.hardware.finger_logs import load_log, read_finger_logs
+from soft_gripper.extras.hardware.replay.measured_scores import _lasting_band, _torque_std, replay_measured
 from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.load.force_estimator import DELAY
 from soft_gripper.sensors.calibrated_states import CalibratedStates
@@ -32,7 +32,7 @@ def log(tmp_path_factory):
 
 def logs(log, bench="bench.yaml", described_as=None):
     folder = log.parent
-    how = given_log(str(folder / "one.yaml"), folder / bench if bench else None, described_as, "replay")
+    how = load_log(str(folder / "one.yaml"), folder / bench if bench else None, described_as, "replay")
     return read_finger_logs(log, how), how.scenario
 
 
@@ -96,7 +96,7 @@ def test_a_common_scale_of_finger_and_sensors_is_no_error_of_a_torque(shipped_fi
 def test_the_noise_of_samples_averages_out_in_the_band_of_a_median(noise, lasting):
     samples = 0.5 + noise * np.tile([-1.0, 1.0], 200)
     half = NORMAL_95 * np.hypot(noise, lasting)
-    least, most = _lasting(0.5, 0.5 - half, 0.5 + half, samples)
+    least, most = _lasting_band(0.5, 0.5 - half, 0.5 + half, samples)
     expected = NORMAL_95 * max(lasting, noise / 20)
     assert (least, most) == pytest.approx((0.5 - expected, 0.5 + expected))
 

@@ -84,8 +84,8 @@ def test_each_number_of_the_geometry_is_found_where_the_others_are_known(tmp_pat
     folder = write_arm(tmp_path, 6.0, replace(ARM_NOMINAL, **changes), trials=("trial_2", "trial_3"))
     arms = [arm_recording(one) for one in find_recordings(["trial_2.txt", "trial_3.txt"], "two_segment_arm", folder)]
     free = {name, "length_offset"}
-    widths = {one: width if one in free else 1e-9 for one, width in geometry_fit._WIDTHS.items()}
-    monkeypatch.setattr(geometry_fit, "_WIDTHS", widths)
+    widths = {one: width if one in free else 1e-9 for one, width in geometry_fit._STDS.items()}
+    monkeypatch.setattr(geometry_fit, "_STDS", widths)
     for of_all in {"base", "tilt", "delay"} - free:
         monkeypatch.setattr(geometry_fit, f"_{of_all.upper()}", 1e-9)
     found = fit_geometry(arms, arm_finger).model
@@ -117,7 +117,7 @@ def test_the_geometry_of_all_at_once(geometry):
 
 
 def test_the_drive_is_the_true_one(trials, geometry, arm_finger, monkeypatch):
-    monkeypatch.setattr(geometry_fit, "_RIDGE", 1e-6)  # the usual one makes hardly used chambers weaker
+    monkeypatch.setattr(geometry_fit, "_RIDGE_SHARE", 1e-6)  # the usual one makes hardly used chambers weaker
     drive = fit_drive(trials[:4], geometry, arm_finger, DOWN)
     per_section = arm_finger.stiffness[0] / 6  # N m, of six joints
     gains = drive.gains[[0, -1]] / per_section

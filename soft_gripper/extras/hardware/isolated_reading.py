@@ -1,4 +1,4 @@
-"""Reads files with libraries that a damaged file can crash, or keep busy without end: in a separate process."""
+"""Reads files in a separate process, since a damaged file can crash some libraries or keep them busy without end."""
 
 import pickle
 import resource
@@ -11,11 +11,11 @@ from typing import Any, TypeVar
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import note
 
-_Found = TypeVar("_Found")
-_PATIENCE = 120.0  # s
-_MOST_MEMORY = 8 << 30  # bytes
-_LEAST_MEMORY = 3 << 30  # bytes, below which the libraries themselves may not fit
-_READS = """
+_Result = TypeVar("_Result")
+_TIMEOUT = 120.0  # s
+_MAX_MEMORY = 8 << 30  # bytes
+_MIN_MEMORY = 3 << 30  # bytes; the libraries themselves may not fit into less
+_READER_SCRIPT = """
 import os, pickle, resource, sys
 os.chdir("/")  # matplotlib, which some readers import, would obey a matplotlibrc of the current folder
 most = int(sys.argv[1])
@@ -24,8 +24,8 @@ try:
     read, arguments = pickle.load(sys.stdin.buffer)
     from soft_gripper.files.notes import collect_notes
     with collect_notes() as notes:
-        found = read(*arguments)
-    answer = found, None, notes
+        result = read(*arguments)
+    answer = result, None, notes
 except MemoryError:
     answer = None, "it does not fit into memory", []
 except Exception as error:  # those of libraries need not survive pickling
@@ -35,7 +35,7 @@ sys.stdout.buffer.write(pickle.dumps(answer))
 """
 
 
-def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Found:
+def read_isolated(read: Callable[..., _Result], path: Path, *arguments: Any) -> _Result:
     """Result of `read`, a function of a module, for a path and further arguments.
 
     Raises:
@@ -43,29 +43,29 @@ def read_apart(read: Callable[..., _Found], path: Path, *arguments: Any) -> _Fou
     """
     memory = _memory()
     # Without -P, modules of the current folder would be imported in the place of Python's own.
-    command = [sys.executable, "-P", "-c", _READS, str(memory)]
+    command = [sys.executable, "-P", "-c", _READER_SCRIPT, str(memory)]
     request = pickle.dumps((read, (path.resolve(), *arguments)))
     try:
-        ended = subprocess.run(command, input=request, capture_output=True, timeout=_PATIENCE)
+        process = subprocess.run(command, input=request, capture_output=True, timeout=_TIMEOUT)
     except subprocess.TimeoutExpired:
-        expected = f"is damaged or too large: it could not be read within {_PATIENCE:g} s"
+        expected = f"is damaged or too large: it could not be read within {_TIMEOUT:g} s"
         raise InputError(path, "file", path.name, expected) from None
-    if ended.returncode == 0:
-        found, mistake, notes = pickle.loads(ended.stdout)
+    if process.returncode == 0:
+        result, error, notes = pickle.loads(process.stdout)
     else:
-        found, mistake, notes = None, f"it is damaged: its reader ended with code {ended.returncode}", []
-    if isinstance(mistake, InputError):
-        raise mistake
-    if mistake is not None:
-        if memory < _LEAST_MEMORY:
-            mistake = f"the limit here is {memory / 2**30:.1f} GiB of addresses, see `ulimit -v`"
-        raise InputError(path, "file", path.name, f"cannot be read: {mistake}")
+        result, error, notes = None, f"it is damaged: its reader ended with code {process.returncode}", []
+    if isinstance(error, InputError):
+        raise error
+    if error is not None:
+        if memory < _MIN_MEMORY:
+            error = f"the limit here is {memory / 2**30:.1f} GiB of addresses, see `ulimit -v`"
+        raise InputError(path, "file", path.name, f"cannot be read: {error}")
     for outcome, _, *rest in notes:
         note(outcome, path, *rest)
-    return found
+    return result
 
 
 def _memory() -> int:
-    """The addresses that a reader may take, bytes: no more than this process may."""
+    """Address space of a reader, bytes: no more than this process may take."""
     limits = [limit for limit in resource.getrlimit(resource.RLIMIT_AS) if limit != resource.RLIM_INFINITY]
-    return min([_MOST_MEMORY, *limits])
+    return min([_MAX_MEMORY, *limits])
