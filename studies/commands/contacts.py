@@ -12,15 +12,9 @@ from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
-from studies.contacts.estimates import ESTIMATOR, check_estimator
+from studies.contacts.estimates import ESTIMATOR, SETUPS, check_estimator
 from studies.contacts.peg import PLACE, SIDES, Contact, as_arrays, contact_row, run_contacts
-from studies.contacts.trials import (
-    BOTH,
-    ERRORS,
-    FIGURE,
-    SCORES,
-    score_contacts,
-)
+from studies.contacts.trials import BOTH, ERRORS, FIGURE, score_contacts
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
 _UNPRINTED = "side", "contacts", "friction", "force_within_2_std_percent", "place_within_2_std_percent"
@@ -34,7 +28,7 @@ def run(options: argparse.Namespace) -> None:
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = lock_folder(options.out)
     contacts = _simulate(options, out) if kept is None else kept
-    with options.console.counter(SCORES * len(estimators), "scores") as bar:
+    with options.console.counter(len(SETUPS) * len(estimators), "scores") as bar:
         rows = score_contacts(contacts, out, bar.update, estimators)
     title = "errors of both sides, relative to force and length; borders of sections in mm"
     print_rows([row for row in rows if row.side == BOTH], title, leave=_UNPRINTED)

@@ -46,7 +46,7 @@ class Contacts:
     side: Array  # (M,) rad around the finger: 0 on the inner side, pi / 2 toward +y
     friction: Array  # (M,) Coulomb
 
-    def at(self, rows: NDArray[np.int_] | NDArray[np.bool_]) -> "Contacts":
+    def subset(self, rows: NDArray[np.int_] | NDArray[np.bool_]) -> "Contacts":
         """Some of the contacts."""
         return Contacts(self.finger, *(getattr(self, name)[rows] for name in _ARRAYS))
 

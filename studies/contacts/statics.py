@@ -86,7 +86,7 @@ def in_balance(
     order = np.argsort(chain.position_indices(ways_in_space(finger)))
     q, torque = q[:, order], torque[:, order]
     kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MOST_BEND)
-    return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).at(kept)
+    return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).subset(kept)
 
 
 FRICTION = 0.9  # Coulomb, of contacts at rest, at most

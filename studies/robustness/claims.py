@@ -13,8 +13,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.paper.bars import ARCS, BARS, BEST, Bar
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.pictures.style import STYLE
+from studies.estimator_setup import REALISTIC
 from studies.robustness.plants import RUBBER
-from studies.robustness.rows import PRESET, PlantRow, RobustnessRow
+from studies.robustness.rows import PlantRow, RobustnessRow
 
 LEAST, MOST = 0.03, 10.0  # mm, of the colours
 _WHITE_ABOVE = 0.8  # mm, where the colours are dark
@@ -95,7 +96,7 @@ def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> l
 def _errors(rows: Sequence[RobustnessRow]) -> Claim:
     found = realistic(rows, BEST, SENSORS)
     mean, p95 = float(np.max([row.mean_mm for row in found])), float(np.max([row.p95_mm for row in found]))
-    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
+    text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
     return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
 
 
@@ -103,7 +104,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
     ours, arcs = realistic(rows, BEST, SENSORS), realistic(rows, ARCS, MORE)
     ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
     worst = ours[int(np.argmax(ratios))]
-    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: better than {ARCS} with {MORE}"
+    text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: better than {ARCS} with {MORE}"
     number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.nominal}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
 
@@ -111,7 +112,7 @@ def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
 def _covered(rows: Sequence[RobustnessRow]) -> Claim:
     shares = np.array([row.coverage for row in realistic(rows, BEST, SENSORS)])
     bounds = " to ".join(f"{100 * share:.0f}" for share in COVERED)
-    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: 95 % bands cover {bounds} %"
+    text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: 95 % bands cover {bounds} %"
     holds = bool(shares.min() >= COVERED[0] and shares.max() <= COVERED[1])
     return Claim("ours", text, holds, f"{100 * shares.min():.1f} to {100 * shares.max():.1f} %")
 

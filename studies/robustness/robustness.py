@@ -32,6 +32,7 @@ from studies.robustness.rows import (
     NOMINAL_ERRORS,
     PlantRow,
     RobustnessRow,
+    nominal_name,
     plant_table,
     robustness_table,
 )
@@ -115,12 +116,13 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("robustness", "--out", out, expected)
     estimators = [*SHAPE_FUNCTIONS, *options.estimator]
     settings = {"seeds": options.seeds, "estimators": estimators}
-    each = list(product(map(str, SECTIONS), estimators))
+    pairs = list(product(map(str, SECTIONS), estimators))
+    nominals = [nominal_name(*errors) for errors in NOMINAL_ERRORS]
     noisy = {
-        (name, noise): [(name, e, wrong.name, f"{noise:.6f}", n) for wrong in NOMINAL_ERRORS for n, e in each]
+        (name, noise): [(name, e, nominal, f"{noise:.6f}", n) for nominal in nominals for n, e in pairs]
         for name, noise in NOISE_JOBS
     }
-    plants = {job: [(*job, e, n) for n, e in each] for job in PLANT_JOBS}
+    plants = {job: [(*job, e, n) for n, e in pairs] for job in PLANT_JOBS}
     kept = f"`python -m studies robustness --out {out} --seeds {options.seeds} --resume` runs the others"
     with counted_jobs(options, len(noisy) + len(plants), "robustness jobs", kept) as (executor, ended):
         folder, how = writable_folder(out / FOLDER), (executor, ended, options.resume)

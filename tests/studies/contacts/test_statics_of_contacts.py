@@ -6,19 +6,18 @@ from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.fingers.statics import relaxed_law, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import INNER, OUTER, read_finger
-from studies.contacts.estimates import Condition, contact_readings, estimate_contacts
+from studies.contacts.estimates import calibrated_estimates, contact_readings
 from studies.contacts.statics import Forces, in_balance, rubbing_contacts
-from studies.contacts.trials import contact_errors
+from studies.contacts.trials import relative_errors
+from studies.estimator_setup import EstimatorSetup
 
 FAR = 0.42, 0.99  # of the length, where a finger is usually touched
 
 
 def median_errors(contacts, sections):
-    layout = SensorLayout(contacts.finger, sections)
-    errors = contact_errors(
-        estimate_contacts("contact", layout, Condition(), contact_readings(layout, contacts, None), contacts), contacts
-    )
-    return np.nanmedian(errors.force), np.nanmedian(errors.place)
+    readings = contact_readings(SensorLayout(contacts.finger, sections), contacts, None)
+    errors = relative_errors(calibrated_estimates(EstimatorSetup(sections), readings, contacts))
+    return np.nanmedian(errors["force"]), np.nanmedian(errors["place"])
 
 
 def test_torque_of_a_force_on_a_straight_finger_by_hand():
