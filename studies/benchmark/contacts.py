@@ -20,7 +20,7 @@ from soft_gripper.runs.executor import open_executor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import Contacts, read_finger
 from studies.contacts.estimates import HELD, contact_readings
-from studies.contacts.peg import as_arrays, run_contacts
+from studies.contacts.peg import contact_arrays, run_contacts
 from studies.estimator_setup import EstimatorSetup
 
 FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # and the seeds of what is in them
@@ -39,7 +39,7 @@ def layout() -> SensorLayout:
 def simulated(seed: int) -> Contacts:
     """The contacts of a file."""
     with tqdm(total=NUMBER, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
-        return as_arrays(run_contacts(NUMBER, seed, executor, bar.update, places=PLACES))
+        return contact_arrays(run_contacts(NUMBER, seed, executor, bar.update, places=PLACES))
 
 
 @dataclass(frozen=True)

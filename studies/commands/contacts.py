@@ -13,7 +13,7 @@ from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from studies.contacts.estimates import ESTIMATOR, SETUPS, check_estimator
-from studies.contacts.peg import PLACE, SIDES, Contact, as_arrays, contact_row, run_contacts
+from studies.contacts.peg import PLACE, SIDES, Contact, contact_arrays, contact_row, run_contacts
 from studies.contacts.trials import BOTH, ERRORS, FIGURE, score_contacts
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
@@ -45,7 +45,7 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     executor = open_executor(options.jobs, options.scheduler)
     with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction, (options.beyond, PLACE[1]))
-    arrays = as_arrays(contacts)
+    arrays = contact_arrays(contacts)
     write_csv(out / TABLE, [contact_row(contact) for contact in contacts])
     save_contacts(arrays, out / ARRAYS)
     _print_summary(contacts)
@@ -55,11 +55,11 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
 def _print_summary(contacts: Sequence[Contact]) -> None:
     """Prints the ranges of force and location on each side, and how many contacts were redrawn."""
     for side in SIDES:
-        found = [contact.found for contact in contacts if contact.drawn.side == side]
-        if found:
-            forces, places = np.abs([each.force for each in found]), 1e3 * np.array([each.arc_length for each in found])
-            where = f"{places.min():.0f} to {places.max():.0f} mm from the base"
-            print(f"{len(found):5} {side}: {forces.min():.2f} to {forces.max():.2f} N, {where}")
-    reasons = Counter(reason for contact in contacts for reason in contact.redrawn)
-    listed = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
-    print(f"{reasons.total():5} drawn again" + (f": {listed}" if listed else ""))
+        pairs = [(abs(c.settled.force), 1e3 * c.settled.arc_length) for c in contacts if c.draw.side == side]
+        if pairs:
+            forces, locations = np.array(pairs).T
+            span = f"{locations.min():.0f} to {locations.max():.0f} mm from the base"
+            print(f"{len(pairs):5} {side}: {forces.min():.2f} to {forces.max():.2f} N, {span}")
+    flaws = Counter(flaw for contact in contacts for flaw in contact.flaws)
+    reasons = ", ".join(f"{count} {flaw}" for flaw, count in flaws.most_common())
+    print(f"{flaws.total():5} drawn again" + (f": {reasons}" if reasons else ""))

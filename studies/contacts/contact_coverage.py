@@ -3,7 +3,7 @@
 In: the situations of `situations` and SETUPS. Out: a row for each pair, and a figure of coverage along the finger. All
 contacts of one draw count. An answer that is withheld, since no single force explains the readings, and a bound at the
 largest force that the scene can exert are counted by themselves. Another statement is a key of `coverage` in
-`coverage_row` and of _STATEMENTS.
+`coverage_cells`.
 """
 
 import argparse
@@ -34,26 +34,6 @@ MIN_CONTACTS = 20  # in a tenth whose coverage counts
 CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation: by statics, with a peg, with an arm
 _TENTHS, _THIRDS = range(1, 10), (("near", 0.1, 0.4), ("middle", 0.4, 0.7), ("far", 0.7, 1.01))
 KEYS = "situation", "sections", "sensors", "model"
-_STATEMENTS = "interval", "transverse", "bound", "bound_beyond", "bound_several", "place"
-SHARES = (
-    *("contacts", "detected_percent", "withheld_percent", "unbounded_percent", "unbounded_beyond_percent"),
-    *(f"{name}_{which}" for name in _STATEMENTS for which in ("percent", "least_percent", "by_tenth")),
-)
-_STATISTICS = "mean", "median", "90"
-ERRORS = (
-    *(f"{name}_{key}_{third[0]}" for name in ("force_n", "place_percent") for third in _THIRDS for key in _STATISTICS),
-    "degrees_median",
-)
-WIDTHS = (
-    *(f"{band}_{key}_{third[0]}" for band in _STATEMENTS[:2] for third in _THIRDS for key in ("width", "score")),
-    "transverse_rms_z",
-)
-COLUMNS = (*KEYS, *SHARES, *ERRORS, *WIDTHS)
-# Cells of numbers stand on the right.
-CoverageRow: Any = make_dataclass(
-    "CoverageRow", [(name, str if name in KEYS else Annotated[str, ">"]) for name in COLUMNS], frozen=True
-)
-CoverageRow.__module__ = __name__  # for the processes that make the rows
 
 
 def row_key(situation: str, setup: EstimatorSetup) -> tuple[str, ...]:
@@ -61,7 +41,7 @@ def row_key(situation: str, setup: EstimatorSetup) -> tuple[str, ...]:
     return situation, str(setup.sections), setup.sensors, setup.model
 
 
-def coverage_row(situation: str, setup: EstimatorSetup, estimates: Estimates) -> Any:
+def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str]:
     """Coverage of intervals, bounds and locations, %, and errors of forces, N, and locations, % of the length.
 
     Intervals count where they are stated, bounds where they are below the largest force, locations where they are
@@ -72,15 +52,17 @@ def coverage_row(situation: str, setup: EstimatorSetup, estimates: Estimates) ->
     declared, force, location = setup.uncertainty, estimates.force, estimates.location
     is_bounded = estimates.bounds < 0.999 * declared.largest_force
     far, below = location > declared.nearest_contact, force[:, None] <= estimates.bounds
-    coverage = {
-        "interval": encloses(estimates.interval, force),
-        "transverse": encloses(estimates.transverse_interval, estimates.transverse),
+    bands = {
+        "interval": (estimates.interval, force),
+        "transverse": (estimates.transverse_interval, estimates.transverse),
+    }
+    coverage = {name: encloses(*band) for name, band in bands.items()} | {
         "bound": (below[:, 0], is_bounded[:, 0]),
         "bound_beyond": (below[:, 1], is_bounded[:, 1] & far),
         "bound_several": (below[:, 2], is_bounded[:, 2] & far),
         "place": encloses(estimates.location_set, location),
     }
-    row = dict(zip(KEYS, row_key(situation, setup), strict=True)) | {
+    cells = {
         "contacts": str(len(force)),
         "detected_percent": _percent(estimates.is_detected),
         "withheld_percent": _percent(~np.isfinite(estimates.interval[:, 0])),
@@ -90,7 +72,7 @@ def coverage_row(situation: str, setup: EstimatorSetup, estimates: Estimates) ->
     for name, (covers, counted) in coverage.items():
         tenths = [counted & (np.minimum((10 * location).astype(int), 9) == i) for i in _TENTHS]
         percents = [100 * covers[tenth].mean() if tenth.sum() >= MIN_CONTACTS else np.nan for tenth in tenths]
-        row |= {
+        cells |= {
             f"{name}_percent": _percent(covers[counted]),
             f"{name}_least_percent": f"{np.nanmin([*percents, np.inf]):.1f}",
             f"{name}_by_tenth": " ".join(f"{percent:.1f}" for percent in percents),
@@ -99,22 +81,17 @@ def coverage_row(situation: str, setup: EstimatorSetup, estimates: Estimates) ->
         "force_n": np.abs(np.abs(estimates.estimated_force) - force),
         "place_percent": 100 * np.abs(estimates.estimated_location - location),
     }
-    bands = {
-        "interval": (estimates.interval, force),
-        "transverse": (estimates.transverse_interval, estimates.transverse),
-    }
+    thirds = {name: (begin <= location) & (location < end) for name, begin, end in _THIRDS}
+    for (name, values), (third, inside) in product(errors.items(), thirds.items()):
+        numbers = statistics(values[inside & np.isfinite(values)])
+        cells |= {f"{name}_{key}_{third}": f"{value:.3g}" for key, value in numbers.items()}
+    cells["degrees_median"] = f"{statistics(estimates.degrees[np.isfinite(estimates.degrees)])['median']:.2g}"
     detected = estimates.is_detected & np.isfinite(estimates.interval[:, 0])
-    for third, begin, end in _THIRDS:
-        inside = (begin <= location) & (location < end)
-        for name, values in errors.items():
-            numbers = statistics(values[inside & np.isfinite(values)])
-            row |= {f"{name}_{key}_{third}": f"{value:.3g}" for key, value in numbers.items()}
-        for name, (interval, true) in bands.items():
-            widths, scores = (interval[:, -1] - interval[:, 0]) / true, interval_score(interval, true) / true
-            row[f"{name}_width_{third}"] = f"{statistics(widths[detected & inside])['median']:.3g}"
-            row[f"{name}_score_{third}"] = f"{statistics(scores[detected & inside])['mean']:.3g}"
-    row["degrees_median"] = f"{statistics(estimates.degrees[np.isfinite(estimates.degrees)])['median']:.2g}"
-    return CoverageRow(**row, transverse_rms_z=f"{rms_z(estimates):.3g}")
+    for (name, (interval, true)), (third, inside) in product(bands.items(), thirds.items()):
+        widths, scores = (interval[:, -1] - interval[:, 0]) / true, interval_score(interval, true) / true
+        cells[f"{name}_width_{third}"] = f"{statistics(widths[detected & inside])['median']:.3g}"
+        cells[f"{name}_score_{third}"] = f"{statistics(scores[detected & inside])['mean']:.3g}"
+    return cells | {"transverse_rms_z": f"{rms_z(estimates):.3g}"}
 
 
 def interval_score(interval: Array, true: Array) -> Array:
@@ -143,6 +120,20 @@ def encloses(interval: Array, true: Array) -> tuple[NDArray[np.bool_], NDArray[n
 
 def _percent(mask: NDArray[np.bool_]) -> str:
     return f"{100 * mask.mean():.1f}" if len(mask) else "nan"
+
+
+_EMPTY = Estimates(*(np.empty((0, *shape)) for shape in (*11 * [()], (3,), (3,), (2,), (3,))))
+COLUMNS = (*KEYS, *coverage_cells(_EMPTY, SETUPS[0]))
+# Cells of numbers stand on the right.
+CoverageRow: Any = make_dataclass(
+    "CoverageRow", [(name, str if name in KEYS else Annotated[str, ">"]) for name in COLUMNS], frozen=True
+)
+CoverageRow.__module__ = __name__  # for the processes that make the rows
+
+
+def coverage_row(situation: str, setup: EstimatorSetup, estimates: Estimates) -> Any:
+    """The row of a situation and a setup."""
+    return CoverageRow(*row_key(situation, setup), **coverage_cells(estimates, setup))
 
 
 def coverage_rows(kind: str, setup: EstimatorSetup, size: float, seed: int) -> list[Any]:

@@ -95,7 +95,7 @@ DIFFERENCES = {
     "stiffness -10 % at the base, +10 % at the tip": Statics(partial(rubbing_contacts, finger=partial(graded, -0.10))),
     "a border between sections 10 mm off": Statics(rubbing_contacts, border_shift=BORDER_SHIFT),
     "forces of 2 to 5 N before a third of the length": Statics(partial(rubbing_contacts, places=NEAR, forces=STRONG)),
-    "sliding with friction of 1.3": Statics(partial(rubbing_contacts, friction=ROUGH, share=1.0)),
+    "sliding with friction of 1.3": Statics(partial(rubbing_contacts, friction=ROUGH, fraction=1.0)),
     "a neo-Hookean plant": Statics(partial(rubbing_contacts, finger=lambda: RUBBER.finger(read_finger()))),
 }
 PEG, ARM = ("peg, at rest", "peg, after a step"), ("carried by an arm",)

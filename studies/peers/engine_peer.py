@@ -35,7 +35,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         seconds = (process_time() - start) / len(alike)
         recording = recordings[0]
         names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
-        tips = np.array([recording[name].values[1:] @ _IN_PLANE for name in names]).T
+        tips = np.array([recording.samples(name) @ _IN_PLANE for name in names]).T
         held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
         return Trial(seconds, tips, held)
 

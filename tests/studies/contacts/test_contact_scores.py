@@ -9,7 +9,7 @@ import pytest
 from soft_gripper.files.row_table import read_csv
 from studies.contacts import estimates as contact_estimates
 from studies.contacts.contacts import Contacts
-from studies.contacts.peg import as_arrays, run_contact
+from studies.contacts.peg import contact_arrays, run_contact
 from studies.contacts.trials import ContactErrorRow, score_contacts
 
 pytestmark = pytest.mark.slow
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 
 @cache
 def smooth() -> Contacts:
-    return as_arrays([run_contact(1, i, 0.0) for i in range(4)])
+    return contact_arrays([run_contact(1, i, 0.0) for i in range(4)])
 
 
 @pytest.fixture(scope="module")
