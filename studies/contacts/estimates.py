@@ -65,18 +65,18 @@ def contact_readings(
         return ContactReadings(FreeMotion(still, PRESSURES, HANGING), pressed[None])
     straight = np.zeros_like(free[:1])
     postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
-    motion = np.repeat(np.array(postures), HELD, axis=0)  # (time, contact, joint)
-    sets = [moving_readings(layout, motion, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
+    ratios = np.repeat(1 + layout.predict(np.array(postures)), HELD, axis=0)  # (time, contact, reading)
+    sets = [disturbed_readings(layout, ratios, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
     held = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
     means = held[:, :, -averaged:].mean(axis=2)
     return ContactReadings(FreeMotion(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
 
 
-def moving_readings(
-    layout: MeasurementModel, motion: Array, errors: StrainErrors, period: float, rng: np.random.Generator
+def disturbed_readings(
+    layout: MeasurementModel, ratios: Array, errors: StrainErrors, period: float, rng: np.random.Generator
 ) -> Array:
-    """Reads a moving finger, (T, ..., D) rad, every `period` s by sensors with errors, (T, ..., R)."""
-    return np.asarray(layout.response.reading(disturb(errors, 1 + layout.predict(motion), period, rng)))
+    """Readings of sensors with errors, (T, ..., R), from extension ratios every `period` s."""
+    return np.asarray(layout.response.reading(disturb(errors, ratios, period, rng)))
 
 
 ESTIMATOR = "contact"  # ours; `contact` of a single sample, without earlier ones

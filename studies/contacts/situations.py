@@ -30,7 +30,7 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.contacts.contacts import Contacts, read_finger
-from studies.contacts.estimates import Estimates, estimate_contacts, joined, moving_readings
+from studies.contacts.estimates import Estimates, disturbed_readings, estimate_contacts, joined
 from studies.contacts.self_calibration import Scale
 from studies.contacts.statics import (
     FRICTION,
@@ -127,7 +127,7 @@ def read_pressed(layout: MeasurementModel, q: Array, errors: StrainErrors | None
     if errors is None:
         return layout.read(q)
     motion = np.clip(np.linspace(0, 2, _MOTION_SAMPLES), 0, 1)[:, None, None] * q
-    return np.asarray(moving_readings(layout, motion, errors, _PERIOD, rng)[-1])
+    return np.asarray(disturbed_readings(layout, 1 + layout.predict(motion), errors, _PERIOD, rng)[-1])
 
 
 def _model_errors(setup: EstimatorSetup, number: int, rng: np.random.Generator) -> tuple[Array, Array]:

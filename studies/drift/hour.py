@@ -26,8 +26,9 @@ from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import recorded_zeros
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import MINUTE, disturb
+from soft_gripper.sensors.strain_errors import MINUTE
 from studies.contacts.contacts import read_finger
+from studies.contacts.estimates import disturbed_readings
 from studies.drift.grasps import GRASP, PERIOD, Grasps, join_grasps, simulated_grasp
 from studies.estimator_setup import EstimatorSetup
 from studies.robustness.rows import position_errors
@@ -65,7 +66,7 @@ def simulate_hour(grasps: list[Grasps], seed: int, minutes: int = MINUTES[-1], s
     assert errors is not None
     shape = len(truth.q), sensors
     ratios = np.broadcast_to((1 + layout.predict(truth.q))[:, None], (*shape, layout.readings))
-    readings = layout.response.reading(disturb(errors, ratios, PERIOD, rng))
+    readings = disturbed_readings(layout, ratios, errors, PERIOD, rng)
     driving = np.broadcast_to(layout.finger.pressure_torque(truth.pressure)[:, None], (*shape, layout.finger.segments))
     gravity = np.broadcast_to(truth.gravity[:, None], (*shape, 3))
     return Hour(layout, setup.uncertainty, readings, driving, gravity, truth)
