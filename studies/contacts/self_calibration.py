@@ -1,5 +1,7 @@
 """Self-calibration in free motion: one number, the bend over that of the nominal model.
 
+In: free motion and nominal sensors. Out: `Scale`. Another calibration is an entry of CALIBRATIONS.
+
 If nothing is touched, only pressure and weight bend the finger,
 
     k q = g p + w(q) .
@@ -10,7 +12,7 @@ but not which of them is wrong, so one has to be trusted. Let c be the number th
     the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
     the chamber is trusted:    k / c  q = g p + w ,  so pressure and weight count c times, and a force 1 / c times.
 
-The second is what `estimation.calibration` finds too, which fits gains and offsets of the sensors besides; here many
+`estimation.calibration` also finds the second, and fits gains and offsets of the sensors besides; here many
 sets of sensors are calibrated at once. Where a single force presses follows from how the bends of the sections compare,
 and needs neither; how strong it is, needs the stiffness itself.
 

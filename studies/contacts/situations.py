@@ -71,7 +71,7 @@ def _space_contacts(number: int, seed: int, faces: int) -> Contacts:
     return contacts_in_space(number, friction, seed, faces=faces)
 
 
-def graded(change: float) -> Finger:
+def graded_finger(change: float) -> Finger:
     """The shipped finger, stiffer by this fraction at the base, softer by it at the tip, and linear between."""
     finger = read_finger()
     base, tip = (softened(finger, 1 / (1 + fraction)) for fraction in (change, -change))
@@ -91,8 +91,12 @@ STATICS = {
 }
 DIFFERENCES = {
     "none": Statics(rubbing_contacts),
-    "stiffness +5 % at the base, -5 % at the tip": Statics(partial(rubbing_contacts, finger=partial(graded, 0.05))),
-    "stiffness -10 % at the base, +10 % at the tip": Statics(partial(rubbing_contacts, finger=partial(graded, -0.10))),
+    "stiffness +5 % at the base, -5 % at the tip": Statics(
+        partial(rubbing_contacts, finger=partial(graded_finger, 0.05))
+    ),
+    "stiffness -10 % at the base, +10 % at the tip": Statics(
+        partial(rubbing_contacts, finger=partial(graded_finger, -0.10))
+    ),
     "a border between sections 10 mm off": Statics(rubbing_contacts, border_shift=BORDER_SHIFT),
     "forces of 2 to 5 N before a third of the length": Statics(partial(rubbing_contacts, places=NEAR, forces=STRONG)),
     "sliding with friction of 1.3": Statics(partial(rubbing_contacts, friction=ROUGH, fraction=1.0)),

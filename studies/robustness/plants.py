@@ -152,12 +152,12 @@ class FingerAtRest:
 
     @property
     def pressure(self) -> Array:
-        """(T) Pa."""
+        """Pressure in the chamber, (T) Pa."""
         return self._sensors(1).pressure
 
     @property
     def gravity(self) -> Array:
-        """In B, (T, 3) m/s^2."""
+        """Gravity in B, (T, 3) m/s^2."""
         return self._sensors(1).gravity
 
     def readings(self, sections: int, errors: StrainErrors | None, seeds: int) -> Array:

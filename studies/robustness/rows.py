@@ -3,8 +3,8 @@
 In: fingers at rest in recordings. Out: rows by setup and estimator. Other plants are exactly known fingers, and one of
 rubber whose nominal model is linear; another wrong model is an entry of NOMINAL_ERRORS.
 
-If plant and estimator are the same chain, an estimator may be right for the wrong reason: what a chain of twelve
-linear joints cannot represent is wrong in both. So the rubber finger has twice the segments, another elastic law and
+If plant and estimator are the same chain, an estimator may be right for the wrong reason: both miss the shapes that a
+chain of twelve linear joints cannot have. So the rubber finger has twice the segments, another elastic law and
 another time step, its sensors have errors, and the nominal model stays the shipped one, whose modulus is known to
 10 %.
 """

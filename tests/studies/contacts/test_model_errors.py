@@ -19,7 +19,7 @@ from studies.contacts import model_errors
 from studies.contacts.contacts import read_finger
 from studies.contacts.estimates import Estimates, driving_torque
 from studies.contacts.model_errors import TABLE, ModelErrorRow, model_error_rows
-from studies.contacts.situations import DIFFERENCES, graded, static_estimates
+from studies.contacts.situations import DIFFERENCES, graded_finger, static_estimates
 from studies.contacts.statics import rubbing_contacts
 from studies.estimator_setup import MODELS, NOMINAL, EstimatorSetup
 from studies.robustness.plants import RUBBER
@@ -29,7 +29,7 @@ FOUR = EstimatorSetup(4, model=NOMINAL)
 
 
 def test_a_graded_finger_is_stiffer_at_its_base_and_its_neutral_axis_stays():
-    finger, other = read_finger(), graded(0.05)
+    finger, other = read_finger(), graded_finger(0.05)
     along = finger.joint_arc_lengths / finger.length
     np.testing.assert_allclose(other.stiffness / finger.stiffness, 1.05 - 0.1 * along, rtol=1e-12)
     np.testing.assert_allclose(other.section(0.03).neutral_axis, finger.section(0.03).neutral_axis, rtol=1e-9)
