@@ -1,4 +1,7 @@
-"""Rows of the jobs of a study, kept in a table as each job ends, by which the study is resumed."""
+"""Rows of the jobs of a study, kept in a table as each job ends, by which the study is resumed.
+
+In: a function of a job that gives its rows, and the keys of these. Out: all rows.
+"""
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,18 +22,18 @@ Keys = Sequence[tuple[str, ...]]  # first cells of the rows of a job, by which t
 
 @contextmanager
 def counted_jobs(
-    options: argparse.Namespace, number: int, unit: str, kept: str = "--resume goes on with them"
+    options: argparse.Namespace, number: int, unit: str, note: str = "--resume goes on with them"
 ) -> Iterator[tuple[Executor, Report]]:
     """Opens the executor of a study for so many jobs, and counts them; its folder is locked."""
     executor = open_executor(options.jobs, options.scheduler)
     lock_folder(options.out)
-    with options.console.jobs(number, unit, kept) as ended, executor as opened:
+    with options.console.jobs(number, unit, note) as ended, executor as opened:
         yield opened, lambda job: ended()
 
 
 def kept_rows(
     file: Path,
-    row: type[Row],
+    row_type: type[Row],
     rows_of: Callable[..., list[Row]],
     jobs: Mapping[tuple[Any, ...], Keys],
     settings: Mapping[str, Any],
@@ -43,7 +46,7 @@ def kept_rows(
 
     Args:
         file: the table; a text beside it tells the study from others by its settings.
-        row: dataclass of a row, whose first fields are its key.
+        row_type: dataclass of a row, whose first fields are its key.
         rows_of: module-level function of the entries of a job and the settings.
         jobs: keys of the rows of each job.
         settings: arguments of every call, by their names.
@@ -56,15 +59,15 @@ def kept_rows(
         InputError: if the study to be resumed is another one.
         Exception: that of a job which fails; the others are finished first.
     """
-    keys = [key for of_job in jobs.values() for key in of_job]
-    tables = StudyTables(file.parent, f"{file.stem}.txt", {file.name: columns(row)}, len(keys[0]))
+    keys = [key for job_keys in jobs.values() for key in job_keys]
+    tables = StudyTables(file.parent, f"{file.stem}.txt", {file.name: columns(row_type)}, len(keys[0]))
     tables.begin("".join(f"{name}: {value}\n" for name, value in settings.items()), resume)
 
     def keep(job: tuple[Any, ...], rows: list[Row]) -> None:
-        for each in rows:
-            tables.add(cells(each))
+        for row in rows:
+            tables.add(cells(row))
 
     calls = {job: (*job, *settings.values()) for job in jobs}
     tables.run(executor, rows_of, calls, keep, ended=report, keys=jobs.__getitem__)
     tables.finish(sorted(keys, key=order))
-    return [row_from_cells(texts, row) for (texts,) in tables.rows.values()]
+    return [row_from_cells(texts, row_type) for (texts,) in tables.rows.values()]

@@ -663,7 +663,7 @@ def _force_vectors(
 
 
 def transverse_forces(heaviest: HeaviestCells) -> tuple[Array, Array]:
-    """Component of the force across the line from the base to the contact, and its standard deviation, (..., K) N.
+    """Component of the force at right angles to the line from base to contact, and its deviation, (..., K) N.
 
     Where it is 0, the deviation is that of the size.
     """
@@ -675,7 +675,7 @@ def transverse_forces(heaviest: HeaviestCells) -> tuple[Array, Array]:
 
 
 def _transverse(force: Array, point: Array) -> tuple[Array, Array]:
-    """Direction, (..., 3), and size, (...), of the component of a force across the line from B to a point."""
+    """Direction, (..., 3), and size, (...), of the component of a force at right angles to the line to a point."""
     ratio = (force * point).sum(axis=-1) / np.maximum((point**2).sum(axis=-1), _TINY)
     component = force - ratio[..., None] * point
     size = np.linalg.norm(component, axis=-1)

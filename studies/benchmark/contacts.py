@@ -19,8 +19,9 @@ from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import Contacts, read_finger
-from studies.contacts.estimates import HELD, REALISTIC, contact_readings, preset_errors
-from studies.contacts.peg import as_arrays, run_contacts
+from studies.contacts.estimates import HELD, contact_readings
+from studies.contacts.peg import contact_arrays, run_contacts
+from studies.estimator_setup import EstimatorSetup
 
 FILES = {"contacts_train.csv": 11, "contacts_test.csv": 12}  # seeds of the contacts by file
 TRANSVERSE = {file: file.replace("contacts", "transverse") for file in FILES}  # files of the same draws
@@ -36,9 +37,9 @@ def layout() -> SensorLayout:
 
 
 def simulate_file(seed: int) -> Contacts:
-    """Simulates the contacts of a file."""
+    """The contacts of a file."""
     with tqdm(total=CONTACTS, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
-        return as_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
+        return contact_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,8 @@ def write_samples() -> None:
     """Simulates the contacts and writes the files."""
     for number, (file, seed) in enumerate(FILES.items()):
         contacts = simulate_file(seed)
-        readings = contact_readings(layout(), contacts, preset_errors(REALISTIC), len(FILES), HELD).pressed[number]
-        write_csv(FOLDER / file, samples(contacts, readings))
-        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, readings))
+        read = contact_readings(layout(), contacts, EstimatorSetup(2, noise=1.0).errors, len(FILES), HELD).pressed[
+            number
+        ]
+        write_csv(FOLDER / file, samples(contacts, read))
+        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, read))

@@ -12,15 +12,9 @@ from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
-from studies.contacts.estimates import ESTIMATOR, check_estimator
-from studies.contacts.peg import PLACE, SIDES, Contact, as_arrays, contact_row, run_contacts
-from studies.contacts.trials import (
-    BOTH,
-    ERRORS,
-    FIGURE,
-    SCORES,
-    score_contacts,
-)
+from studies.contacts.estimates import ESTIMATOR, SETUPS, check_estimator
+from studies.contacts.peg import PLACE, SIDES, Contact, contact_arrays, contact_row, run_contacts
+from studies.contacts.trials import BOTH, ERRORS, FIGURE, score_contacts
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
 _UNPRINTED = "side", "contacts", "friction", "force_within_2_std_percent", "place_within_2_std_percent"
@@ -34,7 +28,7 @@ def run(options: argparse.Namespace) -> None:
     kept = load_contacts(options.contacts) if options.contacts is not None else None
     out = lock_folder(options.out)
     contacts = _simulate(options, out) if kept is None else kept
-    with options.console.counter(SCORES * len(estimators), "scores") as bar:
+    with options.console.counter(len(SETUPS) * len(estimators), "scores") as bar:
         rows = score_contacts(contacts, out, bar.update, estimators)
     title = "errors of both sides, relative to force and length; borders of sections in mm"
     print_rows([row for row in rows if row.side == BOTH], title, leave=_UNPRINTED)
@@ -51,7 +45,7 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     executor = open_executor(options.jobs, options.scheduler)
     with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction, (options.beyond, PLACE[1]))
-    arrays = as_arrays(contacts)
+    arrays = contact_arrays(contacts)
     write_csv(out / TABLE, [contact_row(contact) for contact in contacts])
     save_contacts(arrays, out / ARRAYS)
     _print_summary(contacts)
@@ -61,11 +55,11 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
 def _print_summary(contacts: Sequence[Contact]) -> None:
     """Prints the ranges of force and location on each side, and how many contacts were redrawn."""
     for side in SIDES:
-        found = [contact.found for contact in contacts if contact.drawn.side == side]
-        if found:
-            forces, places = np.abs([each.force for each in found]), 1e3 * np.array([each.arc_length for each in found])
-            where = f"{places.min():.0f} to {places.max():.0f} mm from the base"
-            print(f"{len(found):5} {side}: {forces.min():.2f} to {forces.max():.2f} N, {where}")
-    reasons = Counter(reason for contact in contacts for reason in contact.redrawn)
-    listed = ", ".join(f"{count} {reason}" for reason, count in reasons.most_common())
-    print(f"{reasons.total():5} drawn again" + (f": {listed}" if listed else ""))
+        pairs = [(abs(c.settled.force), 1e3 * c.settled.arc_length) for c in contacts if c.draw.side == side]
+        if pairs:
+            forces, locations = np.array(pairs).T
+            span = f"{locations.min():.0f} to {locations.max():.0f} mm from the base"
+            print(f"{len(pairs):5} {side}: {forces.min():.2f} to {forces.max():.2f} N, {span}")
+    flaws = Counter(flaw for contact in contacts for flaw in contact.flaws)
+    reasons = ", ".join(f"{count} {flaw}" for flaw, count in flaws.most_common())
+    print(f"{flaws.total():5} drawn again" + (f": {reasons}" if reasons else ""))

@@ -1,12 +1,13 @@
-"""How often what `contact` states of a force is true, in the situations in which a user meets contacts.
+"""Coverage of the intervals and bounds of `contact`, in the situations in which a user meets contacts.
 
-A row for each of `situations`, number of sections, sensors and nominal model. All contacts of one draw count. An answer
-that is withheld, since no single force explains the readings, and a bound at the largest force that the scene can exert
-are counted by themselves.
+In: the situations of `situations` and SETUPS. Out: a row for each pair, and a figure of coverage along the finger. All
+contacts of one draw count. An answer that is withheld, since no single force explains the readings, and a bound at the
+largest force that the scene can exert are counted by themselves. Another statement is a key of `coverage` in
+`coverage_cells`.
 """
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import make_dataclass
 from itertools import product
 from typing import Annotated, Any
@@ -17,167 +18,145 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import STYLE, save_figure
-from studies.contacts.situations import (
-    ARM,
-    MODELS,
-    PEG,
-    STATICS,
-    Case,
-    Stated,
-    carried,
-    drawn,
-    pressed,
-)
+from studies.contacts.estimates import Estimates
+from studies.contacts.situations import ARM, PEG, STATICS, arm_estimates, peg_estimates, static_estimates
 from studies.contacts.trials import statistics
+from studies.estimator_setup import MODELS, EstimatorSetup
 from studies.kept_rows import counted_jobs, kept_rows
 
 TABLE, FIGURE = "contact_coverage.csv", "contact_coverage"
 SITUATIONS = (*STATICS, *PEG, *ARM)
-CASES = tuple(Case(*each) for each in product((2, 4), (False, True), MODELS))
-ENOUGH = 92.0  # %, of the bar
-FEWEST = 20  # contacts of which a share is stated
-CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation, by statics, with a peg and with an arm
+SETUPS = tuple(EstimatorSetup(*values) for values in product((2, 4), (0.0, 1.0), MODELS))
+TARGET = 92.0  # %, coverage
+MIN_CONTACTS = 20  # in a tenth whose coverage counts
+CONTACTS, RUNS, CARRIES = 500, 6, 1  # of a situation: by statics, with a peg, with an arm
 _TENTHS, _THIRDS = range(1, 10), (("near", 0.1, 0.4), ("middle", 0.4, 0.7), ("far", 0.7, 1.01))
 KEYS = "situation", "sections", "sensors", "model"
-_STATED = "interval", "transverse", "bound", "bound_beyond", "bound_several", "place"
-SHARES = (
-    *("contacts", "detected_percent", "withheld_percent", "unbounded_percent", "unbounded_beyond_percent"),
-    *(f"{stated}_{which}" for stated in _STATED for which in ("percent", "least_percent", "by_tenth")),
-)
-_MEASURED, _STATISTICS = ("force_n", "place_percent"), ("mean", "median", "90")
-ERRORS = (
-    *(f"{error}_{name}_{third[0]}" for error in _MEASURED for third in _THIRDS for name in _STATISTICS),
-    "degrees_median",
-)
-_BANDS = "interval", "transverse"
-WIDTHS = (
-    *(f"{band}_{kind}_{third[0]}" for band in _BANDS for third in _THIRDS for kind in ("width", "score")),
-    "transverse_rms_z",
-)
-COLUMNS = (*KEYS, *SHARES, *ERRORS, *WIDTHS)
-# Cells of numbers stand on the right.
-CoverageRow: Any = make_dataclass(
-    "CoverageRow", [(name, str if name in KEYS else Annotated[str, ">"]) for name in COLUMNS], frozen=True
-)
-CoverageRow.__module__ = __name__  # for the processes that make the rows
-Job = tuple[str, Case]
 
 
-def key_of(situation: str, case: Case) -> tuple[str, ...]:
+def row_key(situation: str, setup: EstimatorSetup) -> tuple[str, ...]:
     """The cells that name a row."""
-    return situation, str(case.sections), case.sensors, case.model
+    return situation, str(setup.sections), setup.sensors, setup.model
 
 
-def coverage_row(situation: str, case: Case, stated: Stated) -> Any:
-    """Shares of what is stated that is true, %, and errors of forces, N, and places, % of the length.
+def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str]:
+    """Coverage of intervals, bounds and locations, %, and errors of forces, N, and locations, % of the length.
 
-    The interval counts where it is stated; bounds where they are below the largest force; the place where it is known.
-    A share of each tenth of the length with FEWEST of these or more, and the least of them, are of contacts from 0.1 of
-    the length on. Widths of the intervals over the force are medians, scores means, see `interval_score`, of contacts
-    that are detected.
+    Intervals count where they are stated, bounds where they are below the largest force, locations where they are
+    known. Coverage of each tenth of the length with MIN_CONTACTS or more, and the least of them, are of contacts from
+    0.1 of the length on. Widths of the intervals over the force are medians, scores means, see `interval_score`, of
+    contacts that are detected.
     """
-    assumed, force = case.assumed, stated.force[:, None]
-    bounded = stated.bounds < 0.999 * assumed.largest_force
-    far = stated.place > assumed.nearest_contact
-    true = {
-        "interval": encloses(stated.interval, stated.force),
-        "transverse": encloses(stated.transverse_interval, stated.transverse),
-        "bound": ((force <= stated.bounds)[:, 0], bounded[:, 0]),
-        "bound_beyond": ((force <= stated.bounds)[:, 1], bounded[:, 1] & far),
-        "bound_several": ((force <= stated.bounds)[:, 2], bounded[:, 2] & far),
-        "place": encloses(stated.places, stated.place),
+    declared, force, location = setup.uncertainty, estimates.force, estimates.location
+    is_bounded = estimates.bounds < 0.999 * declared.largest_force
+    far, below = location > declared.nearest_contact, force[:, None] <= estimates.bounds
+    bands = {
+        "interval": (estimates.interval, force),
+        "transverse": (estimates.transverse_interval, estimates.transverse),
     }
-    row = dict(zip(KEYS, key_of(situation, case), strict=True)) | {
+    coverage = {name: encloses(*band) for name, band in bands.items()} | {
+        "bound": (below[:, 0], is_bounded[:, 0]),
+        "bound_beyond": (below[:, 1], is_bounded[:, 1] & far),
+        "bound_several": (below[:, 2], is_bounded[:, 2] & far),
+        "place": encloses(estimates.location_set, location),
+    }
+    cells = {
         "contacts": str(len(force)),
-        "detected_percent": _percent(stated.probability > DETECTION_PROBABILITY),
-        "withheld_percent": _percent(~np.isfinite(stated.interval[:, 0])),
-        "unbounded_percent": _percent(~bounded[:, 0]),
-        "unbounded_beyond_percent": _percent(~bounded[far, 1]),
+        "detected_percent": _percent(estimates.is_detected),
+        "withheld_percent": _percent(~np.isfinite(estimates.interval[:, 0])),
+        "unbounded_percent": _percent(~is_bounded[:, 0]),
+        "unbounded_beyond_percent": _percent(~is_bounded[far, 1]),
     }
-    for name, (holds, known) in true.items():
-        tenths = [_share(holds, known & (np.minimum((10 * stated.place).astype(int), 9) == i)) for i in _TENTHS]
-        row |= {
-            f"{name}_percent": _percent(holds[known]),
-            f"{name}_least_percent": f"{np.nanmin([*tenths, np.inf]):.1f}",
-            f"{name}_by_tenth": " ".join(f"{share:.1f}" for share in tenths),
+    for name, (covers, counted) in coverage.items():
+        tenths = [counted & (np.minimum((10 * location).astype(int), 9) == i) for i in _TENTHS]
+        percents = [100 * covers[tenth].mean() if tenth.sum() >= MIN_CONTACTS else np.nan for tenth in tenths]
+        cells |= {
+            f"{name}_percent": _percent(covers[counted]),
+            f"{name}_least_percent": f"{np.nanmin([*percents, np.inf]):.1f}",
+            f"{name}_by_tenth": " ".join(f"{percent:.1f}" for percent in percents),
         }
-    errors = np.abs(stated.estimated_force - stated.force), 100 * np.abs(stated.estimated_place - stated.place)
-    for name, values in zip(_MEASURED, errors, strict=True):
-        for third, begin, end in _THIRDS:
-            part = values[(begin <= stated.place) & (stated.place < end) & np.isfinite(values)]
-            row |= {f"{name}_{each}_{third}": f"{value:.3g}" for each, value in statistics(part).items()}
-    row["degrees_median"] = f"{_average(np.median, stated.degrees[np.isfinite(stated.degrees)]):.2g}"
-    detected = (stated.probability > DETECTION_PROBABILITY) & np.isfinite(stated.interval[:, 0])
-    for band, interval, true_force in zip(
-        _BANDS, (stated.interval, stated.transverse_interval), (stated.force, stated.transverse), strict=True
-    ):
-        widths, scores = interval[:, -1] - interval[:, 0], interval_score(interval, true_force)
-        for third, begin, end in _THIRDS:
-            part = detected & (begin <= stated.place) & (stated.place < end)
-            row[f"{band}_width_{third}"] = f"{_average(np.median, (widths / true_force)[part]):.3g}"
-            row[f"{band}_score_{third}"] = f"{_average(np.mean, (scores / true_force)[part]):.3g}"
-    return CoverageRow(**row, transverse_rms_z=f"{rms_z(stated):.3g}")
+    errors = {
+        "force_n": np.abs(np.abs(estimates.estimated_force) - force),
+        "place_percent": 100 * np.abs(estimates.estimated_location - location),
+    }
+    thirds = {name: (begin <= location) & (location < end) for name, begin, end in _THIRDS}
+    for (name, values), (third, inside) in product(errors.items(), thirds.items()):
+        numbers = statistics(values[inside & np.isfinite(values)])
+        cells |= {f"{name}_{key}_{third}": f"{value:.3g}" for key, value in numbers.items()}
+    cells["degrees_median"] = f"{statistics(estimates.degrees[np.isfinite(estimates.degrees)])['median']:.2g}"
+    detected = estimates.is_detected & np.isfinite(estimates.interval[:, 0])
+    for (name, (interval, true)), (third, inside) in product(bands.items(), thirds.items()):
+        widths, scores = (interval[:, -1] - interval[:, 0]) / true, interval_score(interval, true) / true
+        cells[f"{name}_width_{third}"] = f"{statistics(widths[detected & inside])['median']:.3g}"
+        cells[f"{name}_score_{third}"] = f"{statistics(scores[detected & inside])['mean']:.3g}"
+    return cells | {"transverse_rms_z": f"{rms_z(estimates):.3g}"}
 
 
 def interval_score(interval: Array, true: Array) -> Array:
     """Width of intervals of 95 %, (..., 2 or 3), plus 40 times the distance to a true value outside of them, (...).
 
-    The mean is least for the quantiles of what is known: Gneiting and Raftery (2007, doi 10.1198/016214506000001437).
+    The quantiles of the true distribution have the least mean: Gneiting and Raftery (2007, doi
+    10.1198/016214506000001437).
     """
     low, high = interval[..., 0], interval[..., -1]
     outside = np.maximum(low - true, 0) + np.maximum(true - high, 0)
     return np.asarray(high - low + 2 / 0.05 * outside)
 
 
-def rms_z(stated: Stated) -> float:
+def rms_z(estimates: Estimates) -> float:
     """Error of the transverse force over its standard deviation, root mean square of the detected contacts."""
-    z = (stated.estimated_transverse - stated.transverse) / stated.transverse_std
-    z = z[(stated.probability > DETECTION_PROBABILITY) & np.isfinite(z)]
+    z = (estimates.estimated_transverse - estimates.transverse) / estimates.transverse_std
+    z = z[estimates.is_detected & np.isfinite(z)]
     return float(np.sqrt((z**2).mean())) if len(z) else np.nan
 
 
 def encloses(interval: Array, true: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether intervals, (M, 2 or 3), hold true values, (M), and which intervals are stated."""
+    """Intervals, (M, 2 or 3), that hold true values, (M,), and intervals that are stated, masks (M,)."""
     low, high = interval[:, 0], interval[:, -1]
     return (low <= true) & (true <= high), np.isfinite(low)
 
 
-def _average(function: Callable[[Array], Any], values: Array) -> float:
-    """Mean or median; NaN of no values."""
-    return float(function(values)) if len(values) else np.nan
+def _percent(mask: NDArray[np.bool_]) -> str:
+    return f"{100 * mask.mean():.1f}" if len(mask) else "nan"
 
 
-def _share(holds: NDArray[np.bool_], known: NDArray[np.bool_]) -> float:
-    return 100 * float(holds[known].mean()) if known.sum() >= FEWEST else np.nan
+_EMPTY = Estimates(*(np.empty((0, *shape)) for shape in (*11 * [()], (3,), (3,), (2,), (3,))))
+COLUMNS = (*KEYS, *coverage_cells(_EMPTY, SETUPS[0]))
+# Cells of numbers stand on the right.
+CoverageRow: Any = make_dataclass(
+    "CoverageRow", [(name, str if name in KEYS else Annotated[str, ">"]) for name in COLUMNS], frozen=True
+)
+CoverageRow.__module__ = __name__  # for the processes that make the rows
 
 
-def _percent(holds: NDArray[np.bool_]) -> str:
-    return f"{100 * holds.mean():.1f}" if len(holds) else "nan"
+def coverage_row(situation: str, setup: EstimatorSetup, estimates: Estimates) -> Any:
+    """The row of a situation and a setup."""
+    return CoverageRow(*row_key(situation, setup), **coverage_cells(estimates, setup))
 
 
-def rows_of(kind: str, case: Case, number: float, seed: int) -> list[Any]:
-    """The rows of a job: one of a situation by statics, or those of runs with a peg or with an arm.
+def coverage_rows(kind: str, setup: EstimatorSetup, size: float, seed: int) -> list[Any]:
+    """Rows of a job: of a situation by statics, or of runs with a peg or with an arm.
 
-    `number` is the size of the study, relative to that of the docs.
+    `size` is that of the study, relative to that of the docs.
     """
     if kind in ("peg", "arm"):
-        simulated, runs = (pressed, RUNS) if kind == "peg" else (carried, CARRIES)
-        found = simulated(case, max(round(number * runs), 1), seed)
-        return [coverage_row(situation, case, stated) for situation, stated in found.items()]
-    return [coverage_row(kind, case, drawn(STATICS[kind], case, max(round(number * CONTACTS), 1), seed))]
+        simulate, runs = (peg_estimates, RUNS) if kind == "peg" else (arm_estimates, CARRIES)
+        estimates = simulate(setup, max(round(size * runs), 1), seed)
+    else:
+        estimates = {kind: static_estimates(STATICS[kind], setup, max(round(size * CONTACTS), 1), seed)}
+    return [coverage_row(situation, setup, contacts) for situation, contacts in estimates.items()]
 
 
-def coverage_jobs() -> dict[Job, list[tuple[str, ...]]]:
-    """Kinds and cases of situations, those that take longest first, and the keys of their rows."""
+def coverage_jobs() -> dict[tuple[str, EstimatorSetup], list[tuple[str, ...]]]:
+    """Kinds of situations and setups, the longest first, with the keys of their rows."""
     situations = {"arm": ARM, "peg": PEG} | {name: (name,) for name in reversed(STATICS)}
     return {
-        (kind, case): [key_of(situation, case) for situation in situations[kind]]
-        for kind, case in product(situations, CASES)
+        (kind, setup): [row_key(situation, setup) for situation in situations[kind]]
+        for kind, setup in product(situations, SETUPS)
         # With realistic sensors, the task of the arm does not hold its box.
-        if situations[kind] and (kind != "arm" or not case.realistic)
+        if situations[kind] and (kind != "arm" or not setup.noise)
     }
 
 
@@ -185,25 +164,25 @@ _COLORS = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#56b4e9", "#00
 
 
 def coverage_figure(rows: Sequence[Any]) -> Figure:
-    """Shares of intervals and of bounds that are true, by tenths of the length, a line a situation."""
+    """Coverage of intervals and of bounds by tenths of the length, %, a line a situation."""
     panels = list(product(("interval", "bound_beyond"), ("2", "4")))
-    cases = list(dict.fromkeys((row.sensors, row.model) for row in rows))
-    places = np.array(_TENTHS) / 10 + 0.05
+    setups = list(dict.fromkeys((row.sensors, row.model) for row in rows))
+    locations = np.array(_TENTHS) / 10 + 0.05
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3 * len(cases), 2.3 * len(panels)), layout="constrained")
-        axes = figure.subplots(len(panels), len(cases), sharex=True, sharey=True, squeeze=False)
+        figure = Figure(figsize=(3 * len(setups), 2.3 * len(panels)), layout="constrained")
+        axes = figure.subplots(len(panels), len(setups), sharex=True, sharey=True, squeeze=False)
         for (field, sections), line in zip(panels, axes, strict=True):
             line[0].set_ylabel(f"{sections} sections: {field.replace('_', ', ')}\ntrue [%]")
-            for case, panel in zip(cases, line, strict=True):
-                panel.axhline(ENOUGH, color="0.6", lw=0.8, ls="--")
-                chosen = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *case)]
+            for setup, panel in zip(setups, line, strict=True):
+                panel.axhline(TARGET, color="0.6", lw=0.8, ls="--")
+                chosen = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *setup)]
                 for row in chosen:
-                    shares = [float(cell) for cell in getattr(row, f"{field}_by_tenth").split()]
+                    percents = [float(cell) for cell in getattr(row, f"{field}_by_tenth").split()]
                     color = _COLORS[SITUATIONS.index(row.situation)]
-                    panel.plot(places, shares, color=color, marker="o", ms=2.5, lw=1.2, label=row.situation)
+                    panel.plot(locations, percents, color=color, marker="o", ms=2.5, lw=1.2, label=row.situation)
                 panel.set(ylim=(39, 101), xlim=(0.1, 1))
-        for case, panel in zip(cases, axes[0], strict=True):
-            panel.set_title(f"{case[0]} sensors; model {case[1]}", fontsize="medium")
+        for setup, panel in zip(setups, axes[0], strict=True):
+            panel.set_title(f"{setup[0]} sensors; model {setup[1]}", fontsize="medium")
         for panel in axes[-1]:
             panel.set_xlabel("contact location / length")
         handles = [mpl.lines.Line2D([], [], color=color) for color in _COLORS]
@@ -216,11 +195,11 @@ def run(options: argparse.Namespace) -> None:
     file, jobs, settings = options.out / TABLE, coverage_jobs(), {"size": options.size, "seed": options.seed}
     with counted_jobs(options, len(jobs), "cases") as (executor, ended):
         rows = kept_rows(
-            *(file, CoverageRow, rows_of, jobs, settings, executor, ended, options.resume),
+            *(file, CoverageRow, coverage_rows, jobs, settings, executor, ended, options.resume),
             order=lambda key: SITUATIONS.index(key[0]),
         )
     save_figure(coverage_figure(rows), options.out / FIGURE)
-    # The figure and the table have shares of tenths.
+    # The figure and the table have coverage by tenths.
     print_rows(rows, leave=[name for name in COLUMNS if name.endswith("by_tenth")])
     options.console.table("coverage", rows)
     options.console.wrote(file, *(options.out / f"{FIGURE}.{kind}" for kind in ("png", "svg")))

@@ -1,4 +1,8 @@
-"""Single contacts of a finger at rest, with ground truth: as arrays, and in a file."""
+"""Single contacts of a finger at rest, with ground truth: as arrays, and in a file.
+
+In: a finger and arrays, or a file of them. Out: `Contacts`. Another quantity is a field of `Contacts` and an entry of
+_ARRAYS.
+"""
 
 import math
 from dataclasses import dataclass
@@ -21,12 +25,12 @@ from soft_gripper.sensors.measurement import ways_in_space
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
 INNER, OUTER = 0.0, math.pi  # sides
-MOST_FRICTION = 100.0  # Coulomb; with more, nothing slides
+MAX_FRICTION = 100.0  # Coulomb; with more, nothing slides
 
 
 @cache
 def read_finger() -> Finger:
-    """The shipped finger, of which all contacts here are."""
+    """Reads the shipped finger, which has all contacts here."""
     (finger,) = expand_urdf(model_path(FINGER)).fingers
     return finger
 
@@ -46,13 +50,13 @@ class Contacts:
     side: Array  # (M,) rad around the finger: 0 on the inner side, pi / 2 toward +y
     friction: Array  # (M,) Coulomb
 
-    def at(self, rows: NDArray[np.int_] | NDArray[np.bool_]) -> "Contacts":
+    def subset(self, rows: NDArray[np.int_] | NDArray[np.bool_]) -> "Contacts":
         """Some of the contacts."""
         return Contacts(self.finger, *(getattr(self, name)[rows] for name in _ARRAYS))
 
     @property
     def is_inside(self) -> NDArray[np.bool_]:
-        """Which of the contacts press on the inner side, (M,)."""
+        """Contacts that press on the inner side, (M,)."""
         return np.cos(self.side) > 0
 
     @cached_property
@@ -75,12 +79,12 @@ _ARRAYS: dict[str, tuple[str, float, float, str]] = {  # unit, range and last ax
     "q": ("rad", -math.pi, math.pi, "joint"),
     "pressure": ("Pa", -1e6, 1e6, ""),
     "gravity": ("m/s^2", -100, 100, "xyz"),
-    "normal_force": ("N", 1e-3, 1e3, ""),  # errors are shares of it
+    "normal_force": ("N", 1e-3, 1e3, ""),  # errors are fractions of it
     "force": ("N", -1e3, 1e3, "xyz"),
     "torque": ("N m", -100, 100, "joint"),
     "arc_length": ("m", 0, 1, ""),
     "side": ("rad", -math.pi, math.pi, ""),
-    "friction": ("1", 0, MOST_FRICTION, ""),
+    "friction": ("1", 0, MAX_FRICTION, ""),
 }
 
 
@@ -107,12 +111,12 @@ def load_contacts(path: Path | str) -> Contacts:
 def _read_array(path: Path | str, data: xr.Dataset, name: str, axes: tuple[int, ...]) -> Array:
     if name not in data:
         raise InputError(path, "array", name, "is not in the file; python -m studies contacts writes it")
-    values, (_, least, most, _) = data[name].values, _ARRAYS[name]
+    values, (_, low, high, _) = data[name].values, _ARRAYS[name]
     expected = (data.sizes.get("contact", 0), *axes)
     if values.dtype != float or values.shape != expected or not expected[0]:
-        found = f"{values.dtype} {values.shape}"
-        raise InputError(path, name, found, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
-    wrong = values[~((least <= values) & (values <= most))]
+        given = f"{values.dtype} {values.shape}"
+        raise InputError(path, name, given, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
+    wrong = values[~((low <= values) & (values <= high))]
     if len(wrong):
-        raise InputError(path, name, float(wrong[0]), f"give numbers of {least:.3g} to {most:.3g}")
+        raise InputError(path, name, float(wrong[0]), f"give numbers of {low:.3g} to {high:.3g}")
     return np.asarray(values)

@@ -1,36 +1,42 @@
-"""Force and location of single contacts as estimated under a condition: a nominal model and sensors.
+"""Contacts -> readings -> estimates beside the truth, one way for all contact studies.
 
-A finger bends freely for its calibration, is released, and is pressed. Each posture is held for a fifth of a second, so
-that sensors with errors read the contact with the history of a finger in use. Free motion needs no simulation: it is
-the balance of `resting_angles`.
+In: contacts and the setup of an estimator. Out: `Estimates`, whose errors and coverage the studies put into rows. An
+estimator of a new kind needs a case in `compare`, a new setup an entry of SETUPS.
 
-E sets of sensors, M contacts, K samples of free motion.
+For `contact_readings` a finger bends freely for its calibration, is released, and is pressed. Each posture is held for
+a fifth of a second, so that sensors with errors read the contact with the history of a finger in use. Free motion needs
+no simulation: it is the balance of `resting_angles`.
+
+E sets of sensors, M contacts, K samples of free motion, R readings; leading axes are free.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.contact import ContactShape
+from soft_gripper.estimators.estimate import ContactForce
+from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.shape_estimator import straight_shape
-from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.paper.forces import LAYOUTS
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.scenario.nominal_model import describe_nominal_model, read_nominal_model
-from soft_gripper.scenario.schema import NominalConfig, SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 from studies.contacts.contacts import Contacts, G, read_finger
-from studies.contacts.found_contact import FoundContact, driving_torque
-from studies.contacts.self_calibration import CALIBRATIONS, FreeMotion
+from studies.contacts.self_calibration import CALIBRATIONS, UNSCALED, FreeMotion, Scale
+from studies.estimator_setup import MODELS, EstimatorSetup
 
 HELD, PERIOD = 20, 0.01  # samples of every posture, s between them
 PRESSURES = np.array([30e3, 60e3, 90e3, 120e3])  # Pa, of the free motion
@@ -48,7 +54,7 @@ class ContactReadings(NamedTuple):
 def contact_readings(
     layout: MeasurementModel, contacts: Contacts, errors: StrainErrors | None, seeds: int = 1, averaged: int = 1
 ) -> ContactReadings:
-    """By sensors whose errors, if they have any, are drawn anew for every seed and every contact.
+    """Reads contacts by sensors whose errors, if they have any, are drawn anew for every seed and every contact.
 
     Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
     """
@@ -58,78 +64,149 @@ def contact_readings(
         still = np.broadcast_to(layout.read(free), (1, len(pressed), len(free), layout.readings))
         return ContactReadings(FreeMotion(still, PRESSURES, HANGING), pressed[None])
     straight = np.zeros_like(free[:1])
-    way = np.array([np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)])
-    ratios = np.repeat(1 + layout.predict(way), HELD, axis=0)  # (time, contact, reading)
-    each = [layout.response.reading(disturb(errors, ratios, PERIOD, np.random.default_rng(i))) for i in range(seeds)]
-    held = np.array(each).reshape(seeds, len(way), HELD, *ratios.shape[1:])
-    read = held[:, :, -averaged:].mean(axis=2)
-    return ContactReadings(FreeMotion(np.moveaxis(read[:, 1:-2], 1, 2), PRESSURES, HANGING), read[:, -1])
+    postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
+    ratios = np.repeat(1 + layout.predict(np.array(postures)), HELD, axis=0)  # (time, contact, reading)
+    sets = [disturbed_readings(layout, ratios, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
+    held = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
+    means = held[:, :, -averaged:].mean(axis=2)
+    return ContactReadings(FreeMotion(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
 
 
-REALISTIC = "realistic"
-ESTIMATOR = "contact"  # ours; `contact` from a single sample, without earlier ones
-SHOWN_LAYOUT = LAYOUTS[1]  # in the figure
+def disturbed_readings(
+    layout: MeasurementModel, ratios: Array, errors: StrainErrors, period: float, rng: np.random.Generator
+) -> Array:
+    """Readings of sensors with errors, (T, ..., R), from extension ratios every `period` s."""
+    return np.asarray(layout.response.reading(disturb(errors, ratios, period, rng)))
 
 
-def preset_errors(preset: str | None) -> StrainErrors | None:
-    """Errors of strain sensors of a preset; None: they are ideal."""
-    return None if preset is None else strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=preset)))
+ESTIMATOR = "contact"  # ours; `contact` of a single sample, without earlier ones
+_NOTHING = np.empty(0)
 
 
-@dataclass(frozen=True)
-class Condition:
-    """The nominal model and the sensors that an estimator has."""
+class Estimates(NamedTuple):
+    """M contacts, true and as estimated by any number of sets of sensors, (..., M); NaN where nothing is estimated.
 
-    youngs_modulus: str | None = None  # nominal, as a change; None: as simulated
-    calibration: str = "none"  # of CALIBRATIONS
-    preset: str | None = None  # errors of the sensors; None: they are ideal
-    averaged: int = 1  # samples
-    reading: float = Uncertainty.reading  # standard deviation that is assumed of the extension ratios
+    Forces are along the normals of the faces that are pressed; of several, the sum. Locations are fractions of the
+    length. The posterior, of M contacts, is empty if the estimator has none.
+    """
+
+    force: Array  # (M) N, true, absolute
+    location: Array  # (M) true
+    transverse: Array  # (M) N, true transverse force; of several, taken to press where their centre is
+    estimated_force: Array  # N, negative on the opposite face
+    force_std: Array  # N
+    estimated_location: Array
+    location_std: Array
+    estimated_transverse: Array  # N
+    transverse_std: Array  # N
+    degrees: Array  # between the true and the estimated force; NaN for a finger in its plane
+    probability: Array = _NOTHING  # (M)
+    interval: Array = _NOTHING  # (M, 3) N
+    bounds: Array = _NOTHING  # (M, 3) N
+    location_set: Array = _NOTHING  # (M, 2)
+    transverse_interval: Array = _NOTHING  # (M, 3) N
 
     @property
-    def nominal(self) -> str:
-        """The nominal finger in a few words."""
-        return describe_nominal_model(self._nominal)
+    def is_detected(self) -> NDArray[np.bool_]:
+        """Contacts that are detected with the probability of DETECTION_PROBABILITY, (M,)."""
+        return np.asarray(self.probability > DETECTION_PROBABILITY)
 
-    @property
-    def sensors(self) -> str:
-        """In one word."""
-        return self.preset or "ideal"
+    def subset(self, rows: NDArray[np.bool_]) -> "Estimates":
+        """Some of M contacts by a single set of sensors."""
+        return Estimates(*(values[rows] for values in self))
 
-    def nominal_finger(self, finger: Finger) -> Finger:
-        """The nominal finger."""
-        return read_nominal_model(self._nominal).finger(finger)
 
-    @property
-    def _nominal(self) -> NominalConfig:
-        return NominalConfig({} if self.youngs_modulus is None else {"youngs_modulus": self.youngs_modulus})
+def joined(parts: Sequence[Estimates]) -> Estimates:
+    """All contacts of several estimates."""
+    return Estimates(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def compare(contact: ContactForce | None, contacts: Contacts, leaves_plane: bool = False) -> Estimates:
+    """Puts estimates of contacts, (..., M), beside the truth.
+
+    Of a finger that leaves its plane the friction is estimated as well: its fraction is taken to be the true one.
+    """
+    assert contact is not None
+    length, unknown = contacts.finger.length, np.full(contact.force.shape, np.nan)
+    force, std, degrees = np.where(contacts.is_inside, contact.force, -contact.force), contact.force_std, unknown
+    if leaves_plane:
+        assert contact.vector is not None
+        assert contact.vector_covariance is not None
+        size, true = (np.linalg.norm(vector, axis=-1) for vector in (contact.vector, contacts.force))
+        cosine = (contacts.force * contact.vector).sum(axis=-1) / (true * size + 1e-30)
+        degrees = np.where(size > 0, np.degrees(np.arccos(np.clip(cosine, -1, 1))), np.nan)
+        force = size * np.divide(contacts.normal_force, true, out=np.ones(true.shape), where=true > 0)
+        std = np.sqrt(np.trace(contact.vector_covariance, axis1=-2, axis2=-1))
+    return Estimates(
+        force=contacts.normal_force,
+        location=contacts.arc_length / length,
+        transverse=contacts.transverse_force,
+        estimated_force=force,
+        force_std=std,
+        estimated_location=contact.arc_length / length,
+        location_std=contact.arc_length_std / length,
+        estimated_transverse=unknown if contact.transverse_force is None else contact.transverse_force,
+        transverse_std=unknown if contact.transverse_force_std is None else contact.transverse_force_std,
+        degrees=degrees,
+    )
+
+
+def estimate_contacts(
+    layout: MeasurementModel,
+    uncertainty: Uncertainty,
+    readings: Array,
+    contacts: Contacts,
+    scale: Scale = UNSCALED,
+    estimator: str = ESTIMATOR,
+) -> Estimates:
+    """Estimates contacts by sensors on the nominal finger.
+
+    Args:
+        layout: the sensors on the nominal finger.
+        uncertainty: as declared.
+        readings: (M, R), of which `contact` gives the posterior as well, or (E, M, R).
+        contacts: whose pressure and gravity are measured, and the truth to compare with.
+        scale: factors on pressure, gravity and force.
+        estimator: its name, see `check_estimator`.
+    """
+    function, shape = estimator_function(estimator, layout, uncertainty), readings.shape[:-1]
+    pressure = np.broadcast_to(scale.pressure * contacts.pressure, shape)
+    gravity = np.broadcast_to(np.asarray(scale.gravity)[..., None] * contacts.gravity, (*shape, 3))
+    inputs = readings, driving_torque(layout.finger, layout.deformations, pressure), gravity
+    estimates = compare(function(*inputs).contact, contacts, layout.deformations != ("bending",))
+    scaled = ("estimated_force", "force_std", "estimated_transverse", "transverse_std")
+    estimates = estimates._replace(**{name: scale.force * getattr(estimates, name) for name in scaled})
+    if len(shape) > 1 or not isinstance(function, ContactShape):
+        return estimates
+    posterior = function.posterior(*inputs)
+    return estimates._replace(
+        probability=posterior.probability,
+        interval=posterior.force_interval,
+        bounds=posterior.force_bounds,
+        location_set=posterior.arc_length_set / layout.finger.length,
+        transverse_interval=posterior.transverse_force_interval,
+    )
+
+
+def driving_torque(finger: Finger, ways: tuple[str, ...], pressure: Array) -> Array:
+    """Torque of pressures of one chamber, (...) Pa, at the joints, way after way, (..., D) N m."""
+    bending = finger.pressure_torque(pressure)
+    return np.concatenate([bending, *[np.zeros_like(bending)] * (len(ways) - 1)], axis=-1)
 
 
 # Gain errors and hysteresis of 1 % at strains up to 0.15, and noise of 0.002, together.
-_SINGLE, _MEAN = 0.0025, 0.0015
-_WRONG = [(change, calibration) for calibration in CALIBRATIONS for change in ("+10 %", "-10 %")]
-CONDITIONS = (
-    Condition(),
-    *(Condition(*wrong) for wrong in _WRONG),
-    Condition(preset=REALISTIC, averaged=1, reading=_SINGLE),
-    Condition(preset=REALISTIC, averaged=HELD, reading=_MEAN),
-    *(Condition(*wrong, REALISTIC, HELD, _MEAN) for wrong in _WRONG),
+_SINGLE = EstimatorSetup(2, noise=1.0, reading=0.0025)
+_MEAN = EstimatorSetup(2, noise=1.0, reading=0.0015, averaged=HELD)
+_WRONG = [
+    EstimatorSetup(2, model=MODELS[2], stiffness=stiffness, calibration=calibration)
+    for calibration, stiffness in product(CALIBRATIONS, (0.1, -0.1))
+]
+_ALL = (
+    *(EstimatorSetup(2), *_WRONG, _SINGLE, _MEAN),
+    *(replace(wrong, noise=_MEAN.noise, reading=_MEAN.reading, averaged=HELD) for wrong in _WRONG),
 )
-SHOWN_CONDITIONS = (
-    CONDITIONS[0],
-    Condition("+10 %", "trusting chamber"),
-    Condition(preset=REALISTIC, averaged=HELD, reading=_MEAN),
-)
-
-
-@dataclass(frozen=True)
-class ContactEstimate:
-    """The estimates of one estimator for M contacts, read by E sets of sensors."""
-
-    estimator: str
-    layout: SensorLayout  # as simulated
-    condition: Condition
-    contact: FoundContact  # each (E, M)
+SETUPS = tuple(replace(setup, sections=count, borders=borders) for (count, borders), setup in product(LAYOUTS, _ALL))
+SHOWN_SETUPS = tuple(replace(setup, borders=LAYOUTS[1][1]) for setup in (_ALL[0], _WRONG[-2], _MEAN))  # in the figure
 
 
 def check_estimator(name: str) -> None:
@@ -146,40 +223,23 @@ def check_estimator(name: str) -> None:
         raise InputError("contacts", "--estimator", name, f"does not estimate contact; {ESTIMATOR} does")
 
 
-def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[ContactEstimate]:
-    """Estimates of every estimator, under every layout of sensors and every condition."""
-    for sections, borders in LAYOUTS:
-        layout = SensorLayout(contacts.finger, sections, borders=borders)
-        sensors = {(condition.preset, condition.averaged) for condition in CONDITIONS}
-        read = {each: contact_readings(layout, contacts, preset_errors(each[0]), SEEDS, each[1]) for each in sensors}
-        for condition in CONDITIONS:
-            readings = read[condition.preset, condition.averaged]
-            for name in estimators:
-                found = estimate_contacts(name, layout, condition, readings, contacts)
-                yield ContactEstimate(name, layout, condition, found)
+def contact_estimates(contacts: Contacts, estimators: Sequence[str]) -> Iterator[tuple[str, EstimatorSetup, Estimates]]:
+    """Estimates of every estimator in all SETUPS, with the names of both."""
+    readings = cache(
+        lambda sensors: contact_readings(
+            sensors.layout(contacts.finger), contacts, sensors.errors, SEEDS, sensors.averaged
+        )
+    )
+    for setup, name in product(SETUPS, estimators):
+        sensors = EstimatorSetup(setup.sections, setup.noise, borders=setup.borders, averaged=setup.averaged)
+        yield name, setup, calibrated_estimates(setup, readings(sensors), contacts, name)
 
 
-def estimate_contacts(
-    estimator: str, layout: SensorLayout, condition: Condition, readings: ContactReadings, contacts: Contacts
-) -> FoundContact:
-    """Contacts as estimated, each (E, M).
-
-    Args:
-        estimator: its name, see `check_estimator`.
-        layout: as simulated.
-        condition: the nominal finger, and how it is calibrated.
-        readings: by E sets of sensors.
-        contacts: of which pressure and gravity are used, and the truth to compare with.
-    """
-    nominal = replace(layout, finger=condition.nominal_finger(layout.finger))
-    scale, shape = CALIBRATIONS[condition.calibration](nominal, readings.free), readings.pressed.shape[:-1]
-    pressure = np.broadcast_to(scale.pressure * contacts.pressure, shape)
-    gravity = np.broadcast_to(np.asarray(scale.gravity)[..., None] * contacts.gravity, (*shape, 3))
-    assumed = Uncertainty(reading=condition.reading, bend_per_pressure=EXACT)
-    function = estimator_function(estimator, nominal, assumed)
-    contact = function(
-        readings.pressed, driving_torque(nominal.finger, nominal.deformations, pressure), gravity
-    ).contact
-    found = FoundContact.of(contact, contacts, nominal.deformations != ("bending",))
-    scaled = {name: scale.force * getattr(found, name) for name in ("force", "force_std", "transverse_force")}
-    return replace(found, **scaled)
+def calibrated_estimates(
+    setup: EstimatorSetup, readings: ContactReadings, contacts: Contacts, estimator: str = ESTIMATOR
+) -> Estimates:
+    """Estimates contacts after the calibration of a setup in free motion, each (E, M)."""
+    nominal = setup.layout(setup.nominal_finger(contacts.finger))
+    assert isinstance(nominal, SensorLayout)
+    scale = CALIBRATIONS[setup.calibration](nominal, readings.free)
+    return estimate_contacts(nominal, setup.uncertainty, readings.pressed, contacts, scale, estimator)

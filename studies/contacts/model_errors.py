@@ -1,7 +1,7 @@
 """Coverage of `contact` where finger, sensors or scene differ from what the default uncertainty declares.
 
-A row for each of `situations.DIFFERENCES`, number of sections and kind of sensors, of contacts and of as many fingers
-that nothing touches.
+In: the DIFFERENCES of `situations` and SETUPS. Out: a row for each pair, of contacts and of as many fingers that
+nothing touches. Another difference is an entry of DIFFERENCES.
 """
 
 import argparse
@@ -12,20 +12,20 @@ from typing import Annotated
 
 import numpy as np
 
-from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.files.row_table import print_rows
 from studies.contacts.contact_coverage import encloses, rms_z
-from studies.contacts.situations import DIFFERENCES, NOMINAL, Case, drawn
+from studies.contacts.situations import DIFFERENCES, static_estimates
+from studies.estimator_setup import NOMINAL, EstimatorSetup
 from studies.kept_rows import counted_jobs, kept_rows
 
 TABLE = "model_errors.csv"
-CASES = tuple(Case(*each, NOMINAL) for each in product((2, 4), (False, True)))
-_FREE = dict.fromkeys(("inner", "outer"), (0.0, 0.0))  # N
+SETUPS = tuple(EstimatorSetup(*values, NOMINAL) for values in product((2, 4), (0.0, 1.0)))
+_NO_FORCES = dict.fromkeys(("inner", "outer"), (0.0, 0.0))  # N
 
 
 @dataclass(frozen=True)
 class ModelErrorRow:
-    """Coverage of 95 % intervals of the force and sets of places, where they are stated."""
+    """Coverage of 95 % intervals of the force and sets of locations, where they are stated."""
 
     difference: str
     sections: int
@@ -40,27 +40,27 @@ class ModelErrorRow:
     seed: int
 
 
-def model_error_rows(difference: str, case: Case, number: int, seed: int) -> list[ModelErrorRow]:
-    """The row of a case of about `number` contacts."""
+def model_error_rows(difference: str, setup: EstimatorSetup, number: int, seed: int) -> list[ModelErrorRow]:
+    """The row of a difference and a setup, of about `number` contacts."""
     situation = DIFFERENCES[difference]
-    stated = drawn(situation, case, number, seed)
-    free = drawn(situation._replace(contacts=partial(situation.contacts, forces=_FREE)), case, number, seed)
+    untouched = situation._replace(contacts=partial(situation.contacts, forces=_NO_FORCES))
+    touched, free = (static_estimates(contacts, setup, number, seed) for contacts in (situation, untouched))
     pairs = (
-        (stated.interval, stated.force),
-        (stated.transverse_interval, stated.transverse),
-        (stated.places, stated.place),
+        (touched.interval, touched.force),
+        (touched.transverse_interval, touched.transverse),
+        (touched.location_set, touched.location),
     )
-    covered = [holds[known] for holds, known in (encloses(*pair) for pair in pairs)]
-    masks = *covered, stated.probability > DETECTION_PROBABILITY, free.probability > DETECTION_PROBABILITY
-    interval, transverse, place, detected, touched = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
-    of_case = difference, case.sections, case.sensors, len(stated.force)
-    return [ModelErrorRow(*of_case, interval, transverse, rms_z(stated), place, detected, touched, seed)]
+    covered = [covers[stated] for covers, stated in (encloses(*pair) for pair in pairs)]
+    masks = *covered, touched.is_detected, free.is_detected
+    interval, transverse, location, detected, false = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
+    key, count = (difference, setup.sections, setup.sensors), len(touched.force)
+    return [ModelErrorRow(*key, count, interval, transverse, rms_z(touched), location, detected, false, seed)]
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     file, settings = options.out / TABLE, {"contacts": options.contacts, "seed": options.seed}
-    jobs = {(name, case): [(name, str(case.sections), case.sensors)] for name, case in product(DIFFERENCES, CASES)}
+    jobs = {(name, setup): [(name, str(setup.sections), setup.sensors)] for name, setup in product(DIFFERENCES, SETUPS)}
     with counted_jobs(options, len(jobs), "cases") as (executor, ended):
         rows = kept_rows(file, ModelErrorRow, model_error_rows, jobs, settings, executor, ended, options.resume)
     print_rows(rows)

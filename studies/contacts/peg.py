@@ -1,4 +1,8 @@
-"""Random contacts of a finger with a peg, simulated: it rests against the peg, and is pressed until it rests again."""
+"""Random contacts of a finger with a peg, simulated: it rests against the peg, and is pressed until it rests again.
+
+In: a seed and the number of contacts. Out: `Contact`s, their arrays and rows. Another number that is drawn is a field
+of `RandomContact` and a line of `draw_contact`.
+"""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -42,17 +46,8 @@ PAUSE, PATIENCE, STILL = 0.5, 3.0, 1e-3  # s between checks, longest wait, s, an
 
 def combined_friction(friction: float) -> float:
     """Coulomb coefficient between the finger and a peg of that coefficient, 2 a b / (a + b) as Drake combines them."""
-    of_finger, of_peg = (CoulombFriction(mu, mu) for mu in (read_finger().contact.friction, friction))
-    return float(CalcContactFrictionFromSurfaceProperties(of_finger, of_peg).static_friction())
-
-
-class Setting(NamedTuple):
-    """How a contact is set up."""
-
-    R_WB: RotationMatrix  # of the finger's base; gravity pulls along -z of the world
-    center: complex  # m, of the peg, z + i x in B
-    q: Array  # (N,) rad, where the finger begins
-    pressure: float  # Pa
+    surfaces = (CoulombFriction(mu, mu) for mu in (read_finger().contact.friction, friction))
+    return float(CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction())
 
 
 class Settled(NamedTuple):
@@ -86,38 +81,45 @@ class ContactBench:
         self._truth = add_true_contact(builder, [self._plant_finger])
         self._plant, self._diagram = plant, builder.Build()
 
-    def press(self, setting: Setting) -> Settled:
-        """Lets the finger press against the peg until it rests, or `PATIENCE` is over."""
+    def press(self, R_WB: RotationMatrix, center: complex, q: Array, pressure: float) -> Settled:
+        """Lets the finger press against the peg until it rests, or `PATIENCE` is over.
+
+        Args:
+            R_WB: rotation of the finger's base; gravity pulls along -z of the world.
+            center: of the peg, z + i x m in B.
+            q: angles at which the finger begins, (N,) rad.
+            pressure: in the chamber, Pa.
+        """
         simulator = Simulator(self._diagram)
         context = simulator.get_mutable_context()
-        self._diagram.GetInputPort("pressure").FixValue(context, setting.pressure)
-        of_plant = self._plant.GetMyMutableContextFromRoot(context)
-        X_WB = RigidTransform(setting.R_WB, [0, 0, 0])
-        p_BPeg = in_space(np.array(setting.center))
-        self._base.SetPoseInParentFrame(of_plant, X_WB)
-        self._peg.SetPoseInParentFrame(of_plant, X_WB @ RigidTransform(p_BPeg))
-        for joint, angle in zip(self._plant_finger.joints, setting.q, strict=True):
-            joint.set_angle(of_plant, angle)
+        self._diagram.GetInputPort("pressure").FixValue(context, pressure)
+        plant_context = self._plant.GetMyMutableContextFromRoot(context)
+        X_WB = RigidTransform(R_WB, [0, 0, 0])
+        p_BPeg = in_space(np.array(center))
+        self._base.SetPoseInParentFrame(plant_context, X_WB)
+        self._peg.SetPoseInParentFrame(plant_context, X_WB @ RigidTransform(p_BPeg))
+        for joint, angle in zip(self._plant_finger.joints, q, strict=True):
+            joint.set_angle(plant_context, angle)
         simulator.Initialize()
         while context.get_time() < PATIENCE:
             simulator.AdvanceTo(context.get_time() + PAUSE)
-            if self._velocity(of_plant) < STILL:
+            if self._velocity(plant_context) < STILL:
                 break
-        return self._settled(context, setting.R_WB)
+        return self._settled(context, R_WB)
 
     def _velocity(self, context: Context) -> float:
         return float(np.abs(self._plant.GetVelocities(context)).max())
 
     def _settled(self, context: Context, R_WB: RotationMatrix) -> Settled:
-        finger, of_plant = self._plant_finger, self._plant.GetMyContextFromRoot(context)
-        q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(of_plant)
-        forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(of_plant)
+        finger, plant_context = self._plant_finger, self._plant.GetMyContextFromRoot(context)
+        q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(plant_context)
+        forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(plant_context)
         signals = ("link_contact_force", "true_contact_force", "true_contact_total", "true_contact_arc_length")
         link_force, *others = (self._read(signal, context) for signal in signals)
         torque, in_world = finger.torque_selector() @ forces, self._read("true_contact_force_world", context)
-        force, total, place = (float(value[0]) for value in others)
+        force, total, arc_length = (float(value[0]) for value in others)
         vector = R_WB.matrix().T @ in_world
-        return Settled(q, self._velocity(of_plant), torque, link_force, force, total, place, vector)
+        return Settled(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)
 
     def _read(self, signal: str, context: Context) -> Array:
         port = self._truth[f"{self._plant_finger.name}.{signal}"]
@@ -126,7 +128,7 @@ class ContactBench:
 
 
 def _add_peg(plant: MultibodyPlant, radius: float, friction: float) -> RigidBody:
-    """A peg along y, with a mass that has no effect."""
+    """Adds a peg along y, with a mass that has no effect."""
     inertia = SpatialInertia(1.0, [0, 0, 0], UnitInertia.SolidSphere(radius))
     peg = plant.AddRigidBody("peg", plant.AddModelInstance("peg"), inertia)
     properties = ProximityProperties()
@@ -139,10 +141,9 @@ def _add_peg(plant: MultibodyPlant, radius: float, friction: float) -> RigidBody
 
 def _weld_to_movable_frame(plant: MultibodyPlant, body: RigidBody) -> FixedOffsetFrame:
     """Welds a body to a frame in the world whose pose belongs to the context."""
-    frame = FixedOffsetFrame(f"{body.name()}_place", plant.world_frame(), RigidTransform())
-    place = plant.AddFrame(frame)
-    plant.WeldFrames(place, body.body_frame())
-    return place
+    frame = plant.AddFrame(FixedOffsetFrame(f"{body.name()}_place", plant.world_frame(), RigidTransform()))
+    plant.WeldFrames(frame, body.body_frame())
+    return frame
 
 
 SIDES = {"inner": 1, "outer": -1}  # toward +x of B or away from it
@@ -158,12 +159,12 @@ def peg_center(finger: Finger, q: Array, s: float, side: str, radius: float) -> 
 
 
 RADIUS = (3, 12)  # mm, rounded, so that a bench serves many contacts
-PLACE = (0.4, 1.0)  # of the finger's length
+PLACE = (0.4, 1.0)  # fractions of the finger's length
 # kPa, the range of pressures at which the finger would just touch the peg.
 TOUCHING = {"inner": (0.0, 120.0), "outer": (-30.0, 120.0)}
 PRESSING = {"inner": 150.0, "outer": -50.0}  # kPa, the furthest pressure that follows
-LEAST_FORCE = 0.05  # N
-MOST_LINKS = 3
+MIN_FORCE = 0.05  # N
+MAX_LINKS = 3
 EDGE = 1.003  # times the largest total force for the normal force and friction; a larger one is not on a face
 
 
@@ -193,40 +194,39 @@ class Contact:
     """A single contact at rest."""
 
     number: int
-    drawn: RandomContact
-    found: Settled
-    redrawn: tuple[str, ...]  # why earlier draws were not single contacts
+    draw: RandomContact
+    settled: Settled
+    flaws: tuple[str, ...]  # of earlier draws, which were not single contacts
     friction: float  # Coulomb, between the finger and the peg
 
 
-def draw(rng: np.random.Generator, length: float, places: tuple[float, float] = PLACE) -> RandomContact:
-    """The random parameters of a contact, uniformly distributed; `length` of the finger, m, `places` shares of it."""
+def draw_contact(rng: np.random.Generator, length: float, places: tuple[float, float] = PLACE) -> RandomContact:
+    """Draws a contact, uniformly distributed; `length` of the finger, m, `places` fractions of it."""
     side = str(rng.choice(list(SIDES)))
-    radius = int(rng.integers(*RADIUS, endpoint=True))
-    place = 1e3 * length * rng.uniform(*places)
-    touching = rng.uniform(*TOUCHING[side])
+    radius = float(rng.integers(*RADIUS, endpoint=True))
+    place = float(1e3 * length * rng.uniform(*places))
+    touching = float(rng.uniform(*TOUCHING[side]))
     pressure = touching + (PRESSING[side] - touching) * rng.uniform()
     quaternion = rng.normal(size=4)
-    orientation = tuple(map(float, quaternion / np.linalg.norm(quaternion)))
-    return RandomContact(side, float(radius), float(place), float(touching), float(pressure), orientation)  # type: ignore[arg-type]
+    w, x, y, z = (quaternion / np.linalg.norm(quaternion)).tolist()
+    return RandomContact(side, radius, place, touching, float(pressure), (w, x, y, z))
 
 
 def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> Contact:
     """Simulates draws until one is a single contact; the result does not depend on other contacts.
 
     `friction` is the coefficient of the peg's surface, which combines with the finger's; the peg is placed within
-    `places`, shares of the length.
+    `places`, fractions of the length.
     """
-    combined = combined_friction(friction)
-    redrawn: list[str] = []
+    combined, flaws = combined_friction(friction), list[str]()
     while True:
-        rng = np.random.default_rng([seed, number, len(redrawn)])
-        drawn = draw(rng, read_finger().length, places)
-        found = press(drawn, friction)
-        flaw = flaw_of(drawn, found, combined)
+        rng = np.random.default_rng([seed, number, len(flaws)])
+        draw = draw_contact(rng, read_finger().length, places)
+        settled = press(draw, friction)
+        flaw = contact_flaw(draw, settled, combined)
         if not flaw:
-            return Contact(number, drawn, found, tuple(redrawn), combined)
-        redrawn.append(flaw)
+            return Contact(number, draw, settled, tuple(flaws), combined)
+        flaws.append(flaw)
 
 
 @cache
@@ -235,43 +235,43 @@ def bench(radius_mm: float, friction: float) -> ContactBench:
     return ContactBench(1e-3 * radius_mm, friction)
 
 
-def press(drawn: RandomContact, friction: float) -> Settled:
+def press(draw: RandomContact, friction: float) -> Settled:
     """The contact at rest, with a peg of that coefficient of friction."""
     finger = read_finger()
-    q = resting_angles(finger, 1e3 * drawn.touching_kpa, as_planar(drawn.gravity[::2]))
-    center = peg_center(finger, q, 1e-3 * drawn.place_mm, drawn.side, 1e-3 * drawn.radius_mm)
-    return bench(drawn.radius_mm, friction).press(Setting(drawn.R_WB, center, q, 1e3 * drawn.pressure_kpa))
+    q = resting_angles(finger, 1e3 * draw.touching_kpa, as_planar(draw.gravity[::2]))
+    center = peg_center(finger, q, 1e-3 * draw.place_mm, draw.side, 1e-3 * draw.radius_mm)
+    return bench(draw.radius_mm, friction).press(draw.R_WB, center, q, 1e3 * draw.pressure_kpa)
 
 
-def flaw_of(drawn: RandomContact, found: Settled, friction: float) -> str:
-    """Why it is not a single contact that can be measured; empty if it is one. `friction` is that of the contact."""
-    touching = np.flatnonzero(touches(found.link_force))
+def contact_flaw(draw: RandomContact, settled: Settled, friction: float) -> str:
+    """Reason why it is not a single contact that can be measured, or nothing; `friction` is that of the contact."""
+    touching = np.flatnonzero(touches(settled.link_force))
     if not len(touching):
         return "lost"
-    if found.velocity > STILL:
+    if settled.velocity > STILL:
         return "not at rest"
-    if len(touching) > MOST_LINKS or touching[-1] - touching[0] >= len(touching):
+    if len(touching) > MAX_LINKS or touching[-1] - touching[0] >= len(touching):
         return "several places"
-    if found.total > EDGE * np.hypot(1, friction) * abs(found.force):
+    if settled.total > EDGE * np.hypot(1, friction) * abs(settled.force):
         return "on an edge"
-    if found.force * SIDES[drawn.side] < LEAST_FORCE:
+    if settled.force * SIDES[draw.side] < MIN_FORCE:
         return "too weak"
     return ""
 
 
-def as_arrays(contacts: Sequence[Contact]) -> Contacts:
+def contact_arrays(contacts: Sequence[Contact]) -> Contacts:
     """Contacts one after the other."""
-    drawn, found = [contact.drawn for contact in contacts], [contact.found for contact in contacts]
+    columns = dict(zip(Settled._fields, map(np.array, zip(*(c.settled for c in contacts), strict=True)), strict=True))
     return Contacts(
         read_finger(),
-        q=np.array([each.q for each in found]),
-        pressure=1e3 * np.array([each.pressure_kpa for each in drawn]),
-        gravity=np.array([each.gravity for each in drawn]),
-        normal_force=np.abs([each.force for each in found]),
-        force=np.array([each.vector for each in found]),
-        torque=np.array([each.torque for each in found]),
-        arc_length=np.array([each.arc_length for each in found]),
-        side=np.array([INNER if each.force > 0 else OUTER for each in found]),
+        q=columns["q"],
+        pressure=1e3 * np.array([contact.draw.pressure_kpa for contact in contacts]),
+        gravity=np.array([contact.draw.gravity for contact in contacts]),
+        normal_force=np.abs(columns["force"]),
+        force=columns["vector"],
+        torque=columns["torque"],
+        arc_length=columns["arc_length"],
+        side=np.where(columns["force"] > 0, INNER, OUTER),
         friction=np.array([contact.friction for contact in contacts]),
     )
 
@@ -295,20 +295,11 @@ class ContactRow:
 
 def contact_row(contact: Contact) -> ContactRow:
     """The row of a contact."""
-    drawn, found = contact.drawn, contact.found
-    gravity_x, _, gravity_z = drawn.gravity.tolist()
+    draw, settled = contact.draw, contact.settled
+    gravity_x, _, gravity_z = draw.gravity.tolist()
     return ContactRow(
-        contact=contact.number,
-        side=drawn.side,
-        radius_mm=drawn.radius_mm,
-        place_mm=drawn.place_mm,
-        arc_length_mm=1e3 * found.arc_length,
-        force_n=found.force,
-        total_n=found.total,
-        pressure_kpa=drawn.pressure_kpa,
-        gravity_x=gravity_x,
-        gravity_z=gravity_z,
-        redrawn=len(contact.redrawn),
+        *(contact.number, draw.side, draw.radius_mm, draw.place_mm, 1e3 * settled.arc_length),
+        *(settled.force, settled.total, draw.pressure_kpa, gravity_x, gravity_z, len(contact.flaws)),
     )
 
 

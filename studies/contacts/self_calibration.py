@@ -1,5 +1,7 @@
 """Self-calibration in free motion: one number, the bend over that of the nominal model.
 
+In: free motion and nominal sensors. Out: `Scale`. Another calibration is an entry of CALIBRATIONS.
+
 If nothing is touched, only pressure and weight bend the finger,
 
     k q = g p + w(q) .
@@ -10,7 +12,7 @@ but not which of them is wrong, so one has to be trusted. Let c be the number th
     the stiffness is trusted:  k q = c g p + w ,    so every pressure counts c times;
     the chamber is trusted:    k / c  q = g p + w ,  so pressure and weight count c times, and a force 1 / c times.
 
-The second is what `estimation.calibration` finds too, which fits gains and offsets of the sensors besides; here many
+`estimation.calibration` also finds the second, and fits gains and offsets of the sensors besides; here many
 sets of sensors are calibrated at once. Where a single force presses follows from how the bends of the sections compare,
 and needs neither; how strong it is, needs the stiffness itself.
 
@@ -46,27 +48,30 @@ class Scale(NamedTuple):
     force: Array | float = 1.0
 
 
-def trusting_stiffness(nominal: SensorLayout, free: FreeMotion) -> Scale:
-    """The calibration of the pressure gain alone, (...)."""
-    driven, weight, theta = _known(nominal, free)
+UNSCALED = Scale()
+
+
+def calibrate_gain(nominal: SensorLayout, free: FreeMotion) -> Scale:
+    """Calibrates the pressure gain alone, (...)."""
+    driven, weight, theta = _torques(nominal, free)
     return Scale(pressure=_ratio(nominal, theta, driven, weight))
 
 
-def trusting_chamber(nominal: SensorLayout, free: FreeMotion) -> Scale:
-    """The calibration of the stiffness alone, (...)."""
-    driven, weight, theta = _known(nominal, free)
+def calibrate_stiffness(nominal: SensorLayout, free: FreeMotion) -> Scale:
+    """Calibrates the stiffness alone, (...)."""
+    driven, weight, theta = _torques(nominal, free)
     ratio = _ratio(nominal, theta, driven + weight, np.zeros_like(weight))
     return Scale(ratio, ratio, 1 / ratio)
 
 
 CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
-    "none": lambda nominal, free: Scale(),
-    "trusting stiffness": trusting_stiffness,
-    "trusting chamber": trusting_chamber,
+    "none": lambda nominal, free: UNSCALED,
+    "trusting stiffness": calibrate_gain,
+    "trusting chamber": calibrate_stiffness,
 }
 
 
-def _known(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
+def _torques(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
     """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
     theta = nominal.linear(free.readings, _NOISE).values
     weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), as_planar(free.gravity[::2])[None])
@@ -74,11 +79,11 @@ def _known(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array
 
 
 def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
-    """The c with which the torques  c scaled + rest  bend the sections by theta, in the mean over all of them."""
+    """Factor c by which the torques  c scaled + rest, (..., K, N) N m, bend the sections by theta on average, (...)."""
     law, ratio = nominal.finger.joint_law, np.ones(theta.shape[:-2])
     for _ in range(_STEPS):
         q = nominal.finger.angle(ratio[..., None, None] * scaled + rest)
         slope = nominal.sums(scaled / law.slope(q))
-        left = theta - nominal.sums(q)
-        ratio = ratio + (slope * left).sum(axis=(-2, -1)) / (slope**2).sum(axis=(-2, -1))
+        residual = theta - nominal.sums(q)
+        ratio = ratio + (slope * residual).sum(axis=(-2, -1)) / (slope**2).sum(axis=(-2, -1))
     return ratio

@@ -1,5 +1,8 @@
 """Contacts in balance, computed by statics: forces on the faces of a finger, with any friction, one or several.
 
+In: a number and a seed. Out: `Contacts`. Another kind of contact is a function that draws `Forces` and gives them to
+`balanced_contacts`.
+
 A force turns with the link that it presses on: it is fixed in the link's frame, as its place is. M contacts, K forces
 of each.
 """
@@ -18,7 +21,7 @@ from soft_gripper.fingers.spatial_chain import Loads, posture, spatial_chain, to
 from soft_gripper.sensors.measurement import ways_in_space
 from studies.contacts.contacts import INNER, OUTER, Contacts, G, read_finger
 
-MOST_BEND = 2.6  # rad of the whole finger
+MAX_BEND = 2.6  # rad of the whole finger
 _REPETITIONS, _STEP, _BALANCED = 200, 0.6, 1e-8  # rad
 _SIDES = {"inner": INNER, "outer": OUTER}
 
@@ -30,15 +33,15 @@ class Forces(NamedTuple):
     place: Array  # (M, K, 3) m
     force: Array  # (M, K, 3) N
 
-    @classmethod
-    def on(cls, finger: Finger, s: Array, place: Array, force: Array) -> "Forces":
-        """At arc lengths (M, K) m; `place` is (M, K, 3) m from the axis there."""
-        begins = np.append(0.0, finger.joint_arc_lengths)
-        link = np.searchsorted(finger.joint_arc_lengths, s)
-        return cls(link, place + (s - begins[link])[..., None] * [0.0, 0.0, 1.0], force)
+
+def link_forces(finger: Finger, s: Array, offset: Array, force: Array) -> Forces:
+    """Forces on the links at arc lengths (M, K) m, at offsets (M, K, 3) m from the axis there."""
+    begins = np.append(0.0, finger.joint_arc_lengths)
+    link = np.searchsorted(finger.joint_arc_lengths, s)
+    return Forces(link, offset + (s - begins[link])[..., None] * [0.0, 0.0, 1.0], force)
 
 
-def in_balance(
+def balanced_contacts(
     finger: Finger,
     pressure: Array,
     gravity: Array,
@@ -48,27 +51,27 @@ def in_balance(
     side: Array,
     mu: Array,
 ) -> Contacts:
-    """The contacts for which a balance is found, and which bend the finger by less than MOST_BEND.
+    """Contacts for which a balance is found, and which bend the finger by less than MAX_BEND.
 
     Args:
         finger: that does not creep.
         pressure, gravity: (M,) Pa and (M, 3) m/s^2 in B.
         forces: of the contacts.
-        normal_force, s, side, mu: what the contacts count as, see `Contacts`; `mu` is their coefficient of friction.
+        normal_force, s, side, mu: of the contacts, see `Contacts`; `mu` is their coefficient of friction.
     """
     chain = spatial_chain(finger)
     weight, stiffness = weights(finger, chain, gravity), chain.interleaved(finger.stiffnesses)
     driving = chain.interleaved({"bending": finger.pressure_torque(pressure)})
     on_link = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
-    pressing, turning = (on_link @ each for each in (forces.force, np.cross(forces.place, forces.force)))
+    pressing, turning = (on_link @ vector for vector in (forces.force, np.cross(forces.place, forces.force)))
 
-    def loaded(q: Array) -> tuple[Array, Array, Array]:
+    def load_torques(q: Array) -> tuple[Array, Array, Array]:
         """Torques of weight and contacts at the joints, and the sum of the contacts' forces in B."""
-        at = posture(chain, q)
-        R = at.rotations[..., weight.frames, :, :]
-        force, moment = ((R @ each[..., None])[..., 0] for each in (pressing, turning))
+        bent = posture(chain, q)
+        R = bent.rotations[..., weight.frames, :, :]
+        force, moment = ((R @ vector[..., None])[..., 0] for vector in (pressing, turning))
         contact = Loads(weight.frames, np.zeros((finger.segments + 1, 3)), force, moment)
-        return torques(at, weight), torques(at, contact), force.sum(axis=-2)
+        return torques(bent, weight), torques(bent, contact), force.sum(axis=-2)
 
     bending = np.array(chain.deformations) == "bending"
 
@@ -77,16 +80,16 @@ def in_balance(
         q[:, bending] = finger.angle(torque[:, bending])
         return q
 
-    q = moved = deflection(driving)
+    q = change = deflection(driving)
     for _ in range(_REPETITIONS):
-        by_weight, torque, _ = loaded(q)
-        moved = deflection(driving + by_weight + torque) - q
-        q = q + _STEP * moved
-    _, torque, force = loaded(q)
+        weight_torque, torque, _ = load_torques(q)
+        change = deflection(driving + weight_torque + torque) - q
+        q = q + _STEP * change
+    _, torque, force = load_torques(q)
     order = np.argsort(chain.position_indices(ways_in_space(finger)))
     q, torque = q[:, order], torque[:, order]
-    kept = (np.abs(moved).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MOST_BEND)
-    return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).at(kept)
+    is_balanced = (np.abs(change).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MAX_BEND)
+    return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).subset(is_balanced)
 
 
 FRICTION = 0.9  # Coulomb, of contacts at rest, at most
@@ -98,65 +101,67 @@ def rubbing_contacts(
     number: int,
     seed: int,
     friction: Array | float = FRICTION,
-    share: Array | float | None = None,
+    fraction: Array | float | None = None,
     places: tuple[float, float] = (0.1, 1.0),
     finger: Callable[[], Finger] = read_finger,
     forces: Mapping[str, tuple[float, float]] = FORCES,
 ) -> Contacts:
-    """About `number` random contacts in the bending plane, with a share of the friction one way or the other.
+    """About `number` random contacts in the bending plane, with a fraction of the friction one way or the other.
 
-    `friction`, a coefficient, and `share` are one for all or (number); without a share, shares are random. `places`
-    are fractions of the length of the finger that `finger` returns, `forces` ranges by side, N.
+    `friction`, a coefficient, and `fraction` are one for all or (number); without a fraction, fractions are random.
+    `places` are fractions of the length of the finger that `finger` returns, `forces` ranges by side, N.
     """
-    share = np.random.default_rng(seed).uniform(size=number) if share is None else share
+    fraction = np.random.default_rng(seed).uniform(size=number) if fraction is None else fraction
     rng, pressed = np.random.default_rng(seed), finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
     s = pressed.length * rng.uniform(*places, number)
-    force, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (forces, PRESSURES))
-    rub = share * friction * rng.choice([-1, 1], number)
+    force, pressure = (np.array([rng.uniform(*ranges[name]) for name in side]) for ranges in (forces, PRESSURES))
+    rub = fraction * friction * rng.choice([-1, 1], number)
     strength = G * rng.uniform(size=number)
-    gravity = strength[:, None] * _in_plane(2 * np.pi * rng.uniform(size=number))
-    forces_on_faces = _on_faces(pressed, side, s[:, None], force[:, None], rub[:, None])
-    sides, mu = np.array([_SIDES[one] for one in side]), np.broadcast_to(friction, number)
-    return in_balance(pressed, pressure, gravity, forces_on_faces, force, s, sides, mu)
+    gravity = strength[:, None] * _plane_directions(2 * np.pi * rng.uniform(size=number))
+    forces_on_faces = _face_forces(pressed, side, s[:, None], force[:, None], rub[:, None])
+    sides, mu = np.array([_SIDES[name] for name in side]), np.broadcast_to(friction, number)
+    return balanced_contacts(pressed, pressure, gravity, forces_on_faces, force, s, sides, mu)
 
 
-def _in_plane(angle: Array) -> Array:
+def _plane_directions(angle: Array) -> Array:
     """Directions in the bending plane, (..., 3), at angles from z toward x."""
     return np.stack([np.sin(angle), np.zeros(angle.shape), np.cos(angle)], axis=-1)
 
 
-def _on_faces(finger: Finger, side: NDArray[np.str_], s: Array, force: Array, rub: Array) -> Forces:
+def _face_forces(finger: Finger, side: NDArray[np.str_], s: Array, force: Array, rub: Array) -> Forces:
     """Forces (M, K) N on the inner or outer face; `rub` is friction per force, toward the tip."""
     section, is_inside, none = finger.section(s), (side == "inner")[:, None], np.zeros(s.shape)
     faces = np.where(is_inside, section.inner_face, section.outer_face)
     local = force[..., None] * np.stack([np.where(is_inside, -1.0, 1.0) + none, none, rub], axis=-1)
-    return Forces.on(finger, s, np.stack([faces, none, none], axis=-1), local)
+    return link_forces(finger, s, np.stack([faces, none, none], axis=-1), local)
 
 
-_APART, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
+_MIN_DISTANCE, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
 
 
 def several_contacts(number: int, friction: float, seed: int, spread: bool = False, near: float = 0.3) -> Contacts:
     """About `number` pairs of contacts on one side, or contacts spread over a stretch of the finger.
 
-    They lie beyond `near`, a share of the length; force and place are the sum of their forces and its centre.
+    They lie beyond `near`, a fraction of the length; force and place are the sum of their forces and its centre.
     """
     rng, finger = np.random.default_rng([seed, spread]), read_finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
     ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
-    shares = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
+    fractions = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
     if spread:
         along = np.linspace(0, 1, _POINTS)
-        ends, shares = ends @ np.array([1 - along, along]), np.full((number, _POINTS), 1 / _POINTS)
-    total, pressure = (np.array([rng.uniform(*ranges[one]) for one in side]) for ranges in (FORCES, PRESSURES))
-    gravity = G * _in_plane(2 * np.pi * rng.uniform(size=number))
-    force, rub = total[:, None] * shares, friction * rng.uniform(-1, 1, shares.shape)
-    apart = np.ptp(ends, axis=-1) > _APART
+        ends, fractions = ends @ np.array([1 - along, along]), np.full((number, _POINTS), 1 / _POINTS)
+    total, pressure = (np.array([rng.uniform(*ranges[name]) for name in side]) for ranges in (FORCES, PRESSURES))
+    gravity = G * _plane_directions(2 * np.pi * rng.uniform(size=number))
+    force, rub = total[:, None] * fractions, friction * rng.uniform(-1, 1, fractions.shape)
+    apart = np.ptp(ends, axis=-1) > _MIN_DISTANCE
     side, s, force, rub, total = side[apart], finger.length * ends[apart], force[apart], rub[apart], total[apart]
-    sides, center = np.array([_SIDES[one] for one in side]), (force * s).sum(axis=-1) / total
-    forces = _on_faces(finger, side, s, force, rub)
-    return in_balance(finger, pressure[apart], gravity[apart], forces, total, center, sides, np.zeros_like(total))
+    sides, center = np.array([_SIDES[name] for name in side]), (force * s).sum(axis=-1) / total
+    forces = _face_forces(finger, side, s, force, rub)
+    return balanced_contacts(
+        finger, pressure[apart], gravity[apart], forces, total, center, sides, np.zeros_like(total)
+    )
 
 
 PLACES = 0.1, 0.99  # of the length
@@ -191,5 +196,5 @@ def contacts_in_space(
     local = size[:, None] * (mu[:, None] * rubbing - normal)
     direction = rng.standard_normal((number, 3))
     gravity = G * rng.uniform(size=number)[:, None] * direction / np.linalg.norm(direction, axis=-1, keepdims=True)
-    forces = Forces.on(finger, s[:, None], place[:, None], local[:, None])
-    return in_balance(finger, rng.uniform(0.0, 120e3, number), gravity, forces, size, s, side, mu)
+    forces = link_forces(finger, s[:, None], place[:, None], local[:, None])
+    return balanced_contacts(finger, rng.uniform(0.0, 120e3, number), gravity, forces, size, s, side, mu)

@@ -1,9 +1,13 @@
-"""Errors of estimated contacts: the rows, the figure, and the whole table of a set of contacts."""
+"""Errors of estimated contacts by estimator and setup.
+
+In: contacts. Out: rows, their table, and a figure of SHOWN_SETUPS. Another error is a key of `relative_errors` and
+its columns in `ContactErrorRow`.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -13,28 +17,20 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.paper.forces import LAYOUTS, describe_borders
+from soft_gripper.extras.paper.forces import describe_borders
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from studies.contacts.contacts import Contacts
-from studies.contacts.estimates import (
-    CONDITIONS,
-    ESTIMATOR,
-    SHOWN_CONDITIONS,
-    SHOWN_LAYOUT,
-    Condition,
-    ContactEstimate,
-    contact_estimates,
-)
-from studies.contacts.found_contact import FoundContact
+from studies.contacts.estimates import ESTIMATOR, SHOWN_SETUPS, Estimates, contact_estimates
+from studies.estimator_setup import EstimatorSetup
 
 BOTH, *SIDES = "both", "inner", "outer"
-STATED = 2  # standard deviations, within which 95 % of all errors lie if the stated ones are right
+STATED = 2  # standard deviations, within which 95 % of all errors lie if the estimated ones are right
 
 
 @dataclass(frozen=True)
 class ContactErrorRow:
-    """One estimator in one condition: the errors of the contacts that it detects."""
+    """Errors of one estimator in one setup, for the contacts that it detects."""
 
     estimator: str
     sections: int
@@ -60,75 +56,55 @@ class ContactErrorRow:
     place_within_2_std_percent: float
 
 
-class Errors(NamedTuple):
-    """Errors of estimates of M contacts by E sets of sensors, each (E, M); NaN where no contact is found."""
-
-    force: Array  # share of the true force
-    transverse: Array  # share of the true transverse force
-    place: Array  # share of the length
-    force_within: NDArray[np.bool_]  # STATED standard deviations
-    place_within: NDArray[np.bool_]
-
-    @property
-    def found(self) -> NDArray[np.bool_]:
-        """Where a contact is detected."""
-        return np.isfinite(self.force)
+def relative_errors(estimates: Estimates) -> dict[str, Array]:
+    """Errors over true force, true transverse force and length, (..., M); NaN where no contact is detected."""
+    detected = np.isfinite(estimates.estimated_force) & (estimates.estimated_force != 0)
+    errors = {
+        "force": np.abs(estimates.estimated_force - estimates.force) / estimates.force,
+        "transverse": np.abs(estimates.estimated_transverse - estimates.transverse) / estimates.transverse,
+        "place": np.abs(estimates.estimated_location - estimates.location),
+    }
+    return {name: np.where(detected, values, np.nan) for name, values in errors.items()}
 
 
-def contact_errors(found: FoundContact, contacts: Contacts) -> Errors:
-    """The absolute errors; an estimate without a force, or with an unknown one, counts as not detected."""
-    known = np.isfinite(found.force) & (found.force != 0)
-    force = np.where(known, np.abs(found.force - contacts.normal_force), np.nan)
-    transverse = np.where(known, np.abs(found.transverse_force - contacts.transverse_force), np.nan)
-    place = np.where(known, np.abs(found.arc_length - contacts.arc_length), np.nan)
-    return Errors(
-        force / contacts.normal_force,
-        transverse / contacts.transverse_force,
-        place / contacts.finger.length,
-        force <= STATED * found.force_std,
-        place <= STATED * found.arc_length_std,
-    )
-
-
-def error_rows(estimates: Sequence[ContactEstimate], contacts: Contacts) -> list[ContactErrorRow]:
-    """A row for every estimate and both sides, the inner and the outer one."""
-    return [row for estimate in estimates for row in _rows(estimate, contacts)]
-
-
-def _rows(estimate: ContactEstimate, contacts: Contacts) -> Iterator[ContactErrorRow]:
-    errors, condition = contact_errors(estimate.contact, contacts), estimate.condition
+def error_rows(
+    estimator: str, setup: EstimatorSetup, estimates: Estimates, contacts: Contacts
+) -> Iterator[ContactErrorRow]:
+    """Rows of both sides together, of the inner and of the outer one."""
     for side in (BOTH, *SIDES):
-        chosen = _pressed_on(side, contacts)
+        chosen = _side_mask(side, contacts)
         if chosen.any():
             yield ContactErrorRow(
-                estimator=estimate.estimator,
-                sections=estimate.layout.sections,
-                borders=describe_borders(estimate.layout),
-                nominal=condition.nominal,
-                calibration=condition.calibration,
-                sensors=condition.sensors,
-                averaged=condition.averaged,
+                estimator=estimator,
+                sections=setup.sections,
+                borders=describe_borders(setup.layout(contacts.finger)),
+                nominal=setup.nominal,
+                calibration=setup.calibration,
+                sensors=setup.sensors,
+                averaged=setup.averaged,
                 friction=float(contacts.friction[0]),
                 side=side,
                 contacts=int(chosen.sum()),
-                **_summary(errors, chosen),
+                **_summary(estimates, chosen),
             )
 
 
-def _pressed_on(side: str, contacts: Contacts) -> NDArray[np.bool_]:
-    """Which of the contacts press on a side, (M)."""
+def _side_mask(side: str, contacts: Contacts) -> NDArray[np.bool_]:
+    """Contacts that press on a side, (M,)."""
     return np.full(len(contacts.side), True) if side == BOTH else contacts.is_inside == (side == "inner")
 
 
-def _summary(errors: Errors, chosen: NDArray[np.bool_]) -> dict[str, float]:
-    """The numbers of a row of chosen contacts, (M); NaN where none is found."""
-    found = errors.found & chosen
-    row = {"found_percent": 100 * float(errors.found[:, chosen].mean())}
-    for name in ("force", "transverse", "place"):
-        sizes = statistics(getattr(errors, name)[found])
-        row |= {f"{name}_{at}_percent": 100 * value for at, value in sizes.items()}
-    for name, within in (("force", errors.force_within), ("place", errors.place_within)):
-        row[f"{name}_within_2_std_percent"] = 100 * float(within[found].mean()) if found.any() else np.nan
+def _summary(estimates: Estimates, chosen: NDArray[np.bool_]) -> dict[str, float]:
+    """Numbers of a row of chosen contacts, (M,); NaN if none is detected."""
+    errors = relative_errors(estimates)
+    detected = np.isfinite(errors["force"]) & chosen
+    row = {"found_percent": 100 * float(detected[..., chosen].mean())}
+    for name, values in errors.items():
+        row |= {f"{name}_{key}_percent": 100 * value for key, value in statistics(values[detected]).items()}
+    stds = {"force": estimates.force_std / estimates.force, "place": estimates.location_std}
+    for name, std in stds.items():
+        covers = (errors[name] <= STATED * std)[detected]
+        row[f"{name}_within_2_std_percent"] = 100 * float(covers.mean()) if len(covers) else np.nan
     return row
 
 
@@ -136,77 +112,72 @@ def statistics(values: Array) -> dict[str, float]:
     """Mean, median and 90th percentile; NaN of no values."""
     if not len(values):
         return dict.fromkeys(("mean", "median", "90"), np.nan)
-    median, most = np.percentile(values, [50, 90])
-    return {"mean": float(values.mean()), "median": float(median), "90": float(most)}
+    median, tenth = np.percentile(values, [50, 90])
+    return {"mean": float(values.mean()), "median": float(median), "90": float(tenth)}
 
 
 SIDE_COLORS = dict(zip(SIDES, (COLORS[4], COLORS[1]), strict=True))
-_LABELS = "force [N]", "contact location [mm from the base]"
 
 
-def contact_errors_figure(estimates: Sequence[ContactEstimate], contacts: Contacts) -> Figure:
-    """A column for every estimate, with the first of its sets of sensors: force above, location below.
+def contact_errors_figure(columns: Sequence[tuple[EstimatorSetup, Estimates]], contacts: Contacts) -> Figure:
+    """Estimated over true force and location, by the first set of sensors; a column a setup.
 
     Contacts that are not detected are left out; points beyond the scales are drawn at their edges.
     """
-    scales = (
-        (contacts.normal_force, (0.0, 1.05 * float(contacts.normal_force.max()))),
-        (1e3 * contacts.arc_length, (0.3e3 * contacts.finger.length, 1.03e3 * contacts.finger.length)),
-    )
+    length = 1e3 * contacts.finger.length
+    scales = (0.0, 1.05 * float(contacts.normal_force.max())), (0.3 * length, 1.03 * length)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3 * len(estimates), 6), layout="constrained")
-        panels = figure.subplots(2, len(estimates), sharex="row", sharey="row", squeeze=False)
-        for column, estimate in zip(panels.T, estimates, strict=True):
-            found = estimate.contact.force[0], 1e3 * estimate.contact.arc_length[0]
-            for axes, estimated, (true, limits) in zip(column, found, scales, strict=True):
-                _draw(axes, true, np.clip(estimated, *limits), contacts)
+        figure = Figure(figsize=(3 * len(columns), 6), layout="constrained")
+        panels = figure.subplots(2, len(columns), sharex="row", sharey="row", squeeze=False)
+        for column, (setup, estimates) in zip(panels.T, columns, strict=True):
+            errors = relative_errors(estimates)
+            points = (
+                (estimates.force, estimates.estimated_force[0]),
+                (length * estimates.location, length * estimates.estimated_location[0]),
+            )
+            for axes, name, pair, limits, unit in zip(
+                column, ("force", "place"), points, scales, ("%", "% of the length"), strict=True
+            ):
+                _scatter(axes, pair[0], np.clip(pair[1], *limits), contacts)
                 axes.set(xlim=limits, ylim=limits, aspect="equal")
-            for axes, median in zip(column, _medians(estimate, contacts), strict=True):
-                where: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "fontsize": "small"}
-                axes.text(0.98, 0.04, f"median error {median}", **where)
-            column[0].set_title(_describe(estimate.condition), fontsize="medium")
-        for row, label in zip(panels, _LABELS, strict=True):
+                median = f"median error {100 * np.nanmedian(errors[name]):.2g} {unit}"
+                axes.text(0.98, 0.04, median, transform=axes.transAxes, ha="right", fontsize="small")
+            column[0].set_title(_describe(setup), fontsize="medium")
+        for row, label in zip(panels, ("force [N]", "place [mm from the base]"), strict=True):
             row[0].set_ylabel(f"estimated {label}")
             for axes in row:
                 axes.set_xlabel(f"true {label}")
                 axes.xaxis.set_major_locator(MaxNLocator(4))
                 axes.yaxis.set_major_locator(MaxNLocator(4))
         panels[0, -1].legend(title="pressed on the", frameon=False, fontsize="small", loc="upper left")
-        layout = estimates[0].layout
+        setup = columns[0][0]
         figure.suptitle(
-            f"{layout.sections} sections, {describe_borders(layout)} mm from the base;"
+            f"{setup.sections} sections, {describe_borders(setup.layout(contacts.finger))} mm from the base;"
             f" coefficient of friction {contacts.friction[0]:.2g}",
             fontsize="medium",
         )
     return figure
 
 
-def _draw(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None:
+def _scatter(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None:
     axes.axline((0, 0), slope=1, color="0.75", lw=1, zorder=1)
     for side, color in SIDE_COLORS.items():
-        chosen = _pressed_on(side, contacts)
-        look: dict[str, Any] = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
-        axes.scatter(true[chosen], estimated[chosen], color=color, label=f"{side} side", clip_on=False, **look)
+        chosen = _side_mask(side, contacts)
+        style: dict[str, Any] = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
+        axes.scatter(true[chosen], estimated[chosen], color=color, label=f"{side} side", clip_on=False, **style)
 
 
-def _medians(estimate: ContactEstimate, contacts: Contacts) -> tuple[str, str]:
-    """The medians of the errors of force and location, as text."""
-    errors = contact_errors(estimate.contact, contacts)
-    return f"{100 * np.nanmedian(errors.force):.2g} %", f"{100 * np.nanmedian(errors.place):.2g} % of the length"
-
-
-def _describe(condition: Condition) -> str:
-    """A condition in three lines."""
-    mean = f", mean of {condition.averaged} samples" if condition.averaged > 1 else ""
-    sensors = f"{condition.sensors} sensors{mean}"
-    if condition.youngs_modulus is None:
-        return f"{sensors.capitalize()}\nfinger as simulated\n"
-    calibrated = "not calibrated" if condition.calibration == "none" else f"calibrated {condition.calibration}"
-    return f"{sensors.capitalize()}\nnominal stiffness {condition.youngs_modulus},\n{calibrated}"
+def _describe(setup: EstimatorSetup) -> str:
+    """A setup in three lines."""
+    mean = f", mean of {setup.averaged} samples" if setup.averaged > 1 else ""
+    sensors = f"{setup.sensors} sensors{mean}".capitalize()
+    if not setup.stiffness:
+        return f"{sensors}\nfinger as simulated\n"
+    calibrated = "not calibrated" if setup.calibration == "none" else f"calibrated {setup.calibration}"
+    return f"{sensors}\nnominal stiffness {100 * setup.stiffness:+g} %,\n{calibrated}"
 
 
 ERRORS, FIGURE = "contact_errors.csv", "contact_errors"
-SCORES = len(LAYOUTS) * len(CONDITIONS)  # of an estimator
 
 
 def score_contacts(
@@ -214,20 +185,15 @@ def score_contacts(
 ) -> list[ContactErrorRow]:
     """Writes the table, and the figure of the first estimator; returns the rows.
 
-    `report` is called after each of SCORES of every estimator.
+    `report` is called after each of SETUPS of every estimator.
     """
-    estimates = []
-    for estimate in contact_estimates(contacts, estimators):
-        estimates.append(estimate)
+    rows, shown = list[ContactErrorRow](), dict[EstimatorSetup, Estimates]()
+    for estimator, setup, estimates in contact_estimates(contacts, estimators):
+        rows += error_rows(estimator, setup, estimates, contacts)
+        if estimator == estimators[0]:
+            shown[setup] = estimates
         report()
-    rows = error_rows(estimates, contacts)
     write_csv(folder / ERRORS, rows)
-    shown = [estimate for estimate in estimates if estimate.estimator == estimators[0] and _is_shown(estimate)]
-    shown.sort(key=lambda estimate: SHOWN_CONDITIONS.index(estimate.condition))
-    save_figure(contact_errors_figure(shown, contacts), folder / FIGURE)
+    columns = [(setup, shown[setup]) for setup in SHOWN_SETUPS]
+    save_figure(contact_errors_figure(columns, contacts), folder / FIGURE)
     return rows
-
-
-def _is_shown(estimate: ContactEstimate) -> bool:
-    sensors = estimate.layout.sections, estimate.layout.borders
-    return sensors == SHOWN_LAYOUT and estimate.condition in SHOWN_CONDITIONS

@@ -1,9 +1,11 @@
-"""Shape and force during an hour of grasping with sensors that drift: the summary of all parts, figure and claims."""
+"""Shape and force during an hour of grasping with sensors that drift: the command.
+
+In: rows of parts, see `hour`. Out: their summary, figure and claims. Another claim is one of `drift_claims`.
+"""
 
 import argparse
 from collections.abc import Sequence
 from itertools import product
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -18,7 +20,8 @@ from studies.kept_rows import counted_jobs, kept_rows
 
 TABLE, SUMMARY, FIGURE = "drift_parts.csv", "drift.csv", "drift"
 COVERED = 90.0, 99.0  # %, at the last minute, under each policy
-LARGEST_TIP = 2.9  # % of the length, under the best policy
+MAX_TIP = 2.9  # % of the length, under the best policy
+_STATED = "force_error_n", "force_width_n", "force_covered_percent"  # columns of stated intervals
 
 
 def run(options: argparse.Namespace) -> int:
@@ -41,36 +44,38 @@ def run(options: argparse.Namespace) -> int:
 
 def summary(rows: Sequence[DriftRow]) -> list[PolicyRow]:
     """All parts together, by policy and minute, in the order of the rows."""
-    found = []
-    for policy, minute in dict.fromkeys((row.policy, row.minute) for row in rows):
-        chosen = [row for row in rows if (row.policy, row.minute) == (policy, minute)]
-        samples = np.array([row.samples for row in chosen])
-        stated = samples * [row.force_stated_percent for row in chosen]
-
-        def mean(name: str, weights: Any = samples, chosen: Sequence[DriftRow] = chosen) -> float:
-            return float(np.average([getattr(row, name) for row in chosen], weights=weights))
-
-        names = [name for name in columns(PolicyRow) if name not in ("policy", "minute", "samples")]
-        of_stated = ("force_error_n", "force_width_n", "force_covered_percent")
-        means = {name: mean(name, stated if name in of_stated else samples) for name in names}
-        found.append(PolicyRow(policy=policy, minute=minute, **means, samples=int(samples.sum())))
-    return found
+    groups: dict[tuple[str, int], list[DriftRow]] = {}
+    for row in rows:
+        groups.setdefault((row.policy, row.minute), []).append(row)
+    summaries = []
+    for (policy, minute), parts in groups.items():
+        samples = np.array([row.samples for row in parts])
+        stated = samples * [row.force_stated_percent for row in parts]
+        means = {
+            name: float(
+                np.average([getattr(row, name) for row in parts], weights=stated if name in _STATED else samples)
+            )
+            for name in columns(PolicyRow)
+            if name not in ("policy", "minute", "samples")
+        }
+        summaries.append(PolicyRow(policy=policy, minute=minute, **means, samples=int(samples.sum())))
+    return summaries
 
 
 def drift_claims(rows: Sequence[PolicyRow]) -> list[Claim]:
     """Claims about the last minute: coverage under every policy, and the error under the best one."""
     last = [row for row in rows if row.minute == rows[-1].minute]
     best = min(last, key=lambda row: row.tip_percent)
-    bounds = " to ".join(f"{share:.0f}" for share in COVERED)
-    found = []
+    bounds = " to ".join(f"{percent:.0f}" for percent in COVERED)
+    claims = []
     for row in last:
-        shares = row.shape_covered_percent, row.force_covered_percent
-        holds = min(shares) >= COVERED[0] and max(shares) <= COVERED[1]
+        shape, force = row.shape_covered_percent, row.force_covered_percent
+        holds = min(shape, force) >= COVERED[0] and max(shape, force) <= COVERED[1]
         text = f"minute {row.minute}, {row.policy}: 95 % bands of shape and force cover {bounds} %"
-        found.append(Claim("ours", text, holds, f"{shares[0]:.1f} and {shares[1]:.1f} %"))
-    text = f"minute {best.minute}, best policy: tip within {LARGEST_TIP} % of the length in the mean"
-    holds = best.tip_percent <= LARGEST_TIP
-    return [*found, Claim("ours", text, holds, f"{best.tip_percent:.2f} %, {best.policy}")]
+        claims.append(Claim("ours", text, holds, f"{shape:.1f} and {force:.1f} %"))
+    text = f"minute {best.minute}, best policy: tip within {MAX_TIP} % of the length in the mean"
+    holds = best.tip_percent <= MAX_TIP
+    return [*claims, Claim("ours", text, holds, f"{best.tip_percent:.2f} %, {best.policy}")]
 
 
 _PANELS = {
@@ -98,7 +103,7 @@ def drift_figure(rows: Sequence[PolicyRow]) -> Figure:
             else:
                 axes.set_ylim(bottom=0)
             if name == "tip_percent":
-                axes.axhline(LARGEST_TIP, color="0.5", lw=0.8, ls="--")
+                axes.axhline(MAX_TIP, color="0.5", lw=0.8, ls="--")
                 axes.legend(title="sensors zeroed", frameon=False, loc="upper left")
         for axes in figure.axes[2:]:
             axes.set_xlabel("time [min]")

@@ -1,7 +1,8 @@
 """Grasps that are simulated once and repeated for an hour: the finger closes on an object, holds it, and opens again.
 
-Half of them press on a peg anywhere along the finger, half of them hold a box, each at a pressure of its own. A grasp
-begins and ends with an open finger at rest, so that one can follow any other.
+In: seed and number of a grasp. Out: its `Grasps`. Half of them press on a peg anywhere along the finger, half of them
+hold a box, at random pressures. A grasp begins and ends with an open finger at rest, so that one can follow any other.
+Another kind of grasp is a branch of `_random_changes`.
 """
 
 from typing import Any, NamedTuple
@@ -22,7 +23,7 @@ GRASP = STEP * (HELD_STEPS + OPEN_STEPS)  # s
 FINGER = "left_finger"
 _SIMULATED = 0.01  # s, between recorded samples
 _PRESSURES = 60e3, 150e3  # Pa
-_NEAREST, _FURTHEST, _GAP = 0.35, 0.97, 6e-3  # shares of the length; m, between finger and peg at the tip, at most
+_NEAREST, _FURTHEST, _GAP = 0.35, 0.97, 6e-3  # fractions of the length; m, between finger and peg at the tip, at most
 _FACE, _TOP = -0.0245, 0.2  # m, in the world, of a peg that touches, and of the base
 
 
@@ -35,34 +36,35 @@ class Grasps(NamedTuple):
     force: Array  # (T) N, true, absolute; NaN or 0 without contact
 
 
-def simulated_grasp(seed: int, number: int, repeated: int = 1) -> Grasps:
+def simulated_grasp(seed: int, number: int, times: int = 1) -> Grasps:
     """A grasp of a set of grasps; or the same several times one after the other, in one simulation."""
-    return grasps_of(simulate(changed_scenario(*_drawn(np.random.default_rng([seed, number]), number, repeated))))
+    scenario = changed_scenario(*_random_changes(np.random.default_rng([seed, number]), number, times))
+    return finger_grasps(simulate(scenario))
 
 
-def grasps_of(recording: Recording) -> Grasps:
+def finger_grasps(recording: Recording) -> Grasps:
     """The motion of the finger of a recording, every PERIOD."""
 
-    def of(name: str) -> Array:
+    def samples(name: str) -> Array:
         return recording.samples(f"{FINGER}.{name}")[:: round(PERIOD / _SIMULATED)]
 
-    gravity = to_base(of("X_WB"), np.array([0.0, 0.0, -G]))
-    force = np.abs(of("true_contact_force")).reshape(-1)
-    return Grasps(of("sampled_joint_angles"), of("sampled_pressure").reshape(-1), gravity, force)
+    gravity = to_base(samples("X_WB"), np.array([0.0, 0.0, -G]))
+    force = np.abs(samples("true_contact_force")).reshape(-1)
+    return Grasps(samples("sampled_joint_angles"), samples("sampled_pressure").reshape(-1), gravity, force)
 
 
-def _drawn(rng: np.random.Generator, number: int, repeated: int) -> tuple[str, dict[str, Any]]:
+def _random_changes(rng: np.random.Generator, number: int, times: int) -> tuple[str, dict[str, Any]]:
     """The scenario of a grasp, and changes to it."""
-    pressure, share = rng.uniform(*_PRESSURES), rng.uniform(_NEAREST, _FURTHEST)
-    steps = repeated * [*HELD_STEPS * [pressure], *OPEN_STEPS * [0.0]]
-    held = {"pressure.settle": STEP - 0.1, "pressure.hold_samples": 10}
+    pressure, fraction = rng.uniform(*_PRESSURES), rng.uniform(_NEAREST, _FURTHEST)
+    steps = times * [*HELD_STEPS * [pressure], *OPEN_STEPS * [0.0]]
+    durations = {"pressure.settle": STEP - 0.1, "pressure.hold_samples": 10}
     if number % 2:
-        return "box_grasp", held | {"pressure.steps": {"all": steps}}
-    place = [_FACE + _GAP * share * rng.uniform(), 0, _TOP - share * read_finger().length]
-    changes = {"pressure.steps": {"all": [0.0], FINGER: steps}, "models.1.X_PC.translation": place}
-    return "obstructed_inside", held | changes
+        return "box_grasp", durations | {"pressure.steps": {"all": steps}}
+    position = [_FACE + _GAP * fraction * rng.uniform(), 0, _TOP - fraction * read_finger().length]
+    changes = {"pressure.steps": {"all": [0.0], FINGER: steps}, "models.1.X_PC.translation": position}
+    return "obstructed_inside", durations | changes
 
 
-def repeated(grasps: list[Grasps], order: NDArray[np.int_]) -> Grasps:
+def join_grasps(grasps: list[Grasps], order: NDArray[np.int_]) -> Grasps:
     """Grasps one after the other, by their numbers."""
     return Grasps(*(np.concatenate([part[i] for i in order]) for part in zip(*grasps, strict=True)))

@@ -1,5 +1,7 @@
 """Shape and force during an hour of grasping, as estimated under each policy of zeroing.
 
+In: simulated grasps. Out: rows by policy and minute. Another policy is an entry of POLICIES.
+
 The plant does not depend on its sensors, and its grasps begin and end at rest: some are simulated, and repeated in
 random order. The sensors are simulated over the whole hour, sample by sample: their drift, hysteresis and noise are not
 repeated. Estimates are compared with the truth while objects are held, in the SPAN before each of MINUTES.
@@ -9,6 +11,7 @@ E sets of sensors, M moments, T samples of the hour.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -19,21 +22,22 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.free_motion import AT_REST
 from soft_gripper.estimators.recursive import RecursiveShape
-from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.estimators.zeroing import recorded_zeros
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import MINUTE, disturb
+from soft_gripper.sensors.strain_errors import MINUTE
 from studies.contacts.contacts import read_finger
-from studies.contacts.estimates import REALISTIC, preset_errors
-from studies.drift.grasps import GRASP, PERIOD, Grasps, repeated, simulated_grasp
-from studies.robustness.rows import errors_of
+from studies.contacts.estimates import disturbed_readings
+from studies.drift.grasps import GRASP, PERIOD, Grasps, join_grasps, simulated_grasp
+from studies.estimator_setup import EstimatorSetup
+from studies.robustness.rows import position_errors
 
 MINUTES, SPAN = (5, 10, 20, 30, 40, 50, 60), 5  # ends of the spans that are scored, and how long these are, min
 SECTIONS, SENSORS, GRASPS = 4, 12, 8  # per side; sets of sensors, and simulated grasps, of a set of the study
 FREE_PRESSURE = 2e3  # Pa, below which the gripper is open
 _MOMENT = 5.0  # s after a grasp begins
-_LEAST_FORCE = 0.05  # N
+_MIN_FORCE = 0.05  # N
 
 
 class Hour(NamedTuple):
@@ -47,62 +51,52 @@ class Hour(NamedTuple):
     truth: Grasps
 
 
-class Stated(NamedTuple):
-    """Statements of a policy at some samples."""
+class PolicyEstimates(NamedTuple):
+    """Estimates under a policy at some samples."""
 
     shape: ShapeEstimate  # (M, E)
     interval: Array  # (M, E, 3) N
 
 
-def hour_of(grasps: list[Grasps], seed: int, minutes: int = MINUTES[-1], sensors: int = SENSORS) -> Hour:
-    """These grasps in random order, and read by realistic sensors; the nominal finger is exact, and declared to be."""
-    rng = np.random.default_rng(seed)
-    truth = repeated(grasps, rng.integers(len(grasps), size=round(minutes * MINUTE / GRASP)))
-    layout, errors = SensorLayout(read_finger(), SECTIONS), preset_errors(REALISTIC)
+def simulate_hour(grasps: list[Grasps], seed: int, minutes: int = MINUTES[-1], sensors: int = SENSORS) -> Hour:
+    """Repeats grasps in random order and reads them by realistic sensors; the nominal finger is exact and declared."""
+    rng, setup = np.random.default_rng(seed), EstimatorSetup(SECTIONS, noise=1.0)
+    truth = join_grasps(grasps, rng.integers(len(grasps), size=round(minutes * MINUTE / GRASP)))
+    layout, errors = SensorLayout(read_finger(), SECTIONS), setup.errors
     assert errors is not None
-    ratios = np.broadcast_to((1 + layout.predict(truth.q))[:, None], (len(truth.q), sensors, layout.readings))
-    readings = layout.response.reading(disturb(errors, ratios, PERIOD, rng))
     shape = len(truth.q), sensors
+    ratios = np.broadcast_to((1 + layout.predict(truth.q))[:, None], (*shape, layout.readings))
+    readings = disturbed_readings(layout, ratios, errors, PERIOD, rng)
     driving = np.broadcast_to(layout.finger.pressure_torque(truth.pressure)[:, None], (*shape, layout.finger.segments))
     gravity = np.broadcast_to(truth.gravity[:, None], (*shape, 3))
-    return Hour(layout, replace(uncertainty_of(errors), bend_per_pressure=EXACT), readings, driving, gravity, truth)
+    return Hour(layout, setup.uncertainty, readings, driving, gravity, truth)
 
 
-def never(hour: Hour, rows: NDArray[np.int_]) -> Stated:
-    """`contact`, whose sensors are zeroed before the hour alone."""
-    return _by_contact(hour, rows, hour.uncertainty)
-
-
-def in_free_motion(hour: Hour, rows: NDArray[np.int_]) -> Stated:
-    """`contact`, whose sensors are zeroed while the gripper is open."""
-    return _by_contact(hour, rows, replace(hour.uncertainty, free_pressure=FREE_PRESSURE))
-
-
-def _by_contact(hour: Hour, rows: NDArray[np.int_], uncertainty: Uncertainty) -> Stated:
-    function = ContactShape(hour.layout, uncertainty, PERIOD)
+def estimate_by_contact(hour: Hour, rows: NDArray[np.int_], free_pressure: float = 0.0) -> PolicyEstimates:
+    """`contact`, whose sensors are zeroed before the hour, and below a pressure, Pa, at which the gripper is open."""
+    function = ContactShape(hour.layout, replace(hour.uncertainty, free_pressure=free_pressure), PERIOD)
     readings, std = recorded_zeros(function, hour.readings, hour.driving, hour.gravity)
-    given: tuple[Any, ...] = readings[rows], hour.driving[rows], hour.gravity[rows], AT_REST, *(s[rows] for s in std)
-    return Stated(function(*given), function.posterior(*given).force_interval)
+    inputs: tuple[Any, ...] = readings[rows], hour.driving[rows], hour.gravity[rows], AT_REST, *(s[rows] for s in std)
+    return PolicyEstimates(function(*inputs), function.posterior(*inputs).force_interval)
 
 
-def by_recursion(hour: Hour, rows: NDArray[np.int_]) -> Stated:
+def estimate_by_recursion(hour: Hour, rows: NDArray[np.int_]) -> PolicyEstimates:
     """`recursive`, which estimates the offsets whenever it sees that the finger is free."""
     function, wanted = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
-    known, found = function.begin(hour.readings.shape[1:2]), []
+    state, shapes, intervals = function.begin(hour.readings.shape[1:2]), list[ShapeEstimate](), list[Array]()
     for i, sample in enumerate(zip(hour.readings, hour.driving, hour.gravity, strict=True)):
-        known = function.step(known, *sample)
+        state = function.step(state, *sample)
         if i in wanted:
-            interval = function.posterior(known, hour.driving[i]).force_interval
-            found.append((function.estimate(known, hour.driving[i]), interval))
-    shapes, intervals = zip(*found, strict=True)
+            shapes.append(function.estimate(state, hour.driving[i]))
+            intervals.append(function.posterior(state, hour.driving[i]).force_interval)
     q, covariance = (np.array([getattr(shape, name) for shape in shapes]) for name in ("q", "covariance"))
-    return Stated(ShapeEstimate(q, covariance), np.array(intervals))
+    return PolicyEstimates(ShapeEstimate(q, covariance), np.array(intervals))
 
 
-POLICIES: dict[str, Callable[[Hour, NDArray[np.int_]], Stated]] = {
-    "never": never,
-    "in free motion": in_free_motion,
-    "recursive": by_recursion,
+POLICIES: dict[str, Callable[[Hour, NDArray[np.int_]], PolicyEstimates]] = {
+    "never": estimate_by_contact,
+    "in free motion": partial(estimate_by_contact, free_pressure=FREE_PRESSURE),
+    "recursive": estimate_by_recursion,
 }
 
 
@@ -135,33 +129,37 @@ class DriftRow(PolicyRow, _Part):
 
 def drift_rows(part: int, seed: int) -> list[DriftRow]:
     """The rows of one part of the study: the same grasps and sensors under every policy."""
-    hour = hour_of([simulated_grasp(seed + part, i) for i in range(GRASPS)], seed + part)
+    hour = simulate_hour([simulated_grasp(seed + part, i) for i in range(GRASPS)], seed + part)
     rows = held_rows(hour.truth, MINUTES)
-    return [row for name, policy in POLICIES.items() for row in rows_of(part, name, hour, rows, policy(hour, rows))]
+    return [
+        row for name, estimate in POLICIES.items() for row in policy_rows(part, name, hour, rows, estimate(hour, rows))
+    ]
 
 
 def held_rows(truth: Grasps, minutes: tuple[int, ...]) -> NDArray[np.int_]:
     """Samples at which something is held, one a grasp, in the SPAN before each of `minutes`, by increasing numbers."""
     rows = np.arange(round(_MOMENT / PERIOD), len(truth.q), round(GRASP / PERIOD))
-    rows = rows[np.isin(_minute(rows), minutes)]
-    return rows[truth.force[rows] > _LEAST_FORCE]
+    rows = rows[np.isin(_span_ends(rows), minutes)]
+    return rows[truth.force[rows] > _MIN_FORCE]
 
 
-def _minute(rows: NDArray[np.int_]) -> NDArray[np.int_]:
-    """The end of the SPAN of each sample."""
+def _span_ends(rows: NDArray[np.int_]) -> NDArray[np.int_]:
+    """The end of the SPAN of each sample, min."""
     return SPAN * ((rows * PERIOD // (SPAN * MINUTE)).astype(int) + 1)
 
 
-def rows_of(part: int, policy: str, hour: Hour, rows: NDArray[np.int_], stated: Stated) -> Iterator[DriftRow]:
+def policy_rows(
+    part: int, policy: str, hour: Hour, rows: NDArray[np.int_], estimates: PolicyEstimates
+) -> Iterator[DriftRow]:
     """A row for each minute in which there are samples, `rows` of the hour, in this order."""
-    finger = hour.layout.finger
+    finger, ends = hour.layout.finger, _span_ends(rows)
     points = in_space(forward_kinematics(hour.truth.q[rows], finger.segment_length).points)[:, None]
-    for minute in np.unique(_minute(rows)).tolist():
-        chosen = np.flatnonzero(_minute(rows) == minute)
-        errors = errors_of(finger, stated.shape.at(chosen), points[chosen])
-        low, middle, high = np.moveaxis(stated.interval[chosen], -1, 0)
-        force, known = hour.truth.force[rows[chosen]][:, None], np.isfinite(low)
-        within = (low <= force) & (force <= high)
+    for minute in np.unique(ends).tolist():
+        chosen = np.flatnonzero(ends == minute)
+        errors = position_errors(finger, estimates.shape.at(chosen), points[chosen])
+        low, middle, high = np.moveaxis(estimates.interval[chosen], -1, 0)
+        force, stated = hour.truth.force[rows[chosen]][:, None], np.isfinite(low)
+        covers = (low <= force) & (force <= high)
         tip = float(errors.tip.mean())
         yield DriftRow(
             part=part,
@@ -171,9 +169,9 @@ def rows_of(part: int, policy: str, hour: Hour, rows: NDArray[np.int_], stated: 
             tip_mm=1e3 * tip,
             tip_percent=100 * tip / finger.length,
             shape_covered_percent=100 * float(errors.covered.mean()),
-            force_error_n=float(np.median(np.abs(middle - force)[known])),
-            force_width_n=float(np.median((high - low)[known])),
-            force_covered_percent=100 * float(within[known].mean()),
-            force_stated_percent=100 * float(known.mean()),
-            samples=int(known.size),
+            force_error_n=float(np.median(np.abs(middle - force)[stated])),
+            force_width_n=float(np.median((high - low)[stated])),
+            force_covered_percent=100 * float(covers[stated].mean()),
+            force_stated_percent=100 * float(stated.mean()),
+            samples=int(stated.size),
         )

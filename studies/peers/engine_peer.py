@@ -35,9 +35,9 @@ def make_run(task: Task, setting: Setting) -> Run:
         seconds = (process_time() - start) / len(scenarios)
         recording = recordings[0]
         names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
-        tips = np.array([recording[name].values[1:] @ _PLANE_AXES for name in names]).T
-        positions = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
-        return Trial(seconds, tips, positions)
+        tips = np.array([recording.samples(name) @ _PLANE_AXES for name in names]).T
+        held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
+        return Trial(seconds, tips, held)
 
     run()  # its station is built
     return run

@@ -46,7 +46,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         recording = read_logs(logs, simulator.get_context())
         if task.sensed:  # signals that nothing in the loop reads may be computed when they are read
             seconds = process_time() - start
-        q = np.array([recording[f"{finger.name}.joint_angles"].values[1:] for finger in scene.fingers])
+        q = np.array([recording.samples(f"{finger.name}.joint_angles") for finger in scene.fingers])
         tips = forward_kinematics(q, task.fingers[0].segment_length).tip.T
         positions = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
         return Trial(seconds, tips, positions)

@@ -1,1 +1,1 @@
-"""How the estimators cope with sensor errors, wrong nominal models and other plants."""
+"""Errors of estimators with bad sensors, wrong nominal models and other plants."""

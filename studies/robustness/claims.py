@@ -1,4 +1,7 @@
-"""The claims about the best estimator with sensor errors, wrong nominal models and other plants."""
+"""Claims about the best estimator with sensor errors, wrong nominal models and other plants, and the map of errors.
+
+In: the rows of robustness. Out: claims and a figure. Another claim is a function named in `robustness_claims`.
+"""
 
 from collections.abc import Sequence
 
@@ -13,10 +16,11 @@ from soft_gripper.arrays import Array
 from soft_gripper.extras.paper.bars import ARCS, BARS, BEST, Bar
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.pictures.style import STYLE
+from studies.estimator_setup import REALISTIC
 from studies.robustness.plants import RUBBER
-from studies.robustness.rows import PRESET, PlantRow, RobustnessRow
+from studies.robustness.rows import PlantRow, RobustnessRow
 
-LEAST, MOST = 0.03, 10.0  # mm, of the colours
+COLOR_RANGE = 0.03, 10.0  # mm
 _WHITE_ABOVE = 0.8  # mm, where the colours are dark
 
 
@@ -31,13 +35,11 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
         panels = figure.subplots(len(nominals), len(counts), sharex=True, sharey=True, squeeze=False)
         for line, nominal in zip(panels, nominals, strict=True):
             for axes, count in zip(line, counts, strict=True):
-                of_panel = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
-                image = _draw(axes, _largest(of_panel, estimators, noises))
+                chosen = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
+                image = _draw(axes, _largest_errors(chosen, estimators, noises))
                 axes.set_xticks(range(len(noises)), ["0" if n == 0 else f"{n:g}×" for n in noises])
                 axes.set_yticks(range(len(estimators)), estimators)
-            line[0].set_ylabel(
-                f"nominal model:\n{nominal}" if nominal != "as simulated" else "nominal model:\nas simulated"
-            )
+            line[0].set_ylabel(f"nominal model:\n{nominal}")
         for axes, count in zip(panels[0], counts, strict=True):
             axes.set_title(f"{count} sensor{'s' * (count > 1)} per side")
         for axes in panels[-1]:
@@ -46,7 +48,7 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
     return figure
 
 
-def _largest(rows: Sequence[RobustnessRow], estimators: Sequence[str], noises: Sequence[float]) -> Array:
+def _largest_errors(rows: Sequence[RobustnessRow], estimators: Sequence[str], noises: Sequence[float]) -> Array:
     """Largest errors of all scenarios, mm, (estimators, noises)."""
 
     def largest(estimator: str, noise: float) -> float:
@@ -56,7 +58,7 @@ def _largest(rows: Sequence[RobustnessRow], estimators: Sequence[str], noises: S
 
 
 def _draw(axes: Axes, errors: Array) -> AxesImage:
-    image = axes.imshow(np.maximum(errors, LEAST), norm=LogNorm(LEAST, MOST), cmap="YlGnBu", aspect="auto")
+    image = axes.imshow(np.maximum(errors, COLOR_RANGE[0]), norm=LogNorm(*COLOR_RANGE), cmap="YlGnBu", aspect="auto")
     axes.tick_params(length=0)
     for (line, column), error in np.ndenumerate(errors):
         color = "white" if error > _WHITE_ABOVE else "0.15"
@@ -68,58 +70,58 @@ def _draw(axes: Axes, errors: Array) -> AxesImage:
 
 SENSORS, MORE = 2, 4
 MEAN, P95 = 1.0, 2.5  # mm
-COVERED = 0.90, 0.99  # share of places that 95 % bands cover
+COVERED = 0.90, 0.99  # fraction of positions in 95 % bands
 HIGHER = 1.5  # times the bars of the shipped finger, for others with an exact nominal model
 
 
 def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow]) -> list[Claim]:
-    """All of them."""
+    """All claims."""
     others = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
     return [
-        _errors(rows),
-        _better_than_arcs(rows),
-        _covered(rows),
+        _error_claim(rows),
+        _arcs_claim(rows),
+        _coverage_claim(rows),
         *(
-            _bar([row for row in plants if row.plant == name], bar.times(HIGHER), name)
+            _bar_claim([row for row in plants if row.plant == name], bar.times(HIGHER), name)
             for name in others
             for bar in BARS
         ),
     ]
 
 
-def realistic(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> list[RobustnessRow]:
+def realistic_rows(rows: Sequence[RobustnessRow], estimator: str, sections: int) -> list[RobustnessRow]:
     """The rows of an estimator with the errors of the preset, of all scenarios and nominal models, in order."""
     return [row for row in rows if (row.estimator, row.sections, row.noise) == (estimator, sections, 1.0)]
 
 
-def _errors(rows: Sequence[RobustnessRow]) -> Claim:
-    found = realistic(rows, BEST, SENSORS)
-    mean, p95 = float(np.max([row.mean_mm for row in found])), float(np.max([row.p95_mm for row in found]))
-    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
+def _error_claim(rows: Sequence[RobustnessRow]) -> Claim:
+    chosen = realistic_rows(rows, BEST, SENSORS)
+    mean, p95 = (float(np.max([getattr(row, name) for row in chosen])) for name in ("mean_mm", "p95_mm"))
+    text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
     return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
 
 
-def _better_than_arcs(rows: Sequence[RobustnessRow]) -> Claim:
-    ours, arcs = realistic(rows, BEST, SENSORS), realistic(rows, ARCS, MORE)
+def _arcs_claim(rows: Sequence[RobustnessRow]) -> Claim:
+    ours, arcs = realistic_rows(rows, BEST, SENSORS), realistic_rows(rows, ARCS, MORE)
     ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
     worst = ours[int(np.argmax(ratios))]
-    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: better than {ARCS} with {MORE}"
+    text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: better than {ARCS} with {MORE}"
     number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.nominal}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
 
 
-def _covered(rows: Sequence[RobustnessRow]) -> Claim:
-    shares = np.array([row.coverage for row in realistic(rows, BEST, SENSORS)])
-    bounds = " to ".join(f"{100 * share:.0f}" for share in COVERED)
-    text = f"{BEST}, {SENSORS} {PRESET} sensors per side: 95 % bands cover {bounds} %"
-    holds = bool(shares.min() >= COVERED[0] and shares.max() <= COVERED[1])
-    return Claim("ours", text, holds, f"{100 * shares.min():.1f} to {100 * shares.max():.1f} %")
+def _coverage_claim(rows: Sequence[RobustnessRow]) -> Claim:
+    coverage = np.array([row.coverage for row in realistic_rows(rows, BEST, SENSORS)])
+    bounds = " to ".join(f"{100 * bound:.0f}" for bound in COVERED)
+    text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: 95 % bands cover {bounds} %"
+    holds = bool(coverage.min() >= COVERED[0] and coverage.max() <= COVERED[1])
+    return Claim("ours", text, holds, f"{100 * coverage.min():.1f} to {100 * coverage.max():.1f} %")
 
 
-def _bar(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
+def _bar_claim(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
     best = [row for row in rows if (row.plant, row.estimator) == (plant, BEST) and row.sections in bar.sections]
-    within = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
+    chosen = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
     columns = ("mean_mm", "worst_mm", "tip_mm")
-    mean, worst, tip = (float(np.max([getattr(row, column) for row in within])) for column in columns)
+    mean, worst, tip = (float(np.max([getattr(row, column) for row in chosen])) for column in columns)
     holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or worst <= bar.worst)
     return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {worst:.2f} mm; tip {tip:.2f} mm")

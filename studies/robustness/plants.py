@@ -1,5 +1,8 @@
 """Plants that differ from the shipped finger, scenarios with them, and fingers at rest in their recordings.
 
+In: a shipped scenario. Out: the scenario with other fingers, and `FingerAtRest` of its recording. Another plant is an
+entry of PLANTS with its function of the shipped finger.
+
 The moment of a section of rubber, which replaces E I times the curvature where strains are large.
 
 A neo-Hookean silicone of the small-strain modulus E, stretched by lambda along the finger and free across it, has the
@@ -55,29 +58,29 @@ def rubber_moment(section: CrossSection, curvature: Array) -> Array:
     stretch = 1 - curvature[..., None] * lever
     stress = section.youngs_modulus / 3 * (stretch - stretch**-2)
     off_axis = section.layer_center - section.neutral_axis
-    of_layer = section.layer_thickness**2 / 12 + off_axis**2
-    layer = section.layer_modulus * section.width * section.layer_thickness * of_layer
+    layer_moment = section.layer_thickness**2 / 12 + off_axis**2
+    layer = section.layer_modulus * section.width * section.layer_thickness * layer_moment
     moment: Array = -(stress * lever * width).sum(axis=-1) * strip + layer * curvature
     return moment
 
 
 _CURVATURES = np.linspace(-10, 26, 19)  # 1/m, of the points of the elastic law of rubber
-_AGREE = 8.7  # 1/m, where rubber is as stiff as nominal: 60 degrees of bend in 120 mm
+_NOMINAL_CURVATURE = 8.7  # 1/m, where rubber is as stiff as nominal: 60 degrees of bend in 120 mm
 
 
-def _rubber(finger: Finger) -> Finger:
+def _rubber_finger(finger: Finger) -> Finger:
     """The finger with the elastic law of rubber in twice the segments."""
 
     def moments(section: CrossSection) -> tuple[float, ...]:
-        linear = _AGREE * section.bending_stiffness
-        moments = rubber_moment(section, _CURVATURES) * linear / rubber_moment(section, np.array(_AGREE))
+        linear = _NOMINAL_CURVATURE * section.bending_stiffness
+        moments = rubber_moment(section, _CURVATURES) * linear / rubber_moment(section, np.array(_NOMINAL_CURVATURE))
         return tuple(moments.tolist())
 
     law = ElasticLaw(tuple(_CURVATURES.tolist()), moments(finger.base), moments(finger.tip))
     return replace(finger, segments=24, elastic_law=law)
 
 
-def _tapered(finger: Finger) -> Finger:
+def _tapered_finger(finger: Finger) -> Finger:
     base, tip = (
         replace(section, thickness=thickness, chamber_thickness=thickness / 2, chamber_center=-thickness / 20)
         for section, thickness in ((finger.base, 0.035), (finger.tip, 0.015))
@@ -113,10 +116,10 @@ class Plant:
 
 
 # The peg stays as far from the thicker finger, and the pressure bends the stiffer one as far.
-_PEG_FARTHER = {"obstructed_outside": {"models.1.X_PC.translation": [-0.0685, 0, 0.125]}}
+_FARTHER_PEG = {"obstructed_outside": {"models.1.X_PC.translation": [-0.0685, 0, 0.125]}}
 FINE = Plant("24 segments", lambda finger: replace(finger, segments=24))
-TAPERED = Plant("tapered", _tapered, pressure=1.2, changes=_PEG_FARTHER)
-RUBBER = Plant("rubber", _rubber, is_known=False, time_step=0.005)
+TAPERED = Plant("tapered", _tapered_finger, pressure=1.2, changes=_FARTHER_PEG)
+RUBBER = Plant("rubber", _rubber_finger, is_known=False, time_step=0.005)
 PLANTS = (RUBBER, TAPERED, FINE)
 
 
@@ -143,29 +146,29 @@ class FingerAtRest:
 
     @cached_property
     def samples(self) -> NDArray[np.int_]:
-        """The K of the T samples."""
+        """Numbers of the K samples among the T."""
         rows = held_rows(self.station.scenario, self.recording)[:, ::EVERY]
         return self.recording.sample_numbers[rows].ravel()
 
     @property
     def pressure(self) -> Array:
-        """(T) Pa."""
-        return self._again(1).pressure
+        """Pressure in the chamber, (T) Pa."""
+        return self._sensors(1).pressure
 
     @property
     def gravity(self) -> Array:
-        """In B, (T, 3) m/s^2."""
-        return self._again(1).gravity
+        """Gravity in B, (T, 3) m/s^2."""
+        return self._sensors(1).gravity
 
     def readings(self, sections: int, errors: StrainErrors | None, seeds: int) -> Array:
         """Readings of the sensors of `seeds` runs, (T, seeds, paths * sections)."""
-        again = self._again(sections)
-        response = again.layout.response
-        ratios = np.repeat(response.ratio(again.readings)[:, None], seeds, axis=1)
+        sensors = self._sensors(sections)
+        response = sensors.layout.response
+        ratios = np.repeat(response.ratio(sensors.readings)[:, None], seeds, axis=1)
         rng = np.random.default_rng(sections)
         return response.reading(ratios if errors is None else disturb(errors, ratios, self.period, rng))
 
-    def _again(self, sections: int) -> ReadAgain:
+    def _sensors(self, sections: int) -> ReadAgain:
         return read_again(self.station, self.recording, self.finger, sections)
 
     def points(self, s: Array) -> Array:

@@ -1,7 +1,8 @@
-"""The evaluation again with sensor errors, wrong nominal models and other plants.
+"""The evaluation again with sensor errors, wrong nominal models and other plants: the command.
 
-Sensors of every noise read the recordings of an evaluation, every other plant is simulated; the tables have a row for
-each estimator, and SUMMARY has those of docs/studies/robustness.csv.
+In: the folder of an evaluation. Out: tables, a summary as docs/studies/robustness.csv, a figure and claims. Sensors of
+every noise read the recordings of the evaluation, every other plant is simulated; the tables have a row for each
+estimator. Another table of the summary is an entry of `tables` in `summary`.
 """
 
 import argparse
@@ -25,13 +26,14 @@ from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies.kept_rows import counted_jobs, kept_rows
-from studies.robustness.claims import map_figure, realistic, robustness_claims
+from studies.robustness.claims import map_figure, realistic_rows, robustness_claims
 from studies.robustness.plants import PLANTS, RUBBER, touched_fingers
 from studies.robustness.rows import (
     NOISES,
     NOMINAL_ERRORS,
     PlantRow,
     RobustnessRow,
+    nominal_name,
     plant_table,
     robustness_table,
 )
@@ -84,8 +86,8 @@ def summary(
         return f"{max(row.mean_mm for row in chosen):.2f}/{max(row.p95_mm for row in chosen):.2f}"
 
     def coverage(chosen: Sequence[Any]) -> str:
-        shares = [100 * row.coverage for row in chosen]
-        return f"{min(shares):.0f}-{max(shares):.0f}"
+        percents = [100 * row.coverage for row in chosen]
+        return f"{min(percents):.0f}-{max(percents):.0f}"
 
     scenarios, counts = list(dict.fromkeys(row.scenario for row in rows)), (1, 2, 4)
     tables: list[tuple[str, Callable[[Sequence[Any]], str]]] = [
@@ -93,7 +95,7 @@ def summary(
         ("coverage of 95 % bands, least-greatest [%]", coverage),
     ]
     for (table, text), scenario, name in product(tables, scenarios, estimators):
-        cells = [text([row for row in realistic(rows, name, n) if row.scenario == scenario]) for n in counts]
+        cells = [text([row for row in realistic_rows(rows, name, n) if row.scenario == scenario]) for n in counts]
         if "nan-nan" not in cells:
             yield SummaryRow(table, scenario, name, *cells)
     for scenario, name in product(scenarios, estimators):
@@ -115,17 +117,18 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("robustness", "--out", out, expected)
     estimators = [*SHAPE_FUNCTIONS, *options.estimator]
     settings = {"seeds": options.seeds, "estimators": estimators}
-    each = list(product(map(str, SECTIONS), estimators))
+    pairs = list(product(map(str, SECTIONS), estimators))
+    nominals = [nominal_name(*errors) for errors in NOMINAL_ERRORS]
     noisy = {
-        (name, noise): [(name, e, wrong.name, f"{noise:.6f}", n) for wrong in NOMINAL_ERRORS for n, e in each]
+        (name, noise): [(name, e, nominal, f"{noise:.6f}", n) for nominal in nominals for n, e in pairs]
         for name, noise in NOISE_JOBS
     }
-    plants = {job: [(*job, e, n) for n, e in each] for job in PLANT_JOBS}
-    kept = f"`python -m studies robustness --out {out} --seeds {options.seeds} --resume` runs the others"
-    with counted_jobs(options, len(noisy) + len(plants), "robustness jobs", kept) as (executor, ended):
-        folder, how = writable_folder(out / FOLDER), (executor, ended, options.resume)
-        rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noisy, {"evaluation": out} | settings, *how)
-        others = kept_rows(folder / OTHERS, PlantRow, plant_rows, plants, settings, *how)
+    plants = {job: [(*job, e, n) for n, e in pairs] for job in PLANT_JOBS}
+    note = f"`python -m studies robustness --out {out} --seeds {options.seeds} --resume` runs the others"
+    with counted_jobs(options, len(noisy) + len(plants), "robustness jobs", note) as (executor, ended):
+        folder, run_by = writable_folder(out / FOLDER), (executor, ended, options.resume)
+        rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noisy, {"evaluation": out} | settings, *run_by)
+        others = kept_rows(folder / OTHERS, PlantRow, plant_rows, plants, settings, *run_by)
     save_figure(map_figure(rows), folder / "robustness")
     claims, shown = robustness_claims(rows, others), list(summary(rows, others, [*SHOWN, *options.estimator]))
     print_rows(shown)

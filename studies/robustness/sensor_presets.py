@@ -1,6 +1,7 @@
 """Every preset of sensor errors in free bending: errors and external torque of `arcs`, coverage of `gaussian`.
 
-Writes docs/sensor_presets.csv, which docs/sensors.md prints. Fingers bend to 120 kPa and back with four sections per
+In: the presets. Out: docs/sensor_presets.csv, which docs/sensors.md prints. Another number is a field of `PresetRow`
+and of `finger_scores`. Fingers bend to 120 kPa and back with four sections per
 side and an exact nominal model; sets of sensors and both fingers count together. False contacts are those of all
 samples, the rest of held steps.
 """
@@ -47,7 +48,7 @@ class PresetRow:
 
 
 def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[float, ...]]:
-    """Errors, shares and torque of each finger, in the order of PresetRow."""
+    """Errors, percentages and torque of each finger, in the order of PresetRow."""
 
     def held(signal: str) -> np.ndarray:
         return held_samples(station.scenario, recording, signal)

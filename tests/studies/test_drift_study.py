@@ -23,10 +23,8 @@ from studies.drift.hour import (
     DriftRow,
     PolicyRow,
     held_rows,
-    hour_of,
-    in_free_motion,
-    never,
-    rows_of,
+    policy_rows,
+    simulate_hour,
 )
 
 HELD, OPEN, PRESSURE = 80, 40, 90e3  # samples of a grasp; Pa
@@ -45,10 +43,10 @@ def still_grasp(force: float) -> Grasps:
 @pytest.fixture(scope="module")
 def rows() -> dict[str, DriftRow]:
     """Minutes 6 to 10, under the policies of `contact`."""
-    hour = hour_of([still_grasp(0.4), still_grasp(0.8)], 1, minutes=10, sensors=8)
+    hour = simulate_hour([still_grasp(0.4), still_grasp(0.8)], 1, minutes=10, sensors=8)
     samples = held_rows(hour.truth, (10,))
-    found = {"never": never, "in free motion": in_free_motion}
-    return {name: next(rows_of(0, name, hour, samples, policy(hour, samples))) for name, policy in found.items()}
+    estimates = {name: POLICIES[name](hour, samples) for name in ("never", "in free motion")}
+    return {name: next(policy_rows(0, name, hour, samples, found)) for name, found in estimates.items()}
 
 
 def test_zeroing_in_free_motion_removes_what_has_drifted(rows):

@@ -12,8 +12,9 @@ from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.scenario_file import load_scenario
 from studies.contacts import estimates
 from studies.contacts.contacts import Contacts, read_finger
+from studies.estimator_setup import EstimatorSetup
 from studies.robustness.plants import FINE, FingerAtRest
-from studies.robustness.rows import NominalError, plant_table, robustness_table
+from studies.robustness.rows import plant_table, robustness_table
 
 OWN, THEIRS = "own_blocks:contact_again", "contact"
 SHORT = ["pressure.steps.all=[0.0, 150e3]", "pressure.settle=0.3", "pressure.hold_samples=20"]
@@ -29,7 +30,7 @@ def test_robustness(recorded):
     station, recording = recorded
     held = [FingerAtRest(station, recording, station.fingers[0])]
     for rows in (
-        robustness_table("free", held, 0.0, 1, [THEIRS, OWN], [NominalError()]),
+        robustness_table("free", held, 0.0, 1, [THEIRS, OWN], [(0.0, 0.0)]),
         plant_table(FINE, "free_bending", held, 1, [THEIRS, OWN]),
     ):
         theirs, own = ([row for row in rows if row.estimator == name] for name in (THEIRS, OWN))
@@ -41,12 +42,12 @@ def test_contact_trials(monkeypatch):
     finger, pressure = read_finger(), np.array([30e3, 60e3])
     q, ones, none = resting_angles(finger, pressure, np.zeros(2, dtype=complex)), np.ones(2), np.zeros((2, 3))
     contacts = Contacts(finger, q, pressure, none, ones, none, 0 * q, 0.1 * ones, np.array([0.0, np.pi]), 0 * ones)
-    monkeypatch.setattr(estimates, "CONDITIONS", [estimates.Condition()])
+    monkeypatch.setattr(estimates, "SETUPS", [EstimatorSetup(2), EstimatorSetup(4)])
     estimates.check_estimator(OWN)
     found = list(estimates.contact_estimates(contacts, [THEIRS, OWN]))
-    assert [each.estimator for each in found] == [THEIRS, OWN] * (len(found) // 2)
-    for theirs, own in zip(found[::2], found[1::2], strict=True):
-        np.testing.assert_array_equal(own.contact.force, theirs.contact.force)
+    assert [name for name, *_ in found] == [THEIRS, OWN] * 2
+    for (*_, theirs), (*_, own) in zip(found[::2], found[1::2], strict=True):
+        np.testing.assert_array_equal(own.estimated_force, theirs.estimated_force)
 
 
 @pytest.mark.parametrize("name", ["gaussian", "recursive"])

@@ -366,7 +366,7 @@ class _Writer:
         ranges = finger.finger.effective_pressure(limits).T
         for chamber, (name, limit) in enumerate(zip(chamber_names(finger), ranges, strict=True)):
             tendon = ET.SubElement(tendons, "fixed", name=f"{name} chamber")
-            for deformation in finger.finger.driven_ways:
+            for deformation in finger.finger.driven_deformations:
                 for joint, gain in zip(finger.joints_of(deformation), gains[deformation][chamber], strict=True):
                     ET.SubElement(tendon, "joint", joint=scoped_name(joint), coef=repr(float(gain)))
             settings = {"name": name, "tendon": f"{name} chamber", "gainprm": "1", "biastype": "none"}

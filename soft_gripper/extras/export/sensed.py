@@ -2,7 +2,7 @@
 
 An exported file has neither. Sensors and estimators are functions of arrays, so that one call serves all environments
 and all times: leading axes are free. D joint positions are those of each deformation that the sensors see
-(`MeasurementModel.ways`), N each; R readings, C chambers.
+(`MeasurementModel.deformations`), N each; R readings, C chambers.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.named_estimators import estimator_function
-from soft_gripper.estimators.plane import in_base
+from soft_gripper.estimators.plane import to_base
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.fingers.plant_finger import PlantFinger
@@ -57,16 +57,16 @@ class SensedFinger:
             InputError: if there are not R readings or not C chambers.
         """
         finger = self.nominal.finger
-        names = self.nominal.ways
+        names = self.nominal.deformations
         _check("readings", readings, self.nominal.readings)
         _check("pressure", pressure, finger.pressures)
         pose = np.broadcast_to(self.X_WB if X_WB is None else X_WB, (*np.shape(readings)[:-1], 3, 4))
         nothing = np.zeros((*np.shape(pressure)[:-1], finger.segments))
         torques = [
-            finger.torque_of_drive(name, np.asarray(pressure)) if name in finger.driven_ways else nothing
+            finger.torque_of_drive(name, np.asarray(pressure)) if name in finger.driven_deformations else nothing
             for name in names
         ]
-        gravity = in_base(pose, self.gravity)
+        gravity = to_base(pose, self.gravity)
         return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
 
 
@@ -102,6 +102,6 @@ def _sensed_finger(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
         if entries := getattr(nominal.finger, part):
             raise InputError("sensed finger", part, len(entries), f"finger '{finger.name}' {has}")
     gravity = compensated_gravity(scenario)
-    joints = [scoped_name(joint) for deformation in nominal.ways for joint in finger.joints_of(deformation)]
+    joints = [scoped_name(joint) for deformation in nominal.deformations for joint in finger.joints_of(deformation)]
     sensors = sensor_layout(finger.finger, scenario.sensor)
     return SensedFinger(tuple(joints), sensors, nominal, function, gravity, finger.X_WB.GetAsMatrix34())

@@ -1,4 +1,4 @@
-"""Calibrates fingers from recordings of free bending: files -> gains, offsets and a bend ratio for each finger.
+"""Calibrates fingers from recordings of free bending: files -> gains, offsets and a bend per pressure for each finger.
 
 Recordings are those of `soft-gripper run` and `play`, or logs of hardware (`table_files`). Their columns are the
 fields of a bench (`live.bench_schema`), or those of a recording of one finger, markers included (`recording_schema`).
@@ -64,7 +64,7 @@ class _FingerRecording(NamedTuple):
 def calibrate_recordings(
     files: Sequence[Path], log: Log | None = None, sought: Collection[str] = ()
 ) -> CalibrationConfig:
-    """Fits gains, offsets, hysteresis, drift and the bend ratio of each finger to all recordings together.
+    """Fits gains, offsets, hysteresis, drift and the bend per pressure of each finger to all recordings together.
 
     The fit starts from the nominal models of the recordings, without the calibrations loaded in them.
 
@@ -272,7 +272,7 @@ def _check_fit(name: str, calibration: Calibration, moved: float) -> None:
     for gain in (calibration.bend_ratio, *calibration.gains):
         if not _MIN_GAIN <= gain <= 1 / _MIN_GAIN:
             expected = f"no finger differs that much from its nominal model; {because}"
-            raise InputError("calibrate", f"gain or bend ratio of '{name}'", round(float(gain), 4), expected)
+            raise InputError("calibrate", f"gain or bend per pressure of '{name}'", round(float(gain), 4), expected)
     if not calibration.residual <= _MAX_RESIDUAL_SHARE * moved:
         expected = f"is more than {_MAX_RESIDUAL_SHARE * moved:.2g}; {because}"
         raise InputError("calibrate", f"residual of '{name}'", round(calibration.residual, 6), expected)

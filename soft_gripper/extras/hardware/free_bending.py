@@ -54,7 +54,7 @@ from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurv
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import MINUTE, PLAYS, lagging_strain, moved_plays
 
-GAIN, RATIO = 0.05, 0.5  # prior standard deviations: of gains, of the logarithm of the bend ratio
+GAIN, RATIO = 0.05, 0.5  # prior standard deviations: of gains, of the logarithm of the bend per pressure
 OFFSET, DRIFT, HYSTERESIS = 0.1, 2e-3 / MINUTE, 0.02  # extension ratio, 1/s, share of the stroke
 TIP = 5e-4  # m, least standard deviation of a measured position of the tip
 # Pa, offset of its sensor; curvature of the response, over strain; share, of the bend from the middle to the tip
@@ -130,7 +130,7 @@ class _Model(NamedTuple):
 
 
 class _Predicted(NamedTuple):
-    """Predictions for a finger of some bend ratio in the holds."""
+    """Predictions for a finger of some bend per pressure in the holds."""
 
     strain: Array  # (M, R)
     lag: Array  # (M, R) of a loop as wide as the stroke
@@ -168,7 +168,7 @@ class _Linearized(NamedTuple):
 
 
 class _UnknownIndices:
-    """Indices of the numbers in the vector of unknowns, which begins with the logarithm of the bend ratio r.
+    """Indices of the numbers in the vector of unknowns, which begins with the logarithm of the bend per pressure r.
 
     `bends` are the logarithms of  a r (1 + v x)  in the middles of the sections: readings determine them well, r and v
     themselves hardly, which makes a fit easy.
@@ -229,7 +229,7 @@ class Calibration(NamedTuple):
     pressure_offset_std: float
     response_curvature: float
     response_curvature_std: float
-    bend_variation: float  # relative change of the bend ratio from the middle to the tip
+    bend_variation: float  # relative change of the bend per pressure from the middle to the tip
     bend_variation_std: float
     strength: float  # of stiffness and pressure torque, over the nominal ones; 1 without measured forces
     strength_std: float  # 0 without them

@@ -21,7 +21,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import build_key, fingerprint
 from soft_gripper.extras.export.mjcf import Mjcf
-from soft_gripper.extras.export.mjcf_contact import ShapeSurface, friction_of, touch
+from soft_gripper.extras.export.mjcf_contact import ShapeSurface, friction_coefficients, touch
 from soft_gripper.scenario.schema import (
     ControlConfig,
     EstimatorConfig,
@@ -185,4 +185,4 @@ def _contact(
         for name, surface in zip(models, surfaces, strict=True)
     )
     contact = touch(first, second)
-    return friction_of(contact, 2, points), contact.time
+    return friction_coefficients(contact, 2, points), contact.time

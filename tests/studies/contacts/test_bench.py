@@ -13,7 +13,6 @@ from studies.contacts.peg import (
     SIDES,
     STILL,
     ContactBench,
-    Setting,
     Settled,
     combined_friction,
     peg_center,
@@ -32,7 +31,7 @@ def pressed(side: str, friction: float) -> tuple[Settled, complex, complex]:
     before, after = PRESSURES[side]
     q = resting_angles(read_finger(), before, complex(z, x))
     center = peg_center(read_finger(), q, PLACE, side, RADIUS)
-    return ContactBench(RADIUS, friction).press(Setting(R_WB, center, q, after)), center, complex(z, x)
+    return ContactBench(RADIUS, friction).press(R_WB, center, q, after), center, complex(z, x)
 
 
 def torque_of(found: Settled, along: float) -> np.ndarray:
@@ -97,8 +96,8 @@ def test_friction_is_that_of_both_surfaces() -> None:
 
 def test_a_bench_is_as_new_for_every_contact() -> None:
     bench, (first, center, _) = ContactBench(RADIUS, ROUGH), pressed("inner", ROUGH)
-    again, other = (Setting(R_WB, center, first.q + shift, 90e3) for shift in (0.0, 0.01))
-    found = bench.press(again)
-    bench.press(other)
-    for one, two in zip(found, bench.press(again), strict=True):
+    again, other = ((R_WB, center, first.q + shift, 90e3) for shift in (0.0, 0.01))
+    found = bench.press(*again)
+    bench.press(*other)
+    for one, two in zip(found, bench.press(*again), strict=True):
         np.testing.assert_array_equal(one, two)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.estimate import ContactForce
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import Contacts, read_finger
-from studies.contacts.estimates import Condition, ContactEstimate
-from studies.contacts.found_contact import FoundContact
-from studies.contacts.trials import contact_errors, error_rows
+from studies.contacts.estimates import compare
+from studies.contacts.trials import error_rows, relative_errors
+from studies.estimator_setup import EstimatorSetup
 
 TRUE = Contacts(
     read_finger(),
@@ -22,30 +21,26 @@ TRUE = Contacts(
 )
 
 
-def found_contact(contact: ContactForce) -> FoundContact:
-    return FoundContact.of(contact, TRUE)
-
-
 CONTACT = ContactForce(
     force=np.array([[1.1, -1.9, 0.0, np.nan], [1.0, -2.0, -1.0, 4.0]]),
     arc_length=np.array([[0.066, 0.06, np.nan, np.nan], [0.06, 0.06, 0.06, 0.072]]),
     force_std=np.array([[0.04, 0.06, 0.1, np.nan], [0.1] * 4]),
     arc_length_std=np.array([[0.003, 0.0, np.nan, np.nan], [0.005] * 4]),
 )
-FOUND = found_contact(CONTACT)
-LAYOUT = SensorLayout(read_finger(), 3, borders=(0.25, 0.5))
+FOUND = compare(CONTACT, TRUE)
+SETUP = EstimatorSetup(3, borders=(0.25, 0.5), stiffness=0.1)
 
 
 def test_errors_are_shares_of_force_and_length() -> None:
-    errors = contact_errors(FOUND, TRUE)
-    np.testing.assert_allclose(errors.force[0], [0.1, 0.05, np.nan, np.nan], rtol=1e-9)
-    np.testing.assert_allclose(errors.place[0], [0.05, 0, np.nan, np.nan], atol=1e-12)
-    np.testing.assert_allclose(errors.place[1], [0, 0, 0, 0.1], atol=1e-12)
-    np.testing.assert_array_equal(errors.found, [[True, True, False, False], [True] * 4])
+    errors = relative_errors(FOUND)
+    np.testing.assert_allclose(errors["force"][0], [0.1, 0.05, np.nan, np.nan], rtol=1e-9)
+    np.testing.assert_allclose(errors["place"][0], [0.05, 0, np.nan, np.nan], atol=1e-12)
+    np.testing.assert_allclose(errors["place"][1], [0, 0, 0, 0.1], atol=1e-12)
+    np.testing.assert_array_equal(np.isfinite(errors["force"]), [[True, True, False, False], [True] * 4])
 
 
 def test_a_row_for_both_and_for_each_side() -> None:
-    both, inner, outer = error_rows([ContactEstimate("contact", LAYOUT, Condition("+10 %"), FOUND)], TRUE)
+    both, inner, outer = error_rows("contact", SETUP, FOUND, TRUE)
     assert [row.side for row in (both, inner, outer)] == ["both", "inner", "outer"]
     assert (both.contacts, inner.contacts, outer.contacts) == (4, 2, 2)
     assert (both.sections, both.borders, both.nominal, both.sensors) == (3, "30 60", "youngs_modulus +10 %", "ideal")
@@ -59,13 +54,13 @@ def test_a_row_for_both_and_for_each_side() -> None:
 
 
 def test_where_nothing_is_found_nothing_is_said() -> None:
-    nothing = FoundContact(*np.full((6, 1, 4), np.nan))
-    row = error_rows([ContactEstimate("contact", LAYOUT, Condition(), nothing)], TRUE)[0]
+    nothing = compare(ContactForce(*np.full((4, 1, 4), np.nan)), TRUE)
+    row = next(error_rows("contact", SETUP, nothing, TRUE))
     assert row.found_percent == 0
     assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
 
 
 def test_a_force_on_the_wrong_side_is_wrong_by_twice_its_size() -> None:
     true = np.where(TRUE.is_inside, TRUE.normal_force, -TRUE.normal_force)
-    other_side = found_contact(CONTACT._replace(force=-true[None]))
-    np.testing.assert_allclose(contact_errors(other_side, TRUE).force, 2.0)
+    other_side = compare(CONTACT._replace(force=-np.array([true, true])), TRUE)
+    np.testing.assert_allclose(relative_errors(other_side)["force"], np.full((2, 4), 2.0))

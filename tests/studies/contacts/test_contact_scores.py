@@ -9,15 +9,15 @@ import pytest
 from soft_gripper.files.row_table import read_csv
 from studies.contacts import estimates as contact_estimates
 from studies.contacts.contacts import Contacts
-from studies.contacts.peg import as_arrays, run_contact
-from studies.contacts.trials import SCORES, ContactErrorRow, score_contacts
+from studies.contacts.peg import contact_arrays, run_contact
+from studies.contacts.trials import ContactErrorRow, score_contacts
 
 pytestmark = pytest.mark.slow
 
 
 @cache
 def smooth() -> Contacts:
-    return as_arrays([run_contact(1, i, 0.0) for i in range(4)])
+    return contact_arrays([run_contact(1, i, 0.0) for i in range(4)])
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def of(rows: list[ContactErrorRow], **wanted: object) -> ContactErrorRow:
 
 def test_table_and_figure_are_written(scored: Scored) -> None:
     folder, rows, reports = scored
-    assert reports == SCORES
+    assert reports == len(contact_estimates.SETUPS)
     written = read_csv(folder / "contact_errors.csv", ContactErrorRow)
     assert [(row.sections, row.nominal, row.side) for row in written] == [
         (row.sections, row.nominal, row.side) for row in rows

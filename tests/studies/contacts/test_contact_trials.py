@@ -32,5 +32,5 @@ def test_contacts_of_processes_are_those_of_one_alone() -> None:
     assert len(reported) == 2
     assert [contact.number for contact in contacts] == [0, 1]
     alone = run_contact(5, 1, 0.3)
-    assert contacts[1].drawn == alone.drawn
-    np.testing.assert_array_equal(contacts[1].found.q, alone.found.q)
+    assert contacts[1].draw == alone.draw
+    np.testing.assert_array_equal(contacts[1].settled.q, alone.settled.q)

@@ -11,7 +11,7 @@ from refusals import refused
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
-from studies.contacts.peg import Contact, RandomContact, Settled, as_arrays
+from studies.contacts.peg import Contact, RandomContact, Settled, contact_arrays
 
 
 def contact(number: int, side: str) -> Contact:
@@ -23,7 +23,7 @@ def contact(number: int, side: str) -> Contact:
 
 @pytest.fixture
 def arrays() -> Contacts:
-    return as_arrays([contact(0, "inner"), contact(1, "outer")])
+    return contact_arrays([contact(0, "inner"), contact(1, "outer")])
 
 
 def test_arrays_are_in_si_units_and_keep_the_order(arrays: Contacts) -> None:
@@ -34,7 +34,7 @@ def test_arrays_are_in_si_units_and_keep_the_order(arrays: Contacts) -> None:
     np.testing.assert_array_equal(arrays.q, [np.zeros(12), np.full(12, 0.1)])
     np.testing.assert_array_equal([arrays.normal_force, arrays.arc_length], [[0.5] * 2, [0.07] * 2])
     assert arrays.torque.shape == (2, arrays.finger.segments)
-    assert arrays.at(np.array([1])).pressure == 21e3
+    assert arrays.subset(np.array([1])).pressure == 21e3
 
 
 def test_what_is_saved_is_read(tmp_path: Path, arrays: Contacts) -> None:

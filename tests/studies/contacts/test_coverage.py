@@ -8,44 +8,48 @@ import pytest
 from soft_gripper.commands.dispatch import dispatch
 from studies.commands import STUDIES
 from studies.contacts.contact_coverage import (
-    CASES,
     COLUMNS,
     FIGURE,
+    SETUPS,
     SITUATIONS,
     TABLE,
     coverage_figure,
     coverage_row,
-    rows_of,
+    coverage_rows,
 )
-from studies.contacts.situations import MODELS, PEG, STATICS, Case, Stated, drawn, pressed
+from studies.contacts.estimates import Estimates
+from studies.contacts.situations import PEG, STATICS, peg_estimates, static_estimates
+from studies.estimator_setup import MODELS, EstimatorSetup
 
-IDEAL = Case(4, realistic=False)
+IDEAL = EstimatorSetup(4)
 
 
-def stated(count, **changes):
+def estimates(count, **changes):
     """Contacts of 1 N in the fourth tenth, which are found without an error."""
     one, ends = np.ones(count), np.array([0.9, 1.0, 1.1])
-    known = {"interval": ends * one[:, None], "bounds": np.array([1.1, 1.1, 1.2]) * one[:, None]}
-    places = np.array([0.3, 0.4]) * one[:, None]
-    across = {"transverse": one, "estimated_transverse": one, "transverse_std": 0.1 * one}
-    found = Stated(
-        one,
-        0.35 * one,
-        one,
-        0.35 * one,
-        np.nan * one,
-        one,
-        **known,
-        places=places,
-        **across,
+    exact = Estimates(
+        force=one,
+        location=0.35 * one,
+        transverse=one,
+        estimated_force=one,
+        force_std=0.1 * one,
+        estimated_location=0.35 * one,
+        location_std=0.1 * one,
+        estimated_transverse=one,
+        transverse_std=0.1 * one,
+        degrees=np.nan * one,
+        probability=one,
+        interval=ends * one[:, None],
+        bounds=np.array([1.1, 1.1, 1.2]) * one[:, None],
+        location_set=np.array([0.3, 0.4]) * one[:, None],
         transverse_interval=ends * one[:, None],
     )
-    return found._replace(**changes)
+    return exact._replace(**changes)
 
 
 def test_a_row_has_the_share_of_what_is_stated_that_is_true():
     force = np.where(np.arange(40) < 10, 1.15, 1.0)
-    row = coverage_row("at rest", IDEAL, stated(40, force=force, estimated_force=force + 0.2))
+    row = coverage_row("at rest", IDEAL, estimates(40, force=force, estimated_force=force + 0.2))
     assert (row.contacts, row.withheld_percent, row.unbounded_percent) == ("40", "0.0", "0.0")
     assert row.interval_percent == row.bound_percent == row.bound_beyond_percent == "75.0"
     assert row.bound_several_percent == row.place_percent == "100.0"
@@ -59,20 +63,20 @@ def test_widths_scores_and_errors_of_the_transverse_force_are_relative():
     """Of contacts that are detected; an interval that misses by 0.15 N scores 40 times that, in the mean of all."""
     true = np.where(np.arange(40) < 30, 1.25, 1.0)
     changes = {"transverse": true, "estimated_transverse": true + 0.1, "transverse_std": np.full(40, 0.05)}
-    row = coverage_row("at rest", IDEAL, stated(40, **changes))
+    row = coverage_row("at rest", IDEAL, estimates(40, **changes))
     assert row.interval_width_near == row.interval_score_near == "0.2"
     assert (row.transverse_percent, row.transverse_width_near) == ("25.0", "0.16")
     assert float(row.transverse_score_near) == pytest.approx(0.75 * (0.2 + 40 * 0.15) / 1.25 + 0.25 * 0.2, abs=0.01)
     assert row.transverse_rms_z == "2"
     assert row.transverse_width_far == "nan"
-    unseen = coverage_row("at rest", IDEAL, stated(40, probability=np.full(40, 0.5)))
+    unseen = coverage_row("at rest", IDEAL, estimates(40, probability=np.full(40, 0.5)))
     assert unseen.transverse_width_near == unseen.transverse_rms_z == "nan"
 
 
 def test_what_is_withheld_or_unbounded_is_counted_by_itself():
-    nothing = np.where(np.arange(40)[:, None] < 30, np.nan, stated(40).interval)
-    bounds = np.where(np.arange(40)[:, None] < 30, [10.0, 10.0, 0.5], stated(40).bounds)
-    row = coverage_row("at rest", IDEAL, stated(40, interval=nothing, bounds=bounds))
+    nothing = np.where(np.arange(40)[:, None] < 30, np.nan, estimates(40).interval)
+    bounds = np.where(np.arange(40)[:, None] < 30, [10.0, 10.0, 0.5], estimates(40).bounds)
+    row = coverage_row("at rest", IDEAL, estimates(40, interval=nothing, bounds=bounds))
     assert (row.withheld_percent, row.unbounded_percent, row.interval_percent) == ("75.0", "75.0", "100.0")
     assert row.interval_least_percent == "inf", "ten are too few for a share of a tenth"
     assert (row.bound_percent, row.bound_several_percent) == ("100.0", "25.0")
@@ -81,25 +85,27 @@ def test_what_is_withheld_or_unbounded_is_counted_by_itself():
 @pytest.mark.parametrize("situation", STATICS)
 def test_forces_of_an_exact_model_are_found(situation):
     """Within what friction, several contacts and other plants make of them."""
-    found = drawn(STATICS[situation], IDEAL, 40, 3)
-    far = found.place > 0.5
+    found = static_estimates(STATICS[situation], IDEAL, 40, 3)
+    far = found.location > 0.5
     error = np.abs(found.estimated_force - found.force)[far]
     assert len(error) > 5
     assert np.median(error) < 0.2 * np.median(found.force[far])
-    assert (~(found.force > found.bounds[:, 2]) | (found.place < 0.3)).mean() > 0.9
+    assert (~(found.force > found.bounds[:, 2]) | (found.location < 0.3)).mean() > 0.9
     assert np.isfinite(found.degrees).any() == (situation == "in space")
 
 
 def test_a_wrong_model_errs_more():
-    exact, wrong = (drawn(STATICS["at rest"], IDEAL._replace(model=model), 60, 4) for model in MODELS[:2])
+    exact, wrong = (static_estimates(STATICS["at rest"], replace(IDEAL, model=model), 60, 4) for model in MODELS[:2])
     np.testing.assert_array_equal(np.sort(exact.force), np.sort(wrong.force))
-    errors = [np.nanmedian(np.abs(each.estimated_place - each.place)[each.place > 0.5]) for each in (exact, wrong)]
+    errors = [
+        np.nanmedian(np.abs(each.estimated_location - each.location)[each.location > 0.5]) for each in (exact, wrong)
+    ]
     assert errors[1] > 1.2 * errors[0]
 
 
 @pytest.mark.slow
 def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
-    found = pressed(IDEAL, 1, 1)
+    found = peg_estimates(IDEAL, 1, 1)
     assert tuple(found) == PEG
     for each in found.values():
         assert len(each.force) > 3
@@ -114,7 +120,7 @@ def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
     arguments = ["contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
     assert dispatch(arguments, STUDIES) == 0
     whole = (tmp_path / TABLE).read_text()
-    assert len(whole.splitlines()) == 1 + 2 * len(CASES)
+    assert len(whole.splitlines()) == 1 + 2 * len(SETUPS)
     (tmp_path / TABLE).write_text("".join(whole.splitlines(keepends=True)[:-3]))
     assert dispatch([*arguments, "--resume"], STUDIES) == 0
     assert (tmp_path / TABLE).read_text() == whole
@@ -123,7 +129,7 @@ def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
 
 
 def test_the_figure_has_a_panel_for_every_case():
-    rows = rows_of("at rest", IDEAL, 0.03, 1)
+    rows = coverage_rows("at rest", IDEAL, 0.03, 1)
     figure = coverage_figure([*rows, *[replace(each, sections="2") for each in rows]])
     assert len(figure.axes) == 4
     assert len(SITUATIONS) == 10
@@ -132,6 +138,6 @@ def test_the_figure_has_a_panel_for_every_case():
 @pytest.mark.parametrize("model", MODELS[:2])
 def test_one_force_with_friction_is_not_taken_for_several(model):
     """In space, where ideal sensors read more than it takes: of 250 contacts a few leave more than noise."""
-    found = drawn(STATICS["in space"], Case(4, False, model), 500, 1)
-    far = found.place > 0.7
-    assert np.abs(found.estimated_place - found.place)[far].max() < 0.2
+    found = static_estimates(STATICS["in space"], EstimatorSetup(4, model=model), 500, 1)
+    far = found.location > 0.7
+    assert np.abs(found.estimated_location - found.location)[far].max() < 0.2

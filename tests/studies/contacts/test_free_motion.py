@@ -16,8 +16,9 @@ from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import read_finger
-from studies.contacts.situations import Case, pressed
+from studies.contacts.situations import peg_estimates
 from studies.contacts.statics import finger_in_space
+from studies.estimator_setup import EstimatorSetup
 
 PERIOD, G = 0.01, 9.81
 EXACT, ASSUMED = "estimator.uncertainty={bend_per_pressure: 0.005}", Uncertainty(bend_per_pressure=0.005)
@@ -118,7 +119,7 @@ def test_no_force_is_stated_of_a_finger_that_moves_in_free_air(sections):
 @pytest.mark.slow
 @pytest.mark.parametrize(("sections", "realistic"), [(2, False), (4, False), (2, True), (4, True)])
 def test_intervals_of_a_finger_that_moves_cover_the_force_of_drake(sections, realistic):
-    found = pressed(Case(sections, realistic), 4, 3)["peg, after a step"]
+    found = peg_estimates(EstimatorSetup(sections, float(realistic)), 4, 3)["peg, after a step"]
     low, _, high = found.interval.T
     covered = (low <= found.force) & (found.force <= high) | ~np.isfinite(low)
     assert len(covered) > 60

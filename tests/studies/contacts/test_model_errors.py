@@ -17,18 +17,19 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies import kept_rows
 from studies.contacts import model_errors
 from studies.contacts.contacts import read_finger
-from studies.contacts.found_contact import driving_torque
+from studies.contacts.estimates import Estimates, driving_torque
 from studies.contacts.model_errors import TABLE, ModelErrorRow, model_error_rows
-from studies.contacts.situations import DIFFERENCES, MODELS, NOMINAL, Case, Stated, drawn, graded
+from studies.contacts.situations import DIFFERENCES, graded_finger, static_estimates
 from studies.contacts.statics import rubbing_contacts
+from studies.estimator_setup import MODELS, NOMINAL, EstimatorSetup
 from studies.robustness.plants import RUBBER
 
 FAR = 0.42, 0.99  # of the length, where a finger is usually touched
-FOUR = Case(4, realistic=False, model=NOMINAL)
+FOUR = EstimatorSetup(4, model=NOMINAL)
 
 
 def test_a_graded_finger_is_stiffer_at_its_base_and_its_neutral_axis_stays():
-    finger, other = read_finger(), graded(0.05)
+    finger, other = read_finger(), graded_finger(0.05)
     along = finger.joint_arc_lengths / finger.length
     np.testing.assert_allclose(other.stiffness / finger.stiffness, 1.05 - 0.1 * along, rtol=1e-12)
     np.testing.assert_allclose(other.section(0.03).neutral_axis, finger.section(0.03).neutral_axis, rtol=1e-9)
@@ -45,26 +46,26 @@ def test_contacts_of_rubber_are_in_balance():
 
 def test_nothing_but_the_difference_is_wrong():
     """The uncertainty is the default one, stiffness and pressure are exact."""
-    exact, default = (Case(4, realistic=False, model=model) for model in MODELS[:2])
-    assert FOUR.exact
-    assert FOUR.assumed == default.assumed != exact.assumed
+    exact, default = (EstimatorSetup(4, model=model) for model in MODELS[:2])
+    assert FOUR.is_exact
+    assert FOUR.uncertainty == default.uncertainty != exact.uncertainty
 
 
 @pytest.mark.parametrize("difference", DIFFERENCES)
 def test_forces_and_places_are_those_of_the_difference(difference):
-    stated = drawn(DIFFERENCES[difference], FOUR, 12, 1)
+    stated = static_estimates(DIFFERENCES[difference], FOUR, 12, 1)
     strong = difference.startswith("forces")
     low, high = (2, 5) if strong else (0.1, 2)
     assert len(stated.force) > 8
     assert ((low <= stated.force) & (stated.force <= high)).all()
-    assert ((stated.place >= 0.1) & (stated.place <= (1 / 3 if strong else 1))).all()
+    assert ((stated.location >= 0.1) & (stated.location <= (1 / 3 if strong else 1))).all()
 
 
-@pytest.mark.parametrize("realistic", [False, True])
-def test_a_stiffness_that_varies_along_the_finger_is_no_contact_and_intervals_cover_it(realistic):
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_stiffness_that_varies_along_the_finger_is_no_contact_and_intervals_cover_it(noise):
     """By 10 % at both ends; to an estimator that believes in one factor it looks like a contact."""
-    case = Case(4, realistic, NOMINAL)
-    (row,) = model_error_rows("stiffness -10 % at the base, +10 % at the tip", case, 60, 1)
+    setup = EstimatorSetup(4, noise, NOMINAL)
+    (row,) = model_error_rows("stiffness -10 % at the base, +10 % at the tip", setup, 60, 1)
     assert row.touched_percent == 0
     assert min(row.interval_percent, row.transverse_percent, row.place_percent) > 93
     assert 0.5 < row.transverse_rms_z < 1.2
@@ -77,24 +78,26 @@ def test_a_stiffness_that_varies_along_the_finger_is_no_contact_and_intervals_co
 
 def test_a_border_that_is_off_is_that_of_the_sensors_alone():
     name = "a border between sections 10 mm off"
-    straight, shifted = (drawn(DIFFERENCES[each], FOUR, 12, 1) for each in ("none", name))
+    straight, shifted = (static_estimates(DIFFERENCES[each], FOUR, 12, 1) for each in ("none", name))
     np.testing.assert_array_equal(straight.force, shifted.force)
-    assert np.nanmedian(np.abs(straight.estimated_place - shifted.estimated_place)) > 0.02
+    assert np.nanmedian(np.abs(straight.estimated_location - shifted.estimated_location)) > 0.02
 
 
 def test_a_row_counts_what_is_stated(monkeypatch):
     one, nothing = np.ones(4), np.full(4, np.nan)
     low, least = np.array([0.5, 1.5, 0.5, np.nan]), np.array([0.2, 0.4, np.nan, np.nan])
-    contacts = Stated(
+    contacts = Estimates(
         force=one,
-        place=0.3 * one,
+        location=0.3 * one,
         estimated_force=one,
-        estimated_place=one,
+        estimated_location=one,
+        force_std=one,
+        location_std=one,
         degrees=nothing,
         probability=np.array([1.0, 1.0, 1.0, 0.1]),
         interval=np.stack([low, low + 0.5, low + 1], axis=-1),
         bounds=np.ones((4, 3)),
-        places=np.stack([least, least + 0.2], axis=-1),
+        location_set=np.stack([least, least + 0.2], axis=-1),
         transverse=one,
         estimated_transverse=one + np.array([0.3, -0.4, 0.0, 9.0]),
         transverse_std=one / 2,
@@ -102,7 +105,7 @@ def test_a_row_counts_what_is_stated(monkeypatch):
     )
     free = contacts._replace(probability=np.array([1.0, 0.0, 0.0, 0.0]))
     found = [contacts, free]
-    monkeypatch.setattr(model_errors, "drawn", lambda *given: found.pop(0))
+    monkeypatch.setattr(model_errors, "static_estimates", lambda *given: found.pop(0))
     (row,) = model_error_rows("none", FOUR, 4, 7)
     rms_z = 2 * (0.25 / 3) ** 0.5
     expected = ModelErrorRow("none", 4, "ideal", 4, 200 / 3, 200 / 3, rms_z, 50.0, 75.0, 25.0, 7)
@@ -110,7 +113,7 @@ def test_a_row_counts_what_is_stated(monkeypatch):
 
 
 def test_the_command_writes_a_row_for_each_case_and_resumes(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_errors, "CASES", [FOUR])
+    monkeypatch.setattr(model_errors, "SETUPS", [FOUR])
     monkeypatch.setattr(kept_rows, "open_executor", lambda *_: nullcontext(HereExecutor()))
     arguments = "model-errors", "--contacts", "2", "--seed", "3", "--out", tmp_path
     assert study_line(*arguments).code == 0

@@ -7,14 +7,14 @@ import pytest
 
 from studies.contacts.contacts import G
 from studies.contacts.peg import (
-    LEAST_FORCE,
+    MIN_FORCE,
     PLACE,
     RADIUS,
     STILL,
     RandomContact,
     Settled,
-    draw,
-    flaw_of,
+    contact_flaw,
+    draw_contact,
     run_contact,
 )
 
@@ -23,7 +23,7 @@ DRAWN = RandomContact("outer", 5.0, 80.0, 50.0, 20.0, (1.0, 0.0, 0.0, 0.0))
 
 
 def test_all_that_is_drawn_lies_in_its_range() -> None:
-    drawn = [draw(np.random.default_rng(i), LENGTH) for i in range(300)]
+    drawn = [draw_contact(np.random.default_rng(i), LENGTH) for i in range(300)]
     assert {each.side for each in drawn} == {"inner", "outer"}
     assert {each.radius_mm for each in drawn} == set(range(RADIUS[0], RADIUS[1] + 1))
     places = np.array([each.place_mm for each in drawn]) / (1e3 * LENGTH)
@@ -36,7 +36,7 @@ def test_all_that_is_drawn_lies_in_its_range() -> None:
 
 
 def test_gravity_points_any_way_in_and_out_of_the_bending_plane() -> None:
-    gravity = np.array([draw(np.random.default_rng(i), LENGTH).gravity for i in range(400)])
+    gravity = np.array([draw_contact(np.random.default_rng(i), LENGTH).gravity for i in range(400)])
     np.testing.assert_allclose(np.linalg.norm(gravity, axis=-1), G)
     assert np.abs(gravity.mean(axis=0)).max() < 0.1 * G
     np.testing.assert_allclose((gravity**2).mean(axis=0), G**2 / 3, rtol=0.12)  # of a direction on the sphere
@@ -72,40 +72,40 @@ def settled(links, force, total=None, velocity=0.0):
     ("found", "flaw"),
     [
         (settled([7, 8], -1.0), ""),
-        (settled([6, 7, 8], -LEAST_FORCE), ""),
+        (settled([6, 7, 8], -MIN_FORCE), ""),
         (settled([], 0.0), "lost"),
         (settled([7], -1.0, velocity=2 * STILL), "not at rest"),
         (settled([6, 7, 8, 9], -1.0), "several places"),
         (settled([6, 8], -1.0), "several places"),
         (settled([12], -1.0, 1.2), "on an edge"),
-        (settled([7], -0.9 * LEAST_FORCE), "too weak"),
+        (settled([7], -0.9 * MIN_FORCE), "too weak"),
         (settled([7], 1.0), "too weak"),
     ],
 )
 def test_what_is_no_single_contact(found: Settled, flaw: str) -> None:
-    assert flaw_of(DRAWN, found, 0.45) == flaw
+    assert contact_flaw(DRAWN, found, 0.45) == flaw
 
 
 def test_a_contact_is_the_same_alone_and_among_others() -> None:
     first = run_contact(3, 1, 0.3)
     run_contact(3, 2, 0.3)
     again = run_contact(3, 1, 0.3)
-    assert first.drawn == again.drawn
-    assert first.redrawn == again.redrawn
-    for one, two in zip(first.found, again.found, strict=True):
+    assert first.draw == again.draw
+    assert first.flaws == again.flaws
+    for one, two in zip(first.settled, again.settled, strict=True):
         np.testing.assert_array_equal(one, two)
-    assert run_contact(4, 1, 0.3).drawn != first.drawn
-    assert flaw_of(first.drawn, first.found, first.friction) == ""
+    assert run_contact(4, 1, 0.3).draw != first.draw
+    assert contact_flaw(first.draw, first.settled, first.friction) == ""
 
 
 def test_the_cone_of_friction_is_that_of_the_contact() -> None:
     """What is within one of 0.45 lies beside one of 0.3; without friction nothing acts along the face."""
     found = settled([7], -1.0, 1.08)
-    assert [flaw_of(DRAWN, found, friction) for friction in (0.45, 0.3)] == ["", "on an edge"]
-    assert flaw_of(DRAWN, settled([7], -1.0, 1.01), 0.0) == "on an edge"
+    assert [contact_flaw(DRAWN, found, friction) for friction in (0.45, 0.3)] == ["", "on an edge"]
+    assert contact_flaw(DRAWN, settled([7], -1.0, 1.01), 0.0) == "on an edge"
 
 
 def test_a_smooth_peg_only_presses() -> None:
     contact = run_contact(3, 1, 0.0)
     assert contact.friction == 0
-    assert contact.found.total == pytest.approx(abs(contact.found.force), rel=1e-3)
+    assert contact.settled.total == pytest.approx(abs(contact.settled.force), rel=1e-3)

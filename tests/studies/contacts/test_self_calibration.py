@@ -16,8 +16,8 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from studies.contacts.self_calibration import (
     FreeMotion,
     Scale,
-    trusting_chamber,
-    trusting_stiffness,
+    calibrate_gain,
+    calibrate_stiffness,
 )
 
 PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
@@ -35,12 +35,12 @@ def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Fin
 
 @pytest.mark.parametrize("factor", [0.8, 1.1])
 def test_a_wrong_stiffness_is_found(shipped_finger: Finger, factor: float) -> None:
-    scale = calibrated(trusting_chamber, shipped_finger, softened(shipped_finger, 1 / factor))
+    scale = calibrated(calibrate_stiffness, shipped_finger, softened(shipped_finger, 1 / factor))
     np.testing.assert_allclose(scale, (factor, factor, 1 / factor), rtol=1e-3)
 
 
 def test_a_right_nominal_model_is_left_alone(shipped_finger: Finger) -> None:
-    for calibrate in (trusting_chamber, trusting_stiffness):
+    for calibrate in (calibrate_stiffness, calibrate_gain):
         np.testing.assert_allclose(calibrated(calibrate, shipped_finger, shipped_finger), (1, 1, 1), rtol=1e-3)
 
 
@@ -48,7 +48,7 @@ def test_a_wrong_pressure_is_found(shipped_finger: Finger) -> None:
     """It reads 20 % too low; weight and force are as they were."""
     layout = SensorLayout(shipped_finger, 2)
     free = free_motion(layout)
-    scale = trusting_stiffness(layout, free._replace(pressure=0.8 * free.pressure))
+    scale = calibrate_gain(layout, free._replace(pressure=0.8 * free.pressure))
     np.testing.assert_allclose(scale, (1 / 0.8, 1, 1), rtol=1e-3)
 
 
@@ -58,7 +58,7 @@ def test_an_elastic_law_is_followed(shipped_finger: Finger) -> None:
         replace(shipped_finger, elastic_law=ElasticLaw(tuple(curvature), *2 * (tuple(factor * moment),)))
         for factor in (1.0, 1.2)
     )
-    scale = calibrated(trusting_chamber, true, nominal)
+    scale = calibrated(calibrate_stiffness, true, nominal)
     np.testing.assert_allclose(scale.force, 1 / 1.2, rtol=5e-3)
 
 
@@ -66,9 +66,7 @@ def test_every_set_of_readings_is_calibrated_by_itself(shipped_finger: Finger) -
     layout = SensorLayout(shipped_finger, 2)
     free = free_motion(layout)
     gains = np.array([[0.9, 1.0, 1.1], [1.0, 1.2, 0.8]])
-    scale = trusting_stiffness(
-        layout, free._replace(readings=gains[..., None, None] * free.readings, gravity=np.zeros(3))
-    )
+    scale = calibrate_gain(layout, free._replace(readings=gains[..., None, None] * free.readings, gravity=np.zeros(3)))
     assert np.shape(scale.pressure) == gains.shape
     np.testing.assert_allclose(np.asarray(scale.pressure) / gains, np.asarray(scale.pressure)[0, 1], rtol=1e-2)
 
@@ -86,7 +84,7 @@ def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
         known = float(pressure) * shipped_finger.pressure_gain + gravity_torque(shipped_finger, q, GRAVITY)
         q = 0.5 * (q + shipped_finger.angle(known + torque))
     readings = true.response.reading(extension_ratios(true, q))
-    scale = trusting_chamber(nominal, free_motion(true))
+    scale = calibrate_stiffness(nominal, free_motion(true))
     found = SHAPE_FUNCTIONS["contact"](nominal, Uncertainty())(
         readings, nominal.finger.pressure_torque(scale.pressure * pressure), scale.gravity * in_space(np.array(GRAVITY))
     ).contact

@@ -101,7 +101,7 @@ def test_prior_and_places_of_the_cells(bent):
 def test_smooth_forces_on_all_faces_are_found():
     """Medians: 3 % of the magnitude, 5 degrees of the direction, 2 % of the length, beyond a third of it."""
     contacts, found = contacts_in_space(130, 0.0, 11), estimator()
-    contacts = contacts.at(contacts.arc_length > finger_in_space().length / 3)
+    contacts = contacts.subset(contacts.arc_length > finger_in_space().length / 3)
     shape = found(*read(found, contacts))
     contact, true = shape.contact, np.linalg.norm(contacts.force, axis=-1)
     size = np.linalg.norm(contact.vector, axis=-1)
@@ -159,7 +159,7 @@ def test_nothing_touches_a_finger_that_is_free():
 def test_a_strong_contact_is_here_and_on_its_side():
     contacts, found = contacts_in_space(200, 0.0, 13), estimator(4)
     strong = (contacts.arc_length > 0.6 * finger_in_space().length) & (contacts.normal_force > 0.5)
-    posterior = found.posterior(*read(found, contacts.at(strong)))
+    posterior = found.posterior(*read(found, contacts.subset(strong)))
     assert (posterior.answer == HERE).mean() > 0.9
     assert np.isfinite(posterior.mode_sides[:, 0]).mean() > 0.9
 
@@ -192,7 +192,7 @@ def test_the_posterior_is_that_of_dense_conditioning(seed):
     """
     found = estimator(reading=1e-3, largest_force=3.0, friction=0.45)
     contacts = contacts_in_space(6, 0.2, seed)
-    sample = contacts.at(np.array([int(np.argmax(contacts.arc_length))]))
+    sample = contacts.subset(np.array([int(np.argmax(contacts.arc_length))]))
     given, largest = read(found, sample, 1e-3), found.uncertainty.largest_force
     fit = found._explain(found._gaussian(*given).q, *given)[0].cell_fits
     r, c, spreads, prior = fit.r[0], fit.cells.response[0], fit.cells.deviations[0], fit.cells.prior

@@ -6,19 +6,18 @@ from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.fingers.statics import relaxed_law, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import INNER, OUTER, read_finger
-from studies.contacts.estimates import Condition, contact_readings, estimate_contacts
-from studies.contacts.statics import Forces, in_balance, rubbing_contacts
-from studies.contacts.trials import contact_errors
+from studies.contacts.estimates import calibrated_estimates, contact_readings
+from studies.contacts.statics import balanced_contacts, link_forces, rubbing_contacts
+from studies.contacts.trials import relative_errors
+from studies.estimator_setup import EstimatorSetup
 
 FAR = 0.42, 0.99  # of the length, where a finger is usually touched
 
 
 def median_errors(contacts, sections):
-    layout = SensorLayout(contacts.finger, sections)
-    errors = contact_errors(
-        estimate_contacts("contact", layout, Condition(), contact_readings(layout, contacts, None), contacts), contacts
-    )
-    return np.nanmedian(errors.force), np.nanmedian(errors.place)
+    readings = contact_readings(SensorLayout(contacts.finger, sections), contacts, None)
+    errors = relative_errors(calibrated_estimates(EstimatorSetup(sections), readings, contacts))
+    return np.nanmedian(errors["force"]), np.nanmedian(errors["place"])
 
 
 def test_torque_of_a_force_on_a_straight_finger_by_hand():
@@ -26,9 +25,9 @@ def test_torque_of_a_force_on_a_straight_finger_by_hand():
     finger, s, none = softened(read_finger(), 1e-3), np.full(2, 0.0725), np.zeros(2)
     force = 1e-3 * np.array([[2.0, 0.0, 0.8], [-2.0, 0.0, 0.0]])
     place = np.array([[-0.019, 0.0, 0.0], [2e-4, 0.0, 0.0]])
-    forces = Forces.on(finger, s[:, None], place[:, None], force[:, None])
+    forces = link_forces(finger, s[:, None], place[:, None], force[:, None])
     size, side = np.full(2, 2e-3), np.array([OUTER, INNER])
-    contacts = in_balance(finger, none, np.zeros((2, 3)), forces, size, s, side, none)
+    contacts = balanced_contacts(finger, none, np.zeros((2, 3)), forces, size, s, side, none)
     lever = np.maximum(0.0725 - finger.joint_arc_lengths, 0)
     rubbing = np.where(lever > 0, 0.8 * 0.019, 0)  # toward the tip, on the outer side: it closes the finger
     np.testing.assert_allclose(1e3 * contacts.torque, [2.0 * lever + rubbing, -2.0 * lever], atol=1e-5)

@@ -8,9 +8,10 @@ from soft_gripper.estimators.estimate import force_along
 from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import read_finger
-from studies.contacts.found_contact import driving_torque
-from studies.contacts.situations import MODELS, NOMINAL, Case, _read
+from studies.contacts.estimates import driving_torque
+from studies.contacts.situations import read_pressed
 from studies.contacts.statics import rubbing_contacts
+from studies.estimator_setup import MODELS, NOMINAL, EstimatorSetup
 
 FRICTION, FAR = 0.6, 0.4  # coefficient; of the length, beyond which contacts count
 
@@ -22,19 +23,20 @@ def contacts():
 
 
 @pytest.mark.parametrize(
-    ("sections", "borders", "realistic", "model", "median", "tenth"),
+    ("sections", "borders", "noise", "model", "median", "tenth"),
     [
-        (2, [1 / 3], False, MODELS[0], 0.01, 0.06),
-        (4, None, False, MODELS[0], 0.004, 0.02),
-        (4, None, True, MODELS[0], 0.05, 0.2),
-        (4, None, True, NOMINAL, 0.06, 0.2),
+        (2, [1 / 3], 0.0, MODELS[0], 0.01, 0.06),
+        (4, None, 0.0, MODELS[0], 0.004, 0.02),
+        (4, None, 1.0, MODELS[0], 0.05, 0.2),
+        (4, None, 1.0, NOMINAL, 0.06, 0.2),
     ],
 )
-def test_its_errors_are_small_and_its_interval_is_true(contacts, sections, borders, realistic, model, median, tenth):
+def test_its_errors_are_small_and_its_interval_is_true(contacts, sections, borders, noise, model, median, tenth):
     """Median and 90th percentile of its relative error; the normal force errs more, and its interval is wider."""
-    case, transverse = Case(sections, realistic, model), contacts.transverse_force
+    setup, transverse = EstimatorSetup(sections, noise, model), contacts.transverse_force
     layout = SensorLayout(read_finger(), sections, borders=borders)
-    shape, readings = ContactShape(layout, case.assumed), _read(layout, contacts.q, case, np.random.default_rng(1))
+    shape = ContactShape(layout, setup.uncertainty)
+    readings = read_pressed(layout, contacts.q, setup.errors, np.random.default_rng(1))
     given = readings, driving_torque(layout.finger, layout.deformations, contacts.pressure), contacts.gravity
     contact, known = shape(*given).contact, shape.posterior(*given)
     counted = (contacts.arc_length > FAR * layout.finger.length) & (known.probability > DETECTION_PROBABILITY)
@@ -62,9 +64,10 @@ def along_the_finger():
 @pytest.mark.parametrize("sections", [2, 4])
 def test_two_deviations_hold_a_component_as_often_as_the_page_says(along_the_finger, sections, degrees):
     """Along axes about that of closing, realistic and default: docs/estimators.md."""
-    contacts, case = along_the_finger, Case(sections, True, NOMINAL)
+    contacts, setup = along_the_finger, EstimatorSetup(sections, 1.0, NOMINAL)
     layout, angle = SensorLayout(read_finger(), sections), np.radians(degrees)
-    shape, readings = ContactShape(layout, case.assumed), _read(layout, contacts.q, case, np.random.default_rng(1))
+    shape = ContactShape(layout, setup.uncertainty)
+    readings = read_pressed(layout, contacts.q, setup.errors, np.random.default_rng(1))
     given = readings, driving_torque(layout.finger, layout.deformations, contacts.pressure), contacts.gravity
     contact, axis = shape(*given).contact, np.array([-np.cos(angle), 0.0, np.sin(angle)])
     estimate, std = force_along(contact.vector, contact.vector_covariance, axis)

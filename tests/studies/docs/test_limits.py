@@ -18,11 +18,11 @@ from soft_gripper.files.row_table import read_csv
 from soft_gripper.scenario.schema import presets
 from studies import ROOT
 from studies.commands import STUDIES
-from studies.contacts.contact_coverage import SITUATIONS, rows_of
-from studies.contacts.estimates import REALISTIC
-from studies.contacts.model_errors import CASES, TABLE, ModelErrorRow, model_error_rows
-from studies.contacts.situations import DIFFERENCES, MODELS, PEG, Case
+from studies.contacts.contact_coverage import SITUATIONS, coverage_rows
+from studies.contacts.model_errors import SETUPS, TABLE, ModelErrorRow, model_error_rows
+from studies.contacts.situations import DIFFERENCES, PEG
 from studies.contacts.trials import ContactErrorRow
+from studies.estimator_setup import MODELS, REALISTIC, EstimatorSetup
 from studies.robustness.plants import RUBBER
 from studies.robustness.robustness import plant_rows
 from studies.robustness.sensor_presets import TABLE as PRESETS_TABLE
@@ -67,7 +67,7 @@ def test_the_command_of_the_page_wrote_it():
     assert {row.seed for row in ROWS} == {options.seed}
     assert max(row.contacts for row in ROWS) <= options.contacts
     assert [(row.difference, row.sections, row.sensors) for row in ROWS] == [
-        (name, case.sections, case.sensors) for name in DIFFERENCES for case in CASES
+        (name, setup.sections, setup.sensors) for name in DIFFERENCES for setup in SETUPS
     ]
 
 
@@ -84,19 +84,19 @@ def test_limitations_say_what_the_command_wrote(pattern):
 
 
 @pytest.mark.parametrize(
-    ("difference", "case"),
+    ("difference", "setup"),
     [
         pytest.param(
-            name, case, marks=pytest.mark.slow if (name, case) == ("none", CASES[0]) else pytest.mark.published
+            name, setup, marks=pytest.mark.slow if (name, setup) == ("none", SETUPS[0]) else pytest.mark.published
         )
         for name in DIFFERENCES
-        for case in CASES
+        for setup in SETUPS
     ],
 )
-def test_the_command_still_writes_it(difference, case):
+def test_the_command_still_writes_it(difference, setup):
     """Within two contacts, which another processor may round apart."""
-    written = row_of(difference, case.sections, case.sensors)
-    (row,) = model_error_rows(difference, case, 500, written.seed)
+    written = row_of(difference, setup.sections, setup.sensors)
+    (row,) = model_error_rows(difference, setup, 500, written.seed)
     assert row.contacts == written.contacts
     for name in SHARES:
         assert getattr(row, name) == pytest.approx(getattr(written, name), abs=200 / row.contacts, nan_ok=True)
@@ -195,7 +195,7 @@ def test_the_table_of_widths_is_what_the_command_wrote():
 
 @pytest.mark.slow
 def test_the_study_still_counts_as_much():
-    (row,) = rows_of(SINGLE[0], Case(2, realistic=False), 1.0, 1)
+    (row,) = coverage_rows(SINGLE[0], EstimatorSetup(2), 1.0, 1)
     written = COVERED[SINGLE[0], "2", "ideal", EXACT]
     for name in ("contacts", "interval_percent", "bound_several_percent", "place_percent"):
         assert float(getattr(row, name)) == pytest.approx(float(written[name]), abs=0.5)

@@ -9,13 +9,13 @@ import pytest
 
 from soft_gripper.extras.paper.bars import BARS
 from soft_gripper.extras.paper.scenario_run import SCENARIOS
-from studies.robustness.claims import map_figure, realistic, robustness_claims
+from studies.robustness.claims import map_figure, realistic_rows, robustness_claims
 from studies.robustness.plants import PLANTS
-from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow
+from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow, nominal_name
 
 MEANS = {"arcs": 0.9, "gaussian": 0.8}
 ROWS = [
-    RobustnessRow(s, name, nominal.name, noise, n, noise * mean, 2.4 * noise * mean, 9.0, 0.95, 20)
+    RobustnessRow(s, name, nominal_name(*nominal), noise, n, noise * mean, 2.4 * noise * mean, 9.0, 0.95, 20)
     for (name, mean), s, nominal, noise, n in product(
         MEANS.items(), SCENARIOS, NOMINAL_ERRORS, (1.0, 4.0), (1, 2, 3, 4)
     )
@@ -85,7 +85,7 @@ def test_nan_of_a_plant_fails(column, sections) -> None:
 
 
 def test_realistic_rows_are_those_of_the_preset() -> None:
-    assert {(row.noise, row.estimator, row.sections) for row in realistic(ROWS, "arcs", 3)} == {(1.0, "arcs", 3)}
+    assert {(row.noise, row.estimator, row.sections) for row in realistic_rows(ROWS, "arcs", 3)} == {(1.0, "arcs", 3)}
 
 
 @pytest.mark.parametrize("column", ["worst_mm", "tip_mm"])

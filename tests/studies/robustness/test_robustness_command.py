@@ -16,7 +16,7 @@ from studies import ROOT, kept_rows
 from studies.commands import STUDIES
 from studies.robustness import robustness as module
 from studies.robustness.robustness import FOLDER, NOISE_JOBS, NOISY, OTHERS, PLANT_JOBS, SUMMARY
-from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow
+from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow, nominal_name
 
 HOLDS = Claim("ours", "two sensors are within 1 mm", True, "0.52 mm")
 FAILS = Claim("ours", "two sensors are better than four", False, "1.04 times")
@@ -30,7 +30,9 @@ def of_noise(name, noise, out, seeds, estimators):
     each = product(NOMINAL_ERRORS, SECTIONS, estimators)
     sizes = [(error, n, e, NOMINAL_ERRORS.index(error) + 1) for error, n, e in each]
     return [
-        RobustnessRow(name, e, error.name, noise, n, size / n, 2 * size / n, 3.0, coverage_of(e) + size / 10, seeds)
+        RobustnessRow(
+            name, e, nominal_name(*error), noise, n, size / n, 2 * size / n, 3.0, coverage_of(e) + size / 10, seeds
+        )
         for error, n, e, size in sizes
     ]
 

@@ -9,24 +9,28 @@ from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.kinematics import forward_kinematics, in_space
 from soft_gripper.fingers.statics import softened
-from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors
+from studies import estimator_setup
+from studies.estimator_setup import EstimatorSetup
 from studies.robustness import rows as module
 from studies.robustness.plants import FINE, RUBBER
 from studies.robustness.rows import (
     NOMINAL_ERRORS,
     Errors,
-    NominalError,
-    covered,
-    errors_at,
-    errors_of,
-    estimated,
-    in_mm,
+    band_coverage,
+    estimator_errors,
+    joined,
+    nominal_name,
     plant_table,
+    pose_statistics,
+    position_errors,
     robustness_table,
-    together,
 )
+
+
+def errors_at(noise):
+    return EstimatorSetup(2, noise).errors
 
 
 def test_noise_is_a_multiple_of_the_preset() -> None:
@@ -44,29 +48,35 @@ def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -
     """All sizes of errors; neither times nor steps."""
     sizes = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency_noise", "noise")
     preset = StrainErrors(**dict.fromkeys(sizes, 0.01))
-    monkeypatch.setattr("studies.robustness.rows.strain_errors", lambda _: preset)
+    monkeypatch.setattr(estimator_setup, "strain_errors", lambda _: preset)
     assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
 
 
 def test_nominal_models_have_names() -> None:
-    assert [nominal.name for nominal in NOMINAL_ERRORS] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
-    assert NominalError(modulus=0.05).name == "E +5 %"
+    assert [nominal_name(*errors) for errors in NOMINAL_ERRORS] == [
+        "as simulated",
+        "E -10 %, p +1 %",
+        "E +10 %, p -1 %",
+    ]
+    assert nominal_name(0.05, 0.0) == "E +5 %"
 
 
 def test_a_nominal_model_is_wrong_by_its_size(shipped_finger) -> None:
-    nominal = read_nominal_model(NominalError(-0.1).config).finger(shipped_finger)
+    nominal = EstimatorSetup(2, stiffness=-0.1).nominal_finger(shipped_finger)
     assert nominal.base.youngs_modulus == pytest.approx(0.9 * shipped_finger.base.youngs_modulus)
-    assert read_nominal_model(NominalError(pressure=0.01).config).finger(shipped_finger) == shipped_finger
-    assert NominalError(0.03, -0.04).size == pytest.approx(0.05)
+    assert EstimatorSetup(2, pressure=0.01).nominal_finger(shipped_finger) == shipped_finger
 
 
 NAMES = ("arcs", "gaussian")
-TWO_NOMINALS = (NominalError(), NominalError(-0.1, 0.01))
+EXACT, SOFT = (0.0, 0.0), (-0.1, 0.01)  # errors of modulus and pressure
+TWO_NOMINALS = (EXACT, SOFT)
 
 
 def test_a_row_for_every_nominal_model_number_of_sensors_and_estimator(held) -> None:
     rows = robustness_table("free", [held], 0.0, 5, NAMES, TWO_NOMINALS)
-    expected = [(b.name, n, name) for b in TWO_NOMINALS for n in (1, 2, 3, 4) for name in ("arcs", "gaussian")]
+    expected = [
+        (nominal_name(*b), n, name) for b in TWO_NOMINALS for n in (1, 2, 3, 4) for name in ("arcs", "gaussian")
+    ]
     assert [(row.nominal, row.sections, row.estimator) for row in rows] == expected
     assert {(row.scenario, row.noise, row.seeds) for row in rows} == {("free", 0.0, 5)}
     assert all(row.mean_mm <= row.p95_mm <= row.worst_mm for row in rows)
@@ -74,7 +84,7 @@ def test_a_row_for_every_nominal_model_number_of_sensors_and_estimator(held) -> 
 
 
 def test_worse_sensors_and_nominal_models_cost_accuracy(held) -> None:
-    def error(noise: float, nominal: NominalError) -> float:
+    def error(noise: float, nominal: tuple[float, float]) -> float:
         (row,) = (
             row
             for row in robustness_table("free", [held], noise, 3, NAMES, [nominal])
@@ -82,12 +92,12 @@ def test_worse_sensors_and_nominal_models_cost_accuracy(held) -> None:
         )
         return row.mean_mm
 
-    exact = error(0.0, NominalError())
-    assert error(4.0, NominalError()) > error(1.0, NominalError()) > 10 * exact
-    assert error(0.0, NominalError(-0.1, 0.01)) > 10 * exact
+    exact = error(0.0, EXACT)
+    assert error(4.0, EXACT) > error(1.0, EXACT) > 10 * exact
+    assert error(0.0, SOFT) > 10 * exact
 
 
-def row_of(held, nominal: NominalError, estimator: str, sections: int = 1):
+def row_of(held, nominal: tuple[float, float], estimator: str, sections: int = 1):
     """With ideal sensors."""
     rows = robustness_table("free", [held], 0.0, 1, NAMES, [nominal])
     (row,) = (row for row in rows if (row.estimator, row.sections) == (estimator, sections))
@@ -96,23 +106,25 @@ def row_of(held, nominal: NominalError, estimator: str, sections: int = 1):
 
 def test_a_pressure_that_is_read_wrong_misleads_an_estimator_that_uses_it_and_no_other(held) -> None:
     """By the share of the bend that `gaussian` believes in; sensors this good leave little of it with four."""
-    exact, wrong = (row_of(held, NominalError(pressure=share), "gaussian") for share in (0.0, 0.2))
+    exact, wrong = (row_of(held, (0.0, share), "gaussian") for share in (0.0, 0.2))
     assert wrong.mean_mm > 10 * exact.mean_mm
-    assert row_of(held, NominalError(pressure=0.2), "arcs").mean_mm == row_of(held, NominalError(), "arcs").mean_mm
+    assert row_of(held, (0.0, 0.2), "arcs").mean_mm == row_of(held, EXACT, "arcs").mean_mm
 
 
 def test_errors_of_stiffness_and_pressure_add_up_as_their_signs_say(held) -> None:
     """A finger assumed too soft and a pressure read too high both promise too much bend."""
-    alone = row_of(held, NominalError(-0.1), "gaussian").mean_mm
-    assert row_of(held, NominalError(-0.1, 0.05), "gaussian").mean_mm > 1.2 * alone
-    assert row_of(held, NominalError(-0.1, -0.05), "gaussian").mean_mm < 0.8 * alone
+    alone = row_of(held, (-0.1, 0.0), "gaussian").mean_mm
+    assert row_of(held, (-0.1, 0.05), "gaussian").mean_mm > 1.2 * alone
+    assert row_of(held, (-0.1, -0.05), "gaussian").mean_mm < 0.8 * alone
 
 
 def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held, monkeypatch) -> None:
     """Of stiffness and pressure together; beside the half percent of a finger that is known."""
     expected = []
-    monkeypatch.setattr(module, "estimated", lambda *given: expected.append(given[2]) or estimated(*given))
-    row_of(held, NominalError(-0.06, 0.08), "gaussian")
+    monkeypatch.setattr(
+        module, "estimator_errors", lambda *given: expected.append(given[2]) or estimator_errors(*given)
+    )
+    row_of(held, (-0.06, 0.08), "gaussian")
     found = np.array([uncertainty.bend_per_pressure for uncertainty in expected])
     np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
 
@@ -120,12 +132,14 @@ def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held
 @pytest.mark.parametrize(("noise", "sets"), [(0.0, 1), (1.0, 4)])
 def test_so_many_sets_of_sensors_are_read(held, monkeypatch, noise, sets) -> None:
     seeds = []
-    monkeypatch.setattr(module, "estimated", lambda *given: seeds.append(given[4].shape[1]) or estimated(*given))
+    monkeypatch.setattr(
+        module, "estimator_errors", lambda *given: seeds.append(given[4].shape[1]) or estimator_errors(*given)
+    )
     robustness_table("free", [held], noise, 4, NAMES, TWO_NOMINALS[:1])
     assert set(seeds) == {sets}
 
 
-def test_fingers_are_taken_together(held) -> None:
+def test_fingers_are_taken_joined(held) -> None:
     one, twice = (robustness_table("free", [held] * n, 1.0, 2, NAMES, TWO_NOMINALS[:1]) for n in (1, 2))
     for row, same in zip(one, twice, strict=True):
         assert (row.mean_mm, row.worst_mm) == pytest.approx((same.mean_mm, same.worst_mm))
@@ -145,10 +159,10 @@ def test_rubber_is_read_by_sensors_with_errors(held) -> None:
     assert 0 < rubber.coverage <= 1
 
 
-def test_numbers_of_a_row_are_those_of_all_fingers_together(held, monkeypatch) -> None:
+def test_numbers_of_a_row_are_those_of_all_fingers_joined(held, monkeypatch) -> None:
     """Of two fingers alike: mean, 95th percentile and worst of the pose, and the mean of the tip, in mm."""
     errors = Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), 1e-3 * np.array([2, 2, 2, 2, 12.0]), np.array([True, False]))
-    monkeypatch.setattr(module, "estimated", lambda *_: errors)
+    monkeypatch.setattr(module, "estimator_errors", lambda *_: errors)
     row = plant_table(FINE, "free_bending", [held, held], 1, ["gaussian"])[0]
     found = row.mean_mm, row.p95_mm, row.worst_mm, row.tip_mm, row.coverage
     assert found == pytest.approx((2.0, 10.0, 10.0, 4.0, 0.5))
@@ -156,14 +170,16 @@ def test_numbers_of_a_row_are_those_of_all_fingers_together(held, monkeypatch) -
 
 def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
     given = []
-    monkeypatch.setattr(module, "estimated", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
+    monkeypatch.setattr(module, "estimator_errors", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
     plant_table(RUBBER, "free_bending", [held], 2, ["gaussian"])
     np.testing.assert_allclose([uncertainty.bend_per_pressure for uncertainty in given], np.hypot(0.1, 0.005))
 
 
 def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:
     nominal = []
-    monkeypatch.setattr(module, "estimated", lambda *args: nominal.append(args[1].finger) or Errors(*np.zeros((3, 1))))
+    monkeypatch.setattr(
+        module, "estimator_errors", lambda *args: nominal.append(args[1].finger) or Errors(*np.zeros((3, 1)))
+    )
     shipped = softened(held.simulated, 2.0)
     monkeypatch.setattr(module, "read_finger", lambda: shipped)
     for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
@@ -178,7 +194,7 @@ def points(finger, q):
 
 def test_errors_are_distances(shipped_finger, bent) -> None:
     q = bent(3, 12)
-    errors = errors_of(shipped_finger, ShapeEstimate(q), points(shipped_finger, q) + np.array([2e-3, 2e-3, 1e-3]))
+    errors = position_errors(shipped_finger, ShapeEstimate(q), points(shipped_finger, q) + np.array([2e-3, 2e-3, 1e-3]))
     np.testing.assert_allclose(errors.pose, 3e-3)
     np.testing.assert_allclose(errors.tip, 3e-3)
     assert errors.covered.size == 0
@@ -188,7 +204,7 @@ def test_the_error_of_the_tip_is_that_of_the_tip_alone(shipped_finger, bent) -> 
     q = bent(12)
     truth = points(shipped_finger, q).copy()
     truth[-1, 1] += 2e-3
-    errors = errors_of(shipped_finger, ShapeEstimate(q), truth)
+    errors = position_errors(shipped_finger, ShapeEstimate(q), truth)
     assert (errors.pose.item(), errors.tip.item()) == pytest.approx((0.0, 2e-3))
 
 
@@ -199,7 +215,7 @@ def test_bands_cover_as_they_say(shipped_finger, bent, scale, share) -> None:
     q = np.full((4000, 12), 0.1)
     truth = points(shipped_finger, q + rng.standard_normal(q.shape) @ spread.T)
     covariance = np.broadcast_to(scale**2 * spread @ spread.T, (4000, 12, 12))
-    found = covered(shipped_finger, ShapeEstimate(q, covariance), truth)
+    found = band_coverage(shipped_finger, ShapeEstimate(q, covariance), truth)
     assert found.shape == (4000, 12)
     assert found.mean() == pytest.approx(share, abs=0.015)
 
@@ -208,8 +224,8 @@ def test_only_what_is_across_the_finger_counts(shipped_finger) -> None:
     q = np.full(12, 0.1)
     chain, truth = forward_kinematics(q, shipped_finger.segment_length), points(shipped_finger, q)
     estimate = ShapeEstimate(q, 1e-6 * np.eye(12))
-    assert covered(shipped_finger, estimate, truth + 0.01 * in_space(chain.directions)).all()
-    assert not covered(shipped_finger, estimate, truth + 0.01 * in_space(chain.normals)).any()
+    assert band_coverage(shipped_finger, estimate, truth + 0.01 * in_space(chain.directions)).all()
+    assert not band_coverage(shipped_finger, estimate, truth + 0.01 * in_space(chain.normals)).any()
 
 
 def test_numbers_of_a_row() -> None:
@@ -217,10 +233,10 @@ def test_numbers_of_a_row() -> None:
         Errors(1e-3 * np.arange(51.0), np.zeros(51), np.array([True])),
         Errors(1e-3 * np.arange(51.0, 101), np.zeros(50), np.array([True, True, False])),
     ]
-    assert in_mm(together(parts)) == pytest.approx((50.0, 95.0, 100.0, 0.75))
-    skewed = in_mm(Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), np.zeros(5), np.array([True])))
+    assert pose_statistics(joined(parts)) == pytest.approx((50.0, 95.0, 100.0, 0.75))
+    skewed = pose_statistics(Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), np.zeros(5), np.array([True])))
     assert skewed == pytest.approx((2.0, 8.0, 10.0, 1.0))
-    nothing = in_mm(Errors(np.ones(1), np.ones(1), np.zeros(0, bool)))
+    nothing = pose_statistics(Errors(np.ones(1), np.ones(1), np.zeros(0, bool)))
     assert np.isnan(nothing[-1])
 
 
@@ -230,7 +246,7 @@ def test_estimators_are_compared_with_the_recording(held, name) -> None:
 
     Shortly after a step `recursive` takes what the finger still moves for a load, whose modes follow its posture.
     """
-    errors = estimated(name, SensorLayout(held.simulated, 4), Uncertainty(), held, held.readings(4, None, 2))
+    errors = estimator_errors(name, SensorLayout(held.simulated, 4), Uncertainty(), held, held.readings(4, None, 2))
     assert errors.pose.shape == errors.tip.shape == (2 * len(held.samples),)
     assert errors.pose.max() < (1.5e-3 if name == "recursive" else 5e-4)
     assert (errors.covered.size > 0) == (name not in ("arcs", "constant_curvature", "spline"))
@@ -241,7 +257,9 @@ def test_estimators_are_compared_with_the_recording(held, name) -> None:
 )
 def test_a_pressure_that_is_read_too_high_misleads_who_uses_it(held, name, misled) -> None:
     layout, readings = SensorLayout(held.simulated, 1), held.readings(1, None, 1)
-    right, wrong = (estimated(name, layout, Uncertainty(reading=1e-2), held, readings, gain) for gain in (1.0, 1.2))
+    right, wrong = (
+        estimator_errors(name, layout, Uncertainty(reading=1e-2), held, readings, gain) for gain in (1.0, 1.2)
+    )
     assert (wrong.tip.max() > right.tip.max() + 1e-3) == misled
 
 

@@ -155,7 +155,7 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
     q = pulled_positions(_load_tip(model.finger, states.load), pulled, states.gravity)
     if model.setup.dry_friction == 0:
         return q
-    deformations = np.array(spatial_chain(model.finger).ways)
+    deformations = np.array(spatial_chain(model.finger).deformations)
     bends = deformations == "bending", *([deformations == "sideways"] if "sideways" in deformations else [])
     lag = model.setup.dry_friction / model.finger.segments
     lagging = _apply_friction(np.stack([q[:, bend] for bend in bends], axis=-1), lag)
@@ -208,7 +208,7 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
     places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
     markers = bent_chain.origins[:, frames] + (bent_chain.rotations[:, frames] @ places[..., None])[..., 0]
     turning, moving = bent_chain.screws[..., None, :3], bent_chain.screws[..., None, 3:]
-    is_moved = (frames > np.arange(len(chain.ways))[:, None])[..., None]
+    is_moved = (frames > np.arange(len(chain.deformations))[:, None])[..., None]
     return markers, is_moved * (np.cross(turning, markers[:, None]) + moving)
 
 

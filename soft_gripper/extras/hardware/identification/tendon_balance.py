@@ -50,7 +50,7 @@ def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None
     stiffness = np.diag(chain.interleaved(finger.stiffnesses))
     weight = None if gravity is None or not gravity.any() else weights(finger, chain, gravity)
     is_linear = weight is None and tendons.paths.are_parallel
-    positions = np.full((len(pulled), len(chain.ways)), np.nan)
+    positions = np.full((len(pulled), len(chain.deformations)), np.nan)
     q: Array = np.zeros(positions.shape)
     tensions: Array = np.zeros(pulled.shape)
     open_rows = np.arange(len(pulled))
@@ -80,8 +80,8 @@ def _twist_stiffness(chain: SpatialChain, paths: PathsOnChain, tensions: Array) 
     Without it, the iteration would settle slowly where a heavy load keeps the tendons tense.
     """
     stiffness = tensions @ (paths.share * (paths.x**2 + paths.y**2) / paths.segment_length)
-    added = chain.interleaved({name: stiffness * (name == "twist") for name in dict.fromkeys(chain.ways)})
-    return np.eye(len(chain.ways)) * added[:, None]
+    added = chain.interleaved({name: stiffness * (name == "twist") for name in dict.fromkeys(chain.deformations)})
+    return np.eye(len(chain.deformations)) * added[:, None]
 
 
 def _tendonless_balance(

@@ -238,7 +238,7 @@ def _find_estimates(
     q = signals[f"{name}.{ANGLES}"].values
     chain = forward_kinematics(q, finger.segment_length)
     place = np.nan_to_num(measured.place)[:, None]
-    site = chain.at(place)
+    site = chain.sites(place)
     torque, unknown = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
     if kind == "angle":
         turn = np.take_along_axis(chain.headings, chain.link_at(place), axis=-1)[:, 0]
@@ -270,7 +270,7 @@ def _interpolate_torque(torque: Array, segments: Array) -> Array:
 
 
 def _lever(site: Sites, measured: Measured) -> Array:
-    """Moment at the first joint, per N along the instrument's axis, of a force across the finger, (T,) m."""
+    """Moment at the first joint, per N along the instrument's axis, of a normal force, (T,) m."""
     share = np.ones(len(site.points))
     if measured.along is not None:
         axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
@@ -289,13 +289,13 @@ def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanic
     finger, states = mechanics.layout.finger, mechanics.layout.calibrated
     covariance = signals[f"{name}.joint_angle_covariance"].values
     if states is not None:
-        covariance = covariance - mechanics.of_scale(signals[f"{name}.{ANGLES}"].values)
+        covariance = covariance - mechanics.scale_covariance(signals[f"{name}.{ANGLES}"].values)
     elastic = finger.stiffness**2 * np.diagonal(covariance, axis1=-2, axis2=-1)
     torque = finger.pressure_torque(signals["sampled_pressure"].values.reshape(len(joint)))
     driving = ((mechanics.bend_changes[:, : finger.segments] * torque[:, None]) ** 2).sum(axis=1)
     if states is not None:
         drive, sections = np.split(signals[f"{name}.{DISTANCE}"].values, [1], axis=-1)
-        extrapolation = mechanics.away_by(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
+        extrapolation = mechanics.extrapolation_at(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
         driving = driving + (extrapolation.pressure[:, None] * finger.pressure_gain) ** 2
     std: Array = np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
     return std
