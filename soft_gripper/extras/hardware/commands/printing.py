@@ -52,7 +52,7 @@ def print_identified(found: Tested) -> None:
             print(f"{motion.name}: held {held}")
     print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
     print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
-    print("times from the event to these shares of the settled turn.")
+    print("times that the turn is below these shares of the settled one, all swings together.")
     for doubt in doubts(found):
         print(f"WARNING: {doubt}")
 

@@ -162,7 +162,7 @@ def confidence(fit: FingerFit[MeasuredMotion]) -> Confidence:
     return confidence_of(fit.free, fit.x, residuals, fit.weights[:, None] * fit.slopes, lasting)
 
 
-_SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises
+_SHARES = (0.5, 0.63)  # of the settled turn: the times below them say how fast a finger rises
 _MEAN_HALF_WIDTH = 0.1  # s on either side, over which that is averaged
 _EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement
 _LEAST_PROMINENCE = 0.04  # share of the settled displacement: smallest prominence of one of them
@@ -186,9 +186,9 @@ class MotionScore:
     simulated_creep_deg: float
     recovery_deg: float  # from half a second after the valve closes to the end; NaN: no valve, or it ends too soon
     simulated_recovery_deg: float
-    t50_ms: float  # from the event to half the settled turn
+    t50_ms: float  # for which the turn is below half the settled one, see `_time_below`
     simulated_t50_ms: float
-    t63_ms: float  # to 63 % of it
+    t63_ms: float  # below 63 % of it
     simulated_t63_ms: float
     frequency_hz: float
     simulated_frequency_hz: float
@@ -247,7 +247,8 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
     emptied = np.nan
     if motion.pressure is not None and time[-1] - end > _CREEP_BEGIN + _MEAN_HALF_WIDTH + SETTLED_TIME:
         emptied = _early(time - end, turn) - float(settled(time, turn, time[-1]))
-    half, most = (_first(time[time >= 0], np.abs(turn[time >= 0]), share * abs(late)) for share in _SHARES)
+    rising = (time >= 0) & (time <= end)
+    half, most = (_time_below(time[rising], np.abs(turn[rising]), share * abs(late)) for share in _SHARES)
     frequency, decrement = _swing(time, _along(motion, markers), end)
     return Turn(late, late - _early(time, turn), emptied, half, most, frequency, decrement)
 
@@ -257,14 +258,19 @@ def _early(time: Array, turn: Array) -> float:
     return float(np.nanmean(turn[np.abs(time - _CREEP_BEGIN) <= _MEAN_HALF_WIDTH]))
 
 
-def _first(time: Array, turn: Array, level: float) -> float:
-    """The time, s, at which a rotation first reaches a level, interpolated between samples."""
-    above = np.flatnonzero(turn >= level)
-    if not len(above) or above[0] == 0:
-        return float(time[0]) if len(above) else np.nan
-    k = above[0]
-    part = (level - turn[k - 1]) / (turn[k] - turn[k - 1])
-    return float(time[k - 1] + part * (time[k] - time[k - 1]))
+def _time_below(time: Array, turn: Array, level: float) -> float:
+    """The time, s, that a rotation is below a level, linear between samples; NaN if it never reaches it.
+
+    Without a swing it is the time at which the level is reached. Where a swing only just crosses the level, that is a
+    matter of luck: whether it is by a little jumps by a period, this does not.
+    """
+    seen = np.isfinite(turn)
+    time, above = time[seen], turn[seen] - level
+    if not (above >= 0).any():
+        return np.nan
+    highest, lowest = np.maximum(above[1:], above[:-1]), np.minimum(above[1:], above[:-1])
+    shares = np.clip(np.divide(-lowest, highest - lowest, out=(lowest < 0) * 1.0, where=highest > lowest), 0, 1)
+    return float(time[0] + shares @ np.diff(time))
 
 
 def _along(motion: MeasuredMotion, markers: Planar) -> Array:
