@@ -53,6 +53,7 @@ from soft_gripper.extras.hardware.identification.confidence import (
     confidence_of,
     correlation_time,
     mean_correlation_time,
+    square_root,
 )
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
@@ -166,8 +167,7 @@ def _left_open(by_keys: Array, covariance: Array, slope: Array) -> Array:
 
     `by_keys` are derivatives of the markers by the parameters, (R M 3, P).
     """
-    sizes, directions = np.linalg.eigh(covariance)
-    by_roots = by_keys @ (directions * np.sqrt(np.maximum(sizes, 0.0)))
+    by_roots = by_keys @ square_root(covariance)
     left_open: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), by_roots.reshape(*slope.shape, -1))
     return left_open
 

@@ -10,12 +10,17 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.signal import find_peaks
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, mean_correlation_time
+from soft_gripper.extras.hardware.identification.confidence import (
+    Confidence,
+    confidence_of,
+    mean_correlation_time,
+    square_root,
+)
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, FreeParameters, Model
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     SETTLED_TIME,
@@ -153,13 +158,45 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
     return np.full(2 * motion.markers.size, _IMPOSSIBLE_ERROR / np.sqrt(motion.markers.size))
 
 
-def confidence(fit: FingerFit[MeasuredMotion]) -> Confidence:
-    """Confidence in a fit to motions."""
-    residuals = fit.weights * fit.residuals
+def confidence(fit: FingerFit[MeasuredMotion], kept: NDArray[np.bool_] | None = None) -> Confidence:
+    """Confidence in a fit to motions, to the first order of one to some of the residuals, (R,)."""
+    residuals, slopes = fit.weights * fit.residuals, fit.weights[:, None] * fit.slopes
     ends = np.cumsum([2 * motion.markers.size for motion in fit.recordings])
     by_motion = zip(np.split(residuals, ends[:-1]), fit.recordings, strict=True)
     lasting = mean_correlation_time([of.reshape(len(motion.time), -1) for of, motion in by_motion])
-    return confidence_of(fit.free, fit.x, residuals, fit.weights[:, None] * fit.slopes, lasting)
+    rows = slice(None) if kept is None else kept
+    return confidence_of(fit.free, fit.x, residuals[rows], slopes[rows], lasting)
+
+
+def marker_deviations(free: FreeParameters, covariance: Array, motion: MeasuredMotion, run: Run = map) -> Planar:
+    """How far the keys of a fit leave open where markers are: deviations that are independent of each other.
+
+    Args:
+        free: keys of the fitted model.
+        covariance: of their vector, (P, P).
+        motion: recording; what was not recorded of it follows the keys.
+        run: as for `fit`.
+
+    Returns:
+        z + i x of one standard deviation of each of P independent unknowns, (P, T, M) m.
+    """
+    by_key, by_unknown = (np.diag(steps) for steps in (free.steps(free.start, _DIFFERENCE_STEP), _scales(motion)))
+    by_unknown = _DIFFERENCE_STEP * by_unknown
+    moved = [(free.model, motion), *((free.at(free.start + step), motion) for step in by_key)]
+    moved += [(free.model, motion.with_unknowns(motion.unknowns + step)) for step in by_unknown]
+    at, *others = run(simulated_at, *zip(*moved, strict=True))
+    sizes = np.concatenate([by_key.sum(axis=1), by_unknown.sum(axis=1)])
+    away = [(other - at) / size for other, size in zip(others, sizes, strict=True)]
+    slopes = np.stack([values.ravel().view(float) for values in away], axis=-1)
+    keys, unknowns = np.split(slopes, [len(by_key)], axis=1)
+    keys = keys - unknowns @ np.linalg.lstsq(unknowns, keys, rcond=None)[0]
+    deviations: Planar = np.ascontiguousarray((keys @ square_root(covariance)).T).view(complex)
+    return deviations.reshape(-1, *at.shape)
+
+
+def simulated_at(model: Model, motion: MeasuredMotion) -> Planar:
+    """Simulated markers of a recording, (T, M) m."""
+    return simulated_markers(model.finger, model.setup, motion)
 
 
 _SHARES = (0.5, 0.63)  # of the settled turn: the times below them say how fast a finger rises
