@@ -69,6 +69,46 @@ def error_columns(errors: Array, *columns: str) -> dict[str, float]:
     return {column: float(_STATISTICS[column.removesuffix("_mm")](finite_errors)) for column in columns}
 
 
+def ball_radius(deviations: Array) -> Array:
+    """Radius of a ball that holds 95 % of the sum of independent normal deviations.
+
+    Args:
+        deviations: one standard deviation of each of K, (K, ..., D) in D dimensions.
+
+    Returns:
+        (...), by the longest axis of their sum.
+    """
+    covariance = np.einsum("k...i,k...j->...ij", deviations, deviations)
+    radius: Array = np.sqrt(
+        _squared_radius(deviations.shape[-1]) * np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1])
+    )
+    return radius
+
+
+def ball_std(radius: Array, dimensions: int) -> Array:
+    """Standard deviation along an axis of what a ball of a radius holds with a probability of 95 %."""
+    return np.asarray(radius / np.sqrt(_squared_radius(dimensions)))
+
+
+def ball_rms_z(errors: Array, radius: Array, dimensions: int) -> float:
+    """Root mean square of errors along an axis over their standard deviations; 1 if the 95 % balls are right.
+
+    Args:
+        errors: distances; NaN does not count.
+        radius: of the balls, of the same shape.
+        dimensions: of space.
+    """
+    along = errors / (np.sqrt(dimensions) * ball_std(radius, dimensions))
+    return float(np.sqrt(np.nanmean(along**2)))
+
+
+def _squared_radius(dimensions: int) -> float:
+    """Square of the distance, in standard deviations, within which 95 % of a normal distribution lie."""
+    from scipy.special import chdtri
+
+    return float(chdtri(dimensions, 0.05))
+
+
 def percent_within(errors: Array, band: Array) -> float:
     """Percentage of errors within a band to either side of 0, of the same shape; NaN does not count."""
     return 100 * float((np.abs(errors) <= band)[np.isfinite(errors)].mean())

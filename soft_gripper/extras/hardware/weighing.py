@@ -53,6 +53,7 @@ from soft_gripper.extras.hardware.identification.confidence import (
     confidence_of,
     correlation_time,
     mean_correlation_time,
+    square_root,
 )
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
@@ -170,8 +171,7 @@ def _mass_deviations(parameter_slopes: Array, covariance: Array, slope: Array) -
 
     `parameter_slopes` are derivatives of the markers by the parameters, (R M 3, P).
     """
-    sizes, directions = np.linalg.eigh(covariance)
-    unit_slopes = parameter_slopes @ (directions * np.sqrt(np.maximum(sizes, 0.0)))
+    unit_slopes = parameter_slopes @ square_root(covariance)
     deviations: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), unit_slopes.reshape(*slope.shape, -1))
     return deviations
 

@@ -35,11 +35,11 @@ GOOD = MotionScore(
     simulated_decrement=0.45,
 )
 ARM = [
-    ReplayRow("arcs", 2, ALL, "tip", 2.9, 2.0, 5.9, 20.0, 95.0, 5.0, 0.0),
-    ReplayRow("gaussian", 1, ALL, "tip", 9.9, 2.0, 30.0, 40.0, np.nan, 5.0, 0.0),
-    ReplayRow("arcs", 2, "trial_6", "tip", 4.9, 2.0, 5.9, 20.0, 90.5, 5.0, 0.0),
-    ReplayRow("arcs", 1, ALL, "tip", 12.0, 2.0, 5.9, 20.0, np.nan, 5.0, 0.0),
-    ReplayRow("gaussian", 2, ALL, "tip", 2.8, 2.0, 30.0, 40.0, np.nan, 5.0, 0.0),
+    ReplayRow("arcs", 2, ALL, "tip", 2.9, 2.0, 5.9, 20.0, 95.0, 1.0, 5.0, 0.0),
+    ReplayRow("gaussian", 1, ALL, "tip", 9.9, 2.0, 30.0, 40.0, np.nan, 1.0, 5.0, 0.0),
+    ReplayRow("arcs", 2, "trial_6", "tip", 4.9, 2.0, 5.9, 20.0, 90.5, 1.0, 5.0, 0.0),
+    ReplayRow("arcs", 1, ALL, "tip", 12.0, 2.0, 5.9, 20.0, np.nan, 1.0, 5.0, 0.0),
+    ReplayRow("gaussian", 2, ALL, "tip", 2.8, 2.0, 30.0, 40.0, np.nan, 1.0, 5.0, 0.0),
 ]
 
 

@@ -20,7 +20,7 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
     setup_file,
     write_fitted,
 )
-from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, kept_confidence
+from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, ConfidenceConfig, kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
@@ -38,6 +38,7 @@ from soft_gripper.files.output import check_file
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
+from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
 
 
@@ -59,23 +60,32 @@ def run(options: argparse.Namespace) -> None:
     is_settled = _is_settled([*fitted, *tested])
     with opened as executor:
         found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
-    if isinstance(found, TestedStates):
-        print_identified_states(found)
-    else:
-        print_identified(found)
-    kept = learned_band(found) if isinstance(found, Identified | IdentifiedStates) else STATES.read(file)
+        if isinstance(found, TestedStates):
+            print_identified_states(found)
+        else:
+            print_identified(found)
+        kept, known = (
+            _kept(found)
+            if isinstance(found, Identified | IdentifiedStates)
+            else (STATES.read(file), CONFIDENCE.read(file))
+        )
+        bands = [] if kept is None else band_rows(kept, found, known, executor.map)
     if kept is not None:
-        bands = band_rows(kept, found)
         print_bands(bands)
         options.console.table("bands", bands)
     if options.out:
         _write(found, file, outputs)
-        if kept is not None and isinstance(found, Identified | IdentifiedStates):
+        if kept is not None and known is not None and isinstance(found, Identified | IdentifiedStates):
             STATES.write(options.out, kept)
-            growth = learned_growth(found) if isinstance(found, IdentifiedStates) else 0.0
-            CONFIDENCE.write(options.out, kept_confidence(found.fit.free, found.confidence, growth))
+            CONFIDENCE.write(options.out, known)
     options.console.table("scores", found.scores)
     options.console.wrote(*outputs)
+
+
+def _kept(found: Identified | IdentifiedStates) -> tuple[FittedStatesConfig, ConfidenceConfig]:
+    """The states of a fit and the confidence in it, as they are kept beside the finger."""
+    growth = learned_growth(found) if isinstance(found, IdentifiedStates) else 0.0
+    return learned_band(found), kept_confidence(found.fit.free, found.confidence, growth)
 
 
 def _check_chosen(options: argparse.Namespace) -> None:

@@ -52,7 +52,7 @@ def print_identified(found: Tested) -> None:
             print(f"{motion.name}: held {held}")
     print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
     print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
-    print("times from the event to these shares of the settled turn.")
+    print("times that the turn is below these shares of the settled one, all swings together.")
     for doubt in doubts(found):
         print(f"WARNING: {doubt}")
 
@@ -136,7 +136,7 @@ def print_replay(replay: ArmReplay) -> None:
     for body in reversed(dict.fromkeys(row.body for row in replay.table)):
         rows = [row for row in replay.table if row.body == body]
         columns = {"": "", "mean": ".2f", "median": ".2f", "95 %": ".2f", "max": ".2f"}
-        columns |= {"in band [%]": ".1f", "band": ".2f", "far [%]": ".1f"} | {
+        columns |= {"in band [%]": ".1f", "rms z": ".2f", "band": ".2f", "far [%]": ".1f"} | {
             f"mean of {name}": ".2f" for name in names
         }
         cells = [_replay_cells(row, rows) for row in rows if row.recording == ALL]
@@ -145,7 +145,7 @@ def print_replay(replay: ArmReplay) -> None:
 
 def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
     errors = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
-    band = row.within_band_percent, row.band_mm, row.far_percent
+    band = row.within_band_percent, row.rms_z, row.band_mm, row.far_percent
     of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
     means = [other.mean_mm for other in of_row if other.recording != ALL]
     return [f"{row.estimator}, {row.sections} per side", *errors, *band, *means]

@@ -109,6 +109,13 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
     return covariance, groups
 
 
+def square_root(covariance: Array) -> Array:
+    """R of a covariance R R', (P, P): a column for the deviation of each independent unknown."""
+    sizes, directions = np.linalg.eigh(covariance)
+    root: Array = directions * np.sqrt(np.maximum(sizes, 0.0))
+    return root
+
+
 def mean_correlation_time(series: Sequence[Array]) -> float:
     """Mean correlation time of the columns of some series, (T, K) each, that are not constant, in samples."""
     times = [correlation_time(column) for columns in series for column in columns.T if np.ptp(column) > 0]

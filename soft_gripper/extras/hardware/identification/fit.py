@@ -10,12 +10,17 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.signal import find_peaks
 
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError, SimulationDivergedError
-from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, mean_correlation_time
+from soft_gripper.extras.hardware.identification.confidence import (
+    Confidence,
+    confidence_of,
+    mean_correlation_time,
+    square_root,
+)
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, FreeParameters, Model
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     SETTLED_TIME,
@@ -153,16 +158,48 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
     return np.full(2 * motion.markers.size, _IMPOSSIBLE_ERROR / np.sqrt(motion.markers.size))
 
 
-def confidence(fit: FingerFit[MeasuredMotion]) -> Confidence:
-    """Confidence in a fit to motions."""
-    residuals = fit.weights * fit.residuals
+def confidence(fit: FingerFit[MeasuredMotion], kept: NDArray[np.bool_] | None = None) -> Confidence:
+    """Confidence in a fit to motions, to the first order of one to some of the residuals, (R,)."""
+    residuals, slopes = fit.weights * fit.residuals, fit.weights[:, None] * fit.slopes
     ends = np.cumsum([2 * motion.markers.size for motion in fit.recordings])
     by_motion = zip(np.split(residuals, ends[:-1]), fit.recordings, strict=True)
-    lasting = mean_correlation_time([of.reshape(len(motion.time), -1) for of, motion in by_motion])
-    return confidence_of(fit.free, fit.x, residuals, fit.weights[:, None] * fit.slopes, lasting)
+    lasting = mean_correlation_time([rows.reshape(len(motion.time), -1) for rows, motion in by_motion])
+    counted = slice(None) if kept is None else kept
+    return confidence_of(fit.free, fit.x, residuals[counted], slopes[counted], lasting)
 
 
-_SHARES = (0.5, 0.63)  # of the settled turn, whose times say how fast a finger rises
+def marker_deviations(free: FreeParameters, covariance: Array, motion: MeasuredMotion, run: Run = map) -> Planar:
+    """Independent deviations of the markers that the covariance of a fit's keys leaves.
+
+    Args:
+        free: keys of the fitted model.
+        covariance: of their vector, (P, P).
+        motion: recording; what was not recorded of it follows the keys.
+        run: as for `fit`.
+
+    Returns:
+        z + i x of one standard deviation of each of P independent unknowns, (P, T, M) m.
+    """
+    key_steps = np.diag(free.steps(free.start, _DIFFERENCE_STEP))
+    unknown_steps = _DIFFERENCE_STEP * np.diag(_scales(motion))
+    calls = [(free.model, motion), *((free.build_model(free.start + step), motion) for step in key_steps)]
+    calls += [(free.model, motion.with_unknowns(motion.unknowns + step)) for step in unknown_steps]
+    markers, *changed_markers = run(motion_markers, *zip(*calls, strict=True))
+    sizes = np.concatenate([key_steps.sum(axis=1), unknown_steps.sum(axis=1)])
+    derivatives = [(changed - markers) / size for changed, size in zip(changed_markers, sizes, strict=True)]
+    slopes = np.stack([values.ravel().view(float) for values in derivatives], axis=-1)
+    keys, unknowns = np.split(slopes, [len(key_steps)], axis=1)
+    keys = keys - unknowns @ np.linalg.lstsq(unknowns, keys, rcond=None)[0]
+    deviations: Planar = np.ascontiguousarray((keys @ square_root(covariance)).T).view(complex)
+    return deviations.reshape(-1, *markers.shape)
+
+
+def motion_markers(model: Model, motion: MeasuredMotion) -> Planar:
+    """Simulated markers of a recording, (T, M) m."""
+    return simulated_markers(model.finger, model.setup, motion)
+
+
+_SHARES = (0.5, 0.63)  # of the settled turn: the times below them say how fast a finger rises
 _MEAN_HALF_WIDTH = 0.1  # s on either side, over which that is averaged
 _EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement
 _LEAST_PROMINENCE = 0.04  # share of the settled displacement: smallest prominence of one of them
@@ -186,9 +223,9 @@ class MotionScore:
     simulated_creep_deg: float
     recovery_deg: float  # from half a second after the valve closes to the end; NaN: no valve, or it ends too soon
     simulated_recovery_deg: float
-    t50_ms: float  # from the event to half the settled turn
+    t50_ms: float  # for which the turn is below half the settled one, see `_time_below`
     simulated_t50_ms: float
-    t63_ms: float  # to 63 % of it
+    t63_ms: float  # below 63 % of it
     simulated_t63_ms: float
     frequency_hz: float
     simulated_frequency_hz: float
@@ -247,7 +284,8 @@ def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
     emptied = np.nan
     if motion.pressure is not None and time[-1] - end > _CREEP_BEGIN + _MEAN_HALF_WIDTH + SETTLED_TIME:
         emptied = _early(time - end, turn) - float(settled(time, turn, time[-1]))
-    half, most = (_first(time[time >= 0], np.abs(turn[time >= 0]), share * abs(late)) for share in _SHARES)
+    rising = (time >= 0) & (time <= end)
+    half, most = (_time_below(time[rising], np.abs(turn[rising]), share * abs(late)) for share in _SHARES)
     frequency, decrement = _swing(time, _along(motion, markers), end)
     return Turn(late, late - _early(time, turn), emptied, half, most, frequency, decrement)
 
@@ -257,14 +295,19 @@ def _early(time: Array, turn: Array) -> float:
     return float(np.nanmean(turn[np.abs(time - _CREEP_BEGIN) <= _MEAN_HALF_WIDTH]))
 
 
-def _first(time: Array, turn: Array, level: float) -> float:
-    """The time, s, at which a rotation first reaches a level, interpolated between samples."""
-    above = np.flatnonzero(turn >= level)
-    if not len(above) or above[0] == 0:
-        return float(time[0]) if len(above) else np.nan
-    k = above[0]
-    part = (level - turn[k - 1]) / (turn[k] - turn[k - 1])
-    return float(time[k - 1] + part * (time[k] - time[k - 1]))
+def _time_below(time: Array, turn: Array, level: float) -> float:
+    """The time, s, that a rotation is below a level, linear between samples; NaN if it never reaches it.
+
+    Without a swing it is the time at which the level is reached. Where a swing only just crosses the level, that is a
+    matter of luck: whether it is by a little jumps by a period, this does not.
+    """
+    seen = np.isfinite(turn)
+    time, above = time[seen], turn[seen] - level
+    if not (above >= 0).any():
+        return np.nan
+    highest, lowest = np.maximum(above[1:], above[:-1]), np.minimum(above[1:], above[:-1])
+    shares = np.clip(np.divide(-lowest, highest - lowest, out=(lowest < 0) * 1.0, where=highest > lowest), 0, 1)
+    return float(time[0] + shares @ np.diff(time))
 
 
 def _along(motion: MeasuredMotion, markers: Planar) -> Array:

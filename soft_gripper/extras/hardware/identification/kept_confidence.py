@@ -13,7 +13,12 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
 from soft_gripper.extras.hardware.identification.confidence import Confidence
-from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model, free_parameters
+from soft_gripper.extras.hardware.identification.free_parameters import (
+    PRESSURE_LAW,
+    FreeParameters,
+    Model,
+    free_parameters,
+)
 from soft_gripper.quantity import Violation, quantity
 
 _DIGITS = 5
@@ -43,11 +48,16 @@ class ConfidenceConfig:
 
     def free(self, model: Model) -> FreeParameters:
         """The parameters of a finger in its set-up whose confidence this is."""
-        return free_parameters(model.finger, self.keys, [], model.setup)
+        names = dict.fromkeys(PRESSURE_LAW if key.startswith(PRESSURE_LAW) else key for key in self.keys)
+        of_law = sum(key.startswith(PRESSURE_LAW) for key in self.keys)  # gain, and margin
+        pressures = [model.setup.highest_pressure / (1 + number) for number in range(of_law)]
+        return free_parameters(model.finger, [*names], pressures, model.setup)
 
 
 CONFIDENCE = BesideFinger(
-    ".confidence.yaml", "How well the fitted numbers of a finger are known, for `soft-gripper weigh`", ConfidenceConfig
+    ".confidence.yaml",
+    "How well the fitted numbers of a finger are known, for bands and `soft-gripper weigh`",
+    ConfidenceConfig,
 )
 
 

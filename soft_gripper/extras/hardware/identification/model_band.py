@@ -2,11 +2,13 @@
 
 A state is what drives the finger: how far its tendons are pulled, or the pressure of its chamber, and the load on its
 tip. The band of a marker is a ball that holds it with a probability of 95 %, and grows with the distance from the
-nearest fitted state, as `fitted_states` says. Its growth is the larger of two. Regions that lie apart show how errors
-grow where the finger is driven further; as most states are in one of them, regions of equal numbers of states show how
-they grow in between. Tendons that are pulled far have larger errors, so bands of settled states are in units of the
-errors nearby. In motions they are a share of the largest displacement, which grows with the drive too; what is fitted
-to every recording, its events, is taken as found.
+nearest fitted state, as `fitted_states` says. Before it grows, that of a motion has two parts: what the model leaves of
+the fitted recordings, and what the covariance of the keys leaves open. Growth is learned by leaving out regions of
+states, in units of the band of the fit without them: that such a fit knows its keys less well is no error of the model.
+It is the larger of two. Regions that lie apart show how errors grow where the finger is driven further; as most states
+are in one of them, regions of equal numbers of states show how they grow in between. Tendons that are pulled far have
+larger errors, so bands of settled states are in units of the errors nearby. In motions they are a share of the largest
+displacement, which grows with the drive too; what is fitted to every recording, its events, is taken as found.
 
 The states and the band are kept beside the finger's file, and read again with it.
 """
@@ -22,9 +24,10 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
-from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE
-from soft_gripper.extras.hardware.identification.fit import MotionScore
+from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE, square_root
+from soft_gripper.extras.hardware.identification.fit import MotionScore, Run, confidence, marker_deviations
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested
+from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
@@ -33,10 +36,11 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
 from soft_gripper.extras.hardware.kept_states import kept_states
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, regions_left_out
-from soft_gripper.extras.hardware.scoring import LEFT_OUT
+from soft_gripper.extras.hardware.left_out_regions import COVERAGE, LeftOut, learned_widths, regions_left_out
+from soft_gripper.extras.hardware.scoring import LEFT_OUT, ball_radius, ball_rms_z, percent_within
 from soft_gripper.files.document import require
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.sensors.fitted_states import FittedStates, spread_of
 
@@ -57,6 +61,7 @@ class BandRow:
     recording: str
     role: str
     within_band_percent: Annotated[float, ".1f"]
+    rms_z: Annotated[float, ".2f"]  # errors along an axis over their standard deviations, root mean square: 1 is right
     band_mm: Annotated[float, ".2f"]  # mean radius
     far_percent: Annotated[float, ".1f"]  # rows, or samples, that are far from what was fitted
 
@@ -68,6 +73,7 @@ class _Driven(NamedTuple):
     states: Array  # (T, D)
     errors: Array  # (T, M) m, of the markers; NaN where one is not seen
     scale: float  # m, of errors: the largest displacement, or 1
+    by_keys: Array | float = 0.0  # (T, M) m, half widths that the covariance of the keys gives
 
 
 class _Learned(NamedTuple):
@@ -77,7 +83,7 @@ class _Learned(NamedTuple):
     errors: Array  # (n, K) m, or shares of the largest displacement; NaN where a sample is not seen
     to_error: Array | float  # (R,) factors that make errors of residuals
     parts: int  # residuals of an error
-    is_local: bool  # whether errors differ between the states
+    is_local: bool  # whether errors differ between the states, and no covariance is counted
 
 
 def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
@@ -85,7 +91,7 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
     fit, learned = found.fit, _learned(found)
     seen = np.isfinite(learned.errors).all(axis=1)
     states, count = learned.states, learned.errors.shape[1] * learned.parts
-    spread = _spreads(states)
+    spread, floor = _spreads(states), np.nanquantile(learned.errors, COVERAGE)
 
     def sizes(rows: NDArray[np.bool_]) -> Array:
         """Sizes of the errors near some of the samples."""
@@ -97,6 +103,12 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
         away = ((fit.residuals + fit.slopes @ moved) * learned.to_error).reshape(*learned.errors.shape, learned.parts)
         return np.linalg.norm(away, axis=-1)[rows]
 
+    def by_keys(kept: NDArray[np.bool_]) -> Array:
+        """Half widths by the keys of a fit to some of the residuals, (n, K)."""
+        assert isinstance(found, Identified)
+        moved = fit.slopes @ square_root(confidence(found.fit, kept).covariance)
+        return ball_radius((moved.T * learned.to_error).reshape(-1, *learned.errors.shape, learned.parts))
+
     def without(region: NDArray[np.bool_]) -> LeftOut:
         left_out = np.zeros(len(states), bool)
         left_out[np.flatnonzero(seen)[region]] = True
@@ -104,6 +116,8 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
         kept = seen & ~left_out
         others = FittedStates(states[kept], spread)
         size = sizes(kept)[others.nearest(states[left_out])]
+        if not learned.is_local:
+            size = np.hypot(size, by_keys(np.repeat(kept, count))[left_out] / floor)
         distance = np.sqrt(others.distance(states[left_out]))[:, None] * np.ones(size.shape[1])
         return LeftOut(errors(moved, left_out) / size, distance)
 
@@ -141,10 +155,19 @@ def _spreads(states: Array) -> Array:
     return np.append(np.full(states.shape[-1] - 1, spread_of(states[:, :-1])), _LOAD)
 
 
-def band_rows(kept: FittedStatesConfig, found: Tested | TestedStates) -> list[BandRow]:
-    """How the markers of recordings lie in their bands."""
+def band_rows(
+    kept: FittedStatesConfig, found: Tested | TestedStates, known: ConfidenceConfig | None = None, run: Run = map
+) -> list[BandRow]:
+    """How the markers of recordings lie in their bands.
+
+    Args:
+        kept: states and band of the fit.
+        found: recordings that are compared with the finger.
+        known: confidence in its keys, which counts in motions; None: they are exact.
+        run: calls a function with every one of its arguments, as `map` does, or that of an executor.
+    """
     fitted, widths = kept.fitted, kept.widths
-    recordings = _of_states(found) if isinstance(found, TestedStates) else _of_motions(found, _STRIDE)
+    recordings = _of_states(found) if isinstance(found, TestedStates) else _of_motions(found, _STRIDE, known, run)
     scores: Sequence[MotionScore | StateScore] = found.scores
     roles = {score.recording: score.role for score in reversed(scores)}
     rows = []
@@ -155,12 +178,17 @@ def band_rows(kept: FittedStatesConfig, found: Tested | TestedStates) -> list[Ba
         expected = f"its recording has {markers} markers: is it of another finger?"
         require(len(kept.floor) in (1, markers), each.name, "floor", len(kept.floor), expected)
         by_distance = np.sqrt(fitted.distance(each.states))[:, None]
-        band = each.scale * kept.sizes_near(each.states) * widths.band(by_distance)
-        seen = np.isfinite(each.errors)
-        within = 100 * float((each.errors <= band)[seen].mean())
-        far = 100 * float(widths.is_far(by_distance).mean())
-        rows.append(BandRow(each.name, roles[each.name], within, 1e3 * float(band.mean()), far))
+        size = each.scale * kept.sizes_near(each.states)
+        band = widths.band(by_distance) * np.hypot(size, each.by_keys / widths.floor)
+        far = widths.is_far(by_distance)
+        dimensions = 3 if isinstance(found, TestedStates) else 2
+        rows.append(_band_row(each.name, roles[each.name], each.errors, band, far, dimensions))
     return rows + (_left_out_rows(kept, found) if isinstance(found, IdentifiedStates) else [])
+
+
+def _band_row(name: str, role: str, errors: Array, band: Array, far: NDArray[np.bool_], dimensions: int) -> BandRow:
+    shares = percent_within(errors, band), ball_rms_z(errors, band, dimensions)
+    return BandRow(name, role, *shares, 1e3 * float(band.mean()), 100 * float(far.mean()))
 
 
 def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[BandRow]:
@@ -171,7 +199,7 @@ def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[Ba
     rows = []
     for each, errors in zip(fitted, found.left_out, strict=True):
         own, count = np.arange(count, count + len(errors)), count + len(errors)
-        within, bands, far = [], [], []
+        away, bands, far = [], [], []
         for family in sorted({*each.families} - {""}):
             of_family = own[each.families == family]
             kept_rows = np.setdiff1d(np.flatnonzero(np.isfinite(size).all(axis=1)), of_family)
@@ -179,13 +207,11 @@ def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[Ba
             by_distance = np.sqrt(others.distance(states[of_family]))[:, None]
             near = others.local_size(size[kept_rows])[others.nearest(states[of_family])]
             bands.append(near * kept.widths.band(by_distance))
-            within.append(np.linalg.norm(errors[of_family - own[0]], axis=-1) <= bands[-1])
+            away.append(np.linalg.norm(errors[of_family - own[0]], axis=-1))
             far.append(kept.widths.is_far(by_distance))
         if bands:
-            shares = (100 * float(np.concatenate(part).mean()) for part in (within, far))
-            inside, beyond = shares
-            band = 1e3 * float(np.concatenate(bands).mean())
-            rows.append(BandRow(each.name, LEFT_OUT, inside, band, beyond))
+            of_all = np.concatenate(away), np.concatenate(bands), np.concatenate(far)
+            rows.append(_band_row(each.name, LEFT_OUT, *of_all, dimensions=3))
     return rows
 
 
@@ -212,14 +238,18 @@ def _pulled(states: SettledStates) -> Array:
     return np.column_stack([states.pulled, np.full(len(states.pulled), states.load)])
 
 
-def _of_motions(found: Tested, every: int) -> Iterator[_Driven]:
+def _of_motions(found: Tested, every: int, known: ConfidenceConfig | None = None, run: Run = map) -> Iterator[_Driven]:
     """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
     motions = {motion.name: motion for motion in reversed(found.motions)}.values()
     for motion in tqdm(motions, desc="markers", unit="recording", dynamic_ncols=True):
         simulated = simulated_markers(found.model.finger, found.model.setup, motion)
         errors = np.abs(simulated - motion.markers)[::every]
         scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())
-        yield _Driven(motion.name, np.tile(_driven(motion), (len(errors), 1)), errors, scale)
+        states, by_keys = np.tile(_driven(motion), (len(errors), 1)), np.zeros(errors.shape)
+        if known is not None:
+            deviations = marker_deviations(known.free(found.model), known.covariance, motion, run)
+            by_keys = ball_radius(as_points(deviations[:, ::every]))
+        yield _Driven(motion.name, states, errors, scale, by_keys)
 
 
 def _driven(motion: MeasuredMotion) -> Array:

@@ -1,9 +1,10 @@
 """How far the bodies of an arm may be from where its wires place them, and where an arm leaves what was fitted.
 
 The band of a body is a circle that holds it with a probability of 95 %, learned as `fitted_states` says. Sections err
-independently of each other, so each has states of its own: its length and bend, and the pressures of its chambers. At a
-distance d from the fitted ones, each of its wires is taken to be growth sqrt(d) wrong, which moves the bodies behind it
-as the geometry of the arm says.
+independently of each other, so each has states of its own: its length and bend. At a distance d from the fitted ones,
+each of its wires is taken to be growth sqrt(d) wrong, which moves the bodies behind it as the geometry of the arm says.
+The pressures of its chambers are no part of that distance: arcs do not read them, and with them bands predict errors in
+left-out recordings no better, and are too wide on days on which other pressures give the same shape.
 
 Where pressures are as in a fitted recording, but bends and lengths are not, readings and drive disagree: the wires may
 have been set anew.
@@ -27,12 +28,11 @@ from soft_gripper.extras.hardware.left_out_regions import (
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
 from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, measured, places, without
 from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
+from soft_gripper.extras.hardware.scoring import ball_radius, ball_std
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 
-# Square of the distance, in deviations, within which 95 % of a planar normal distribution lie
-_NORMAL_95_SQUARED = 5.991
 _STEP = 1e-3  # m, of a wire, for differences
 _STRIDE = 3  # one in so many samples counts as a fitted state
 _SHAPE = 2  # numbers of a state that are read, first; the others are the drive's
@@ -42,20 +42,26 @@ _SHAPE = 2  # numbers of a state that are read, first; the others are the drive'
 class GeometryBand:
     """The learned errors of an arm with S sections."""
 
-    sections: tuple[FittedStates, ...]  # S
+    sections: tuple[FittedStates, ...]  # S, of shape and drive
     widths: Widths  # m, of the bodies, (S,); growth in m of a wire
     disagreement: float  # spreads, most of a fitted recording from the others
 
     @property
     def std(self) -> Array:
         """Deviations of the bodies about their places along an axis, where the arm was fitted, (S,) m."""
-        std: Array = self.widths.floor / np.sqrt(_NORMAL_95_SQUARED)
-        return std
+        return ball_std(self.widths.floor, 2)
 
     def distances(self, geometry: ArmGeometry, recording: ArmRecording) -> Array:
         """Distance of every section from its fitted states, (T, S), in spreads."""
         states = section_states(geometry, recording)
-        return np.stack([fitted.distance(of) for fitted, of in zip(self.sections, states, strict=True)], axis=-1)
+        return _shape_distances(self.sections, states)
+
+
+def _shape_distances(sections: Sequence[FittedStates], states: Sequence[Array]) -> Array:
+    """Distance of every section from fitted states by length and bend, (T, S), in spreads."""
+    shape = slice(_SHAPE)
+    pairs = zip(sections, states, strict=True)
+    return np.stack([fitted.part(shape).distance(of[:, shape]) for fitted, of in pairs], axis=-1)
 
 
 def section_states(geometry: ArmGeometry, recording: ArmRecording) -> list[Array]:
@@ -79,7 +85,9 @@ def learn_band(fitted: Fit[ArmGeometry], recordings: Sequence[ArmRecording], fin
 
     errors = np.concatenate([_errors(geometry, one, finger) for one in recordings])
     seen = errors[np.isfinite(errors).all(axis=-1)]
-    widths = learned_widths(seen, [*regions_left_out([section.regions() for section in sections], without)])
+    widths = learned_widths(
+        seen, [*regions_left_out([section.part(slice(_SHAPE)).regions() for section in sections], without)]
+    )
     disagreed = [
         fitted_disagreement([states[section] for states in by_recording], of.spread, _SHAPE)
         for section, of in enumerate(sections)
@@ -102,10 +110,9 @@ def _left_out(
     for recording, left_out in zip(recordings, hidden, strict=True):
         rows = np.flatnonzero(left_out & np.isfinite(recording.positions).all(axis=-1))[::_STRIDE]
         if len(rows):
-            states = section_states(fitted.model, recording)
-            distances = [near.distance(of[rows]) for near, of in zip(kept, states, strict=True)]
+            distances = _shape_distances(kept, [of[rows] for of in section_states(fitted.model, recording)])
             errors.append(_errors(geometry, recording, finger)[rows])
-            grown.append(_grown(geometry, recording, finger, np.stack(distances, axis=-1), rows))
+            grown.append(_grown(geometry, recording, finger, distances, rows))
     none = np.zeros((0, len(sections)))
     of_region = np.concatenate([none, *errors]), np.concatenate([none, *grown])
     seen = np.isfinite(of_region[0]).all(axis=-1)
@@ -139,14 +146,7 @@ def _grown(
     for one in np.eye(distances.shape[-1]):
         moved += [places(geometry, finger, of.theta + np.sqrt(2) * one * wrong / geometry.wires.spacing, of.length)[0]]
         moved += [places(geometry, finger, of.theta, of.length + one * wrong / np.sqrt(2))[0]]
-    return radius(as_points(np.stack(moved) - at)) / _STEP
-
-
-def radius(away: Array) -> Array:
-    """Radius of the circle that holds 95 % of what independent deviations away, (deviations, T, S, 2), make, (T, S)."""
-    covariance = np.einsum("ktsi,ktsj->tsij", away, away)
-    radius: Array = np.sqrt(_NORMAL_95_SQUARED * np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1]))
-    return radius
+    return ball_radius(as_points(np.stack(moved) - at)) / _STEP
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def body_band(
             places(one, finger, *one.wires.sections(recording.inner, recording.outer))[0]
             for one in (geometry, *variants)
         )
-        found = np.hypot(found, radius(as_points(np.stack(moved) - at)))
+        found = np.hypot(found, ball_radius(as_points(np.stack(moved) - at)))
     return BodyBand(found, distances, band.widths.is_far(grown).any(axis=-1))
 
 

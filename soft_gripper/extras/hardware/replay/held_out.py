@@ -35,7 +35,14 @@ from soft_gripper.extras.hardware.replay.geometry_band import (
 from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_drive, fit_geometry, measured
 from soft_gripper.extras.hardware.replay.view import arm_corners
 from soft_gripper.extras.hardware.replay.zeroing import Zeroed, zeroed
-from soft_gripper.extras.hardware.scoring import Split, error_columns, leave_one_out, percent_within, predictions
+from soft_gripper.extras.hardware.scoring import (
+    Split,
+    ball_rms_z,
+    error_columns,
+    leave_one_out,
+    percent_within,
+    predictions,
+)
 from soft_gripper.files.document import require_value
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
@@ -94,6 +101,7 @@ class ReplayRow:
     max_mm: float
     # Of arcs with a sensor for each section, NaN otherwise
     within_band_percent: float  # samples within the 95 % band
+    rms_z: float  # errors along an axis over their standard deviations, root mean square: 1 is right
     band_mm: float  # mean radius
     far_percent: float  # samples that are far from what was fitted
 
@@ -256,10 +264,11 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
             bands = {one.name: 1e3 * one.signals[BAND].values[one.first :, i] for one in replayed}
             bands |= {ALL: np.concatenate(list(bands.values()))}
             for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
-                within = percent_within(values, bands[name]), float(bands[name].mean()), 100 * float(far[name].mean())
-                stated = within if has_band else [np.nan] * 3
+                shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
+                within = *shares, float(bands[name].mean()), 100 * float(far[name].mean())
+                stated = within if has_band else [np.nan] * 4
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
-                about = dict(zip(("within_band_percent", "band_mm", "far_percent"), stated, strict=True))
+                about = dict(zip(("within_band_percent", "rms_z", "band_mm", "far_percent"), stated, strict=True))
                 table.append(ReplayRow(estimator, sections, name, str(body), **numbers, **about))
     return table
 

@@ -6,12 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
+from here_executor import HereExecutor
+from identified import recorded, release
 from refusals import refused
 
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, Model
+from soft_gripper.extras.hardware.identification.identified_finger import compared as compare_motions
+from soft_gripper.extras.hardware.identification.identified_finger import identify
+from soft_gripper.extras.hardware.identification.kept_confidence import kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, extrapolations, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, SettledStates, StateScore
 from soft_gripper.extras.hardware.identification.settled_states import TestedStates as Compared
+from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.paths import Tendon
 
 NOISE = 2e-4  # m
@@ -82,6 +88,35 @@ def test_bands_are_wide_where_errors_were_large_in_the_fit(finger):
         (row,) = band_rows(kept, Compared(Model(finger), (part,), (errors[rows],), (score,)))
         assert 85 < row.within_band_percent <= 100
         assert 2 * noise < 1e-3 * row.band_mm < 5 * noise
+
+
+def loaded(beam, mass, seed):
+    """A release under a load of some kg; its markers wander by 1 % of the displacement within 0.3 s."""
+    load, rng = TipLoad(mass, 0.0, 0.0) if mass else None, np.random.default_rng(seed)
+    motion = recorded(beam, replace(release(), name=f"{1e3 * mass:.0f} g", load=load))
+    steps = rng.normal(0, 0.01 * motion.largest / np.sqrt(30), (2, len(motion.time) + 29, motion.markers.shape[1]))
+    away = np.lib.stride_tricks.sliding_window_view(steps, 30, axis=1).sum(axis=-1)
+    return replace(motion, markers=motion.markers + away[0] + 1j * away[1])
+
+
+def test_bands_of_motions_know_what_the_keys_leave_open(beam):
+    """A fit to the own weight alone hardly knows what the load weighs against; that is no error of the model."""
+    true = beam.with_sections(lambda part: replace(part, youngs_modulus=1.1 * part.youngs_modulus))
+    *fitted, between, beyond = [loaded(true, mass, seed) for seed, mass in enumerate((0.0, 0.05, 0.06, 0.1))]
+    keys = ["youngs_modulus", "density", "relaxation_time", "creep.share", "marker_mass"]
+    found = identify(beam, keys, fitted, [between, beyond], HereExecutor())
+    kept, known = learned_band(found), kept_confidence(found.fit.free, found.confidence)
+    assert kept.growth * np.sqrt(0.5) < 1.2 * kept.floor[0]
+    rows = {row.recording: row for row in band_rows(kept, found, known)}
+    assert rows.keys() == {"0 g", "50 g", "60 g", "100 g"}
+    assert all(row.within_band_percent > 93 for row in rows.values())
+    assert all(0.5 < rows[name].rms_z < 1.3 for name in ("0 g", "50 g", "60 g"))
+    assert rows["100 g"].rms_z > 0.4, "beyond what was left out the band is wider by the root of 2"
+    tested = compare_motions(found.model, [beyond], HereExecutor())
+    (alone,) = band_rows(kept, tested, known)
+    assert alone == rows["100 g"], "as beside the finger's file"
+    (doubted,) = band_rows(kept, tested, replace(known, std=[10 * std for std in known.std]))
+    assert doubted.band_mm > 1.5 * alone.band_mm
 
 
 def test_the_states_beside_a_finger_are_those_that_were_kept(found, tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from identified import CLOSES, OPENS, REFERENCE, RELEASE, recorded, release, step
 
-from soft_gripper.extras.hardware.identification.fit import _swing, score, tip_turn
+from soft_gripper.extras.hardware.identification.fit import _swing, _time_below, score, tip_turn
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 
 MIDDLE = REFERENCE.mean()
@@ -47,6 +47,26 @@ def test_turn_of_an_exponential_that_creeps():
     assert found.t50 == pytest.approx(reaches(0.5 * found.settled), abs=3e-3)
     assert found.t63 == pytest.approx(reaches(0.63 * found.settled), abs=3e-3)
     assert np.isnan(found.recovery)
+
+
+def test_a_swing_that_only_just_crosses_a_level_does_not_change_the_time_below_it():
+    """A first crossing would jump by most of a period of 125 ms; a slow mean crosses the level where the swing does."""
+    time = np.arange(0, 2, 1e-3)
+    mean, swing = np.minimum(time / 0.5, 1), np.sin(2 * np.pi * 8 * time)
+    assert _time_below(time, mean, 0.63) == pytest.approx(0.315, abs=1e-3)
+    assert _time_below(time, mean + 0.2 * swing, 0.63) == pytest.approx(0.315, abs=0.02)
+    peak = float(np.max((mean + 0.2 * swing)[time < 0.25]))
+    little = [_time_below(time, mean + 0.2 * swing, peak + by) for by in (-1e-3, 1e-3)]
+    first = [time[np.argmax(mean + 0.2 * swing >= peak + by)] for by in (-1e-3, 1e-3)]
+    assert np.diff(first) > 0.06
+    assert np.diff(little) == pytest.approx(0.0, abs=0.012)
+
+
+def test_the_time_below_a_level_leaves_out_what_was_not_seen():
+    time = np.arange(0, 1, 0.01)
+    turn = np.where((time > 0.2) & (time < 0.3), np.nan, time)
+    assert _time_below(time, turn, 0.6) == pytest.approx(0.6)
+    assert np.isnan(_time_below(time, turn, 1.5))
 
 
 def test_recovery_is_seen_after_the_valve_has_closed():

@@ -61,6 +61,15 @@ def test_band_widens_with_the_distance_from_what_was_fitted(arms, arm_finger, ge
     assert grown[1] > 1.5 * grown[0]
 
 
+def test_other_pressures_that_give_the_same_shape_do_not_widen_the_band(arms, arm_finger, geometry, band):
+    """As those of another day; but they say that wires were set anew, where the shape is another than they gave."""
+    found, other = (
+        body_band(band, geometry, replace(arms[3], pressures=by * arms[3].pressures), arm_finger) for by in (1.0, 1.5)
+    )
+    np.testing.assert_array_equal(found.radius, other.radius)
+    np.testing.assert_array_equal(found.is_far, other.is_far)
+
+
 def test_a_section_that_leaves_what_was_fitted_is_named(arms, arm_finger, geometry, band):
     for section in range(2):
         moved = stretched(arms[0], 0.3, section)
