@@ -6,7 +6,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.commanding import add_arm, add_drive_commands
-from soft_gripper.diagrams.private_run import remove_unread_blocks
+from soft_gripper.diagrams.private_run import fuse_loop, remove_unread_blocks
 from soft_gripper.diagrams.scene import add_copy, add_plant
 from soft_gripper.diagrams.signal_logs import SignalLogs, add_logs
 from soft_gripper.diagrams.station_parts import Station, StationParts
@@ -47,7 +47,8 @@ def make_private_station(
     """Builds a station for runs without readers of its diagram: faster, with the same recording.
 
     Blocks that no other reads are left out of its diagram, and its outputs are the signals that it still computes;
-    unless they are `composed`, sensors and estimation stay diagrams of blocks. `like` as for `add_station`.
+    unless they are `composed`, sensors, estimation and grip control stay diagrams of blocks. `like` as for
+    `add_station`.
 
     Raises:
         InputError: if a part of the scenario cannot be built.
@@ -56,6 +57,8 @@ def make_private_station(
     period = station.scenario.sensor.period
     logs = add_logs(builder, station.signals, period)
     station.signals, removed = remove_unread_blocks(builder, station.signals)
+    if composed:
+        station.signals = fuse_loop(builder, station.signals)
     return replace(_build_station(builder, station, logs), removed=removed)
 
 

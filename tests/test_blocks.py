@@ -9,12 +9,12 @@ import pytest
 from creeping_fingers import GRIPPER, write_creeping
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, PortDataType
+from pydrake.systems.framework import Diagram, DiagramBuilder, PortDataType
 
 import soft_gripper
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.control.grip import GripForce, LowSelector
-from soft_gripper.diagrams.station import make_private_station, make_station
+from soft_gripper.diagrams.station import add_station, make_private_station, make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.calibration_range import CalibrationRange
 from soft_gripper.estimators.finger_shape import FingerShape
@@ -82,7 +82,7 @@ def block_classes():
 
 
 def blocks(system):
-    if isinstance(system, Diagram):
+    if isinstance(system, Diagram | DiagramBuilder):
         return [block for inner in system.GetSystems() for block in blocks(inner)]
     return [system] if isinstance(system, ArrayBlock) else []
 
@@ -102,7 +102,9 @@ def examples(tmp_path_factory):
         stations.append(make_station(load_scenario(name, changes)))
     dead = load_scenario("tip_distance_steps", ["sensor.faults=[{finger: left_finger}]", "estimator.type=gaussian"])
     stations.append(make_private_station(dead))
-    found = [block for station in stations for block in blocks(station.diagram)]
+    builder = DiagramBuilder()
+    composed = add_station(builder, dead, composed=True)
+    found = [block for station in stations for block in blocks(station.diagram)] + blocks(builder)
     finger = stations[0].fingers[0].finger
     found += [FingerShape(finger), SensorBlock(CurvatureSensors(finger, 2), PERIOD)]
     states = FittedStates(np.zeros((1, 7)), np.full(7, 0.02))
@@ -111,7 +113,7 @@ def examples(tmp_path_factory):
     found += [LowSelector(), GripForce(["left", "right"]), Leak(np.array([0.3, 0.0]), 0.05)]
     distinct = {(type(block), block.period, *block.outputs, *ports(block).items()): block for block in found}
     yield {kind: [block for block in distinct.values() if type(block) is kind] for kind in map(type, found)}
-    del stations
+    del stations, composed, builder
 
 
 def pose(random):

@@ -3,7 +3,7 @@
 A block in Python costs more by its ports, caches and events than by its arithmetic, and a small numpy operation costs
 as much for two fingers as for one. So, where nobody reads the blocks of a diagram, a `FusedBlock` replaces them, and a
 `BatchedBlock` those of several equal fingers. Both call the functions of the blocks (ArrayBlock), and have the ports
-of the diagram.
+of the diagram. At last the parts that stay in a private run are fused into one (`private_run.fuse_loop`).
 Parts with a user block stay as they are: it may do more than its functions say, and is named if it fails.
 """
 
@@ -12,33 +12,54 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType, System
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.wires import Level
 from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
 from soft_gripper.signals import signal_of
 from soft_gripper.steps import TIME, Output, Step, Steps, same
 
 _SHARED_TIME = "time of all"
+_OPEN = "open"  # source of inputs that nothing feeds
 
 
 class FusedBlock(ArrayBlock):
-    """The blocks of a diagram as one, with the inputs and outputs of the diagram; it leaves the diagram unused."""
+    """Several blocks as one, with those of their steps from which its outputs follow; it leaves the blocks unused."""
 
-    def __init__(self, diagram: Diagram):
-        """All blocks of the diagram are made of functions of vectors, and sampled together."""
-        blocks = diagram.GetSystems()
+    def __init__(
+        self,
+        blocks: Sequence[ArrayBlock],
+        taken: Mapping[str, InputPort],
+        fed: Mapping[tuple[System, str], str],
+        ports: Mapping[str, OutputPort],
+    ):
+        """
+        Args:
+            blocks: made of functions of vectors, and sampled together.
+            taken: inputs of the blocks, vectors or not, that its own inputs replace, by the names of these.
+            fed: name of the source of each input of the blocks: an input, or an output of a block, see `wire`.
+            ports: the outputs of the blocks, or of diagrams that export them, by the names that they get.
+        """
         super().__init__(next((block.period for block in blocks if block.period is not None), None))
-        for name, port in inputs(diagram).items():
-            self.take(name, port.size())
-        fed = _input_sources(diagram)
-        ports = {name: _inner_port(diagram, port) for name, port in vector_outputs(diagram).items()}
-        outputs = {name: _output(port, fed) for name, port in ports.items()}
-        _add_all(self, Steps({name: step for block in blocks for name, step in _steps(block, fed)}, outputs))
+        for name, port in taken.items():
+            if port.get_data_type() == PortDataType.kVectorValued:
+                self.take(name, port.size())
+            else:
+                self.take_value(name, port.Allocate())
+        outputs = {name: _output(Level({}).leaf_output(port)[0], fed) for name, port in ports.items()}
+        steps = {name: step for block in blocks for name, step in _steps(block, fed)}
+        _pass_rows_on(steps)
+        _add_all(self, Steps(_needed_steps(steps, outputs), outputs))
         for name, port in ports.items():
             function, sources = outputs[name]
             self.put_out(name, function, *sources, **_port_labels(port))
+
+    @classmethod
+    def of_diagram(cls, diagram: Diagram) -> "FusedBlock":
+        """The blocks of a diagram, with its inputs and outputs."""
+        return cls(diagram.GetSystems(), inputs(diagram), _input_sources(diagram), vector_outputs(diagram))
 
 
 class BatchedBlock(ArrayBlock):
@@ -109,6 +130,43 @@ def _add_all(block: ArrayBlock, steps: Steps) -> None:
         block.add(name, step, kept=steps.readers[name] > 1)
 
 
+def _pass_rows_on(steps: dict[str, Step]) -> None:
+    """Replaces steps that stack all rows of another one, as between the blocks of the same fingers, by that itself."""
+    for name, step in steps.items():
+        if step.function is _stacked:
+            rows = [steps.get(source, step) for source in step.sources]
+            (whole, *others) = {row.sources for row in rows}
+            if not others and [_row_number(row) for row in rows] == [*range(len(rows))]:
+                steps[name] = Step(same, whole, None, same, whole)
+
+
+def _row_number(step: Step) -> int | None:
+    """The row that a step takes of another one; None: it does something else."""
+    return step.function.args[0] if isinstance(step.function, partial) and step.function.func is _row else None
+
+
+def _needed_steps(steps: Mapping[str, Step], outputs: Mapping[str, Output]) -> dict[str, Step]:
+    """The steps from which outputs follow, each after its sources."""
+    needed: dict[str, Step] = {}
+    pending = [name for _, sources in outputs.values() for name in sources]
+    while pending:
+        for step in _in_order(pending.pop(), steps, needed):
+            pending += step.sources_over_time
+            if step.memory is not None:
+                pending += step.memory.sources
+                pending += () if step.memory.begin_of is None else (step.memory.begin_of[1],)
+    return needed
+
+
+def _in_order(name: str, steps: Mapping[str, Step], needed: dict[str, Step]) -> Iterator[Step]:
+    """Adds a step to those needed after all that it follows from; yields what was added."""
+    if name in steps and name not in needed:
+        for source in steps[name].sources:
+            yield from _in_order(source, steps, needed)
+        needed[name] = steps[name]
+        yield steps[name]
+
+
 def _input_sources(diagram: Diagram) -> dict[tuple[System, str], str]:
     """Names of the sources of the blocks' inputs: inputs of the diagram, or outputs of other blocks."""
     fed = {}
@@ -116,28 +174,31 @@ def _input_sources(diagram: Diagram) -> dict[tuple[System, str], str]:
         for block, number in diagram.GetInputPortLocators(port.get_index()):
             fed[block, block.get_input_port(number).get_name()] = name
     for (block, number), (source, index) in diagram.connection_map().items():
-        fed[block, block.get_input_port(number).get_name()] = _wire(source.get_output_port(index))
+        fed[block, block.get_input_port(number).get_name()] = wire(source.get_output_port(index))
     return fed
 
 
 def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator[tuple[str, Step]]:
     """The steps of a block among others, with one for each of its outputs that feeds another block."""
+    yield _OPEN, Step(lambda: None, over_time=None)
     name_of = partial(_name_of, block, fed)
     for name, step in block.steps.items():
         if step.function is not None:
             yield name_of(name), step.renamed(name_of)
     for name, (function, sources) in block.outputs.items():
         port = block.GetOutputPort(name)
-        if _wire(port) in fed.values():
+        if wire(port) in fed.values():
             size = port.size()
             steps = tuple(map(name_of, sources))
-            yield _wire(port), Step(_flattened(function, size), steps, None, _reshaped(function, (-1, size)), steps)
+            is_row = isinstance(function, partial) and function.func is _row  # which is flat
+            flat = function if is_row else _flattened(function, size)
+            yield wire(port), Step(flat, steps, None, _reshaped(function, (-1, size)), steps)
 
 
 def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:
     """The function and the steps of an output of a block."""
-    if _wire(port) in fed.values():
-        return same, [_wire(port)]
+    if wire(port) in fed.values():
+        return same, [wire(port)]
     function, sources = port.get_system().outputs[port.get_name()]
     return function, [_name_of(port.get_system(), fed, source) for source in sources]
 
@@ -146,7 +207,7 @@ def _name_of(block: ArrayBlock, fed: Mapping[tuple[System, str], str], name: str
     """Name of a step of a block among those of others; the time is that of all."""
     if name == TIME:
         return name
-    return fed[block, name] if block.HasInputPort(name) else f"{block.get_name()}/{name}"
+    return fed.get((block, name), _OPEN) if block.HasInputPort(name) else f"{block.get_name()}/{name}"
 
 
 def _shared_name(name: str) -> str:
@@ -154,15 +215,9 @@ def _shared_name(name: str) -> str:
     return _SHARED_TIME if name == TIME else name
 
 
-def _wire(port: OutputPort) -> str:
+def wire(port: OutputPort) -> str:
     """Step of an output that feeds another block."""
     return f"{port.get_system().get_name()}.{port.get_name()}"
-
-
-def _inner_port(diagram: Diagram, port: OutputPort) -> OutputPort:
-    """The block's output behind an output of a diagram."""
-    block, number = diagram.get_output_port_locator(port.get_index())
-    return block.get_output_port(number)
 
 
 def _port_labels(port: OutputPort) -> dict[str, Any]:
@@ -228,10 +283,12 @@ def add_parts(
     part_ports: dict[str, PartPorts] = {}
     for names in _group_by_key(keys):
         if len(names) == 1 or not all(block.takes_axes for block in parts[names[0]].GetSystems()):
-            part_ports |= {name: add_part(builder, f"{name}.{kind}", FusedBlock(parts[name])) for name in names}
+            part_ports |= {
+                name: add_part(builder, f"{name}.{kind}", FusedBlock.of_diagram(parts[name])) for name in names
+            }
         else:
             block = builder.AddNamedSystem(
-                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock(parts[names[0]]), names)
+                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock.of_diagram(parts[names[0]]), names)
             )
             part_ports |= {
                 name: PartPorts(_finger_ports(name, inputs(block)), _finger_ports(name, vector_outputs(block)))

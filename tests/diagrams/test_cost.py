@@ -38,7 +38,7 @@ def calls_per_sample(scenario, begin):
     [
         ("free_bending", 0.5025, 18),
         ("box_grasp", 10.0025, 80),  # six each for the area and the largest pressure of two patches
-        ("pick_and_place_box", 0.5025, 760),  # a tenth of them for task and PID as steps, which run in MuJoCo too
+        ("pick_and_place_box", 0.5025, 560),  # a tenth of them for task and PID as steps, which run in MuJoCo too
     ],
 )
 def test_a_sample_takes_few_calls(name, begin, limit):

@@ -10,10 +10,11 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.diagrams.private_run import remove_unread_blocks
+from soft_gripper.diagrams.private_run import LOOP, remove_unread_blocks
 from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_private_station, make_station
-from soft_gripper.diagrams.wiring.composed import BatchedBlock, FusedBlock
+from soft_gripper.diagrams.wiring.composed import BatchedBlock
+from soft_gripper.diagrams.wiring.grip_control import GripControl
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_block import Hold
 
@@ -90,10 +91,15 @@ def test_a_private_diagram_exports_what_it_computes(name, overrides):
     assert station.removed.keys() >= {"left_finger.scoring", "right_finger.scoring", "true_poses"}
 
 
-def test_sensors_and_estimation_of_equal_fingers_are_a_block_each_if_anything_reads_them():
+def test_sensors_and_estimation_of_equal_fingers_are_computed_at_once_in_one_block_if_anything_reads_them():
     def parts(name, *overrides):
-        systems = make_private_station(load_scenario(name, overrides)).diagram.GetSystems()
-        return {system.get_name() for system in systems if isinstance(system, BatchedBlock | FusedBlock)}
+        """The composed parts whose steps the loop has."""
+        diagram = make_private_station(load_scenario(name, overrides)).diagram
+        steps = diagram.GetSubsystemByName(LOOP).steps if diagram.HasSubsystemNamed(LOOP) else ()
+        assert not any(isinstance(system, BatchedBlock | GripControl) for system in diagram.GetSystems())
+        return {
+            step.partition("/")[0] for step in steps if step.partition("/")[0].endswith((".sensors", ".estimation"))
+        }
 
     assert not parts("free_bending")
     both = {"left_finger+right_finger.sensors", "left_finger+right_finger.estimation"}
@@ -101,6 +107,14 @@ def test_sensors_and_estimation_of_equal_fingers_are_a_block_each_if_anything_re
     broken = "sensor.faults=[{finger: left_finger, kind: dead}]"
     apart = {"left_finger.sensors", "right_finger.sensors", "left_finger+right_finger.estimation"}
     assert parts("tip_distance_steps", broken) == apart
+
+
+def test_the_loop_has_no_step_and_no_output_that_nothing_reads():
+    """Contact is detected after the run, as nothing in the loop reads it."""
+    loop = make_private_station(load_scenario("tip_distance_steps", ["estimator.contact_threshold=2.5e-3"]))
+    block = loop.diagram.GetSubsystemByName(LOOP)
+    assert {*block.outputs} == {"grip_control.pressure"}
+    assert not any("contact_detector" in step or "object_width" in step for step in block.steps)
 
 
 def test_a_private_run_begins_at_any_time():

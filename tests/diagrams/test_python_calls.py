@@ -118,7 +118,7 @@ def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
 CALLBACKS = {  # calls in a second, for both fingers at once
     "estimators.arc_shapes.joint_angles": 100,
     "load.force_estimator.external_torque": 100,
-    "load.contact_detector._touch": 100,  # remembered by the block of both fingers, whoever reads it
+    "load.contact_detector._touch": 0,  # nothing in the loop reads it
     "load.opening._width": 0,  # nothing reads it: it is computed after the run
     "truth.contact._collect": 100,
     "load.opening.opening": 100,
