@@ -106,14 +106,6 @@ def test_a_step_of_pressure_is_followed_as_by_the_equation_of_motion(time_step, 
 
 
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
-def test_a_finger_that_begins_relaxed_stays(time_step):
-    finger = creeping(1)
-    relaxed = (finger.pressure_torque(PRESSURE) / finger.stiffness)[0] / (1 - 0.2 - 0.1)
-    angles = Creeping(finger, time_step, q=relaxed, z=relaxed, pressure=PRESSURE).angles(TIMES)
-    np.testing.assert_allclose(angles, relaxed, rtol=1e-4)
-
-
-@pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_a_widening_chamber_multiplies_what_creeps_too(time_step):
     """Held, by the share of a linear finger; emptied, what stays is of the pressure and not of the bend."""
     share, time, widens = 0.2, 1.0, 3.0

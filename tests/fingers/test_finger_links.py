@@ -38,14 +38,6 @@ def test_spring_pair_is_a_linear_torsion_spring(tapered_finger, finger_plant, se
     np.testing.assert_allclose(torque, -sign * angle * finger.stiffness, rtol=tolerance)
 
 
-def test_energy_of_the_springs_is_that_of_torsion_springs(tapered_finger, finger_plant, bent):
-    plant, q = finger_plant(tapered_finger), bent(5)
-    context = plant.CreateDefaultContext()
-    plant.SetPositions(context, q)
-    expected = (tapered_finger.stiffness * q**2).sum() / 2
-    assert plant.CalcPotentialEnergy(context) == pytest.approx(expected, rel=2e-5)
-
-
 def test_damping_is_in_the_joints_and_only_there(tapered_finger, finger_plant):
     plant = finger_plant(tapered_finger)
     damping = [plant.GetJointByName(joint_name("tapered", i)).default_damping() for i in range(5)]

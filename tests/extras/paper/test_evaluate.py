@@ -1,22 +1,15 @@
 """The evaluation: whole folders or none, what is left to do, runs that repeat themselves, and Ctrl-C."""
 
-import os
 import shutil
-import signal
-import subprocess
-import time
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 import xarray as xr
-from command_line import LISTENING
 from here_executor import HereExecutor
 from matplotlib.figure import Figure
 from refusals import refused
-from waiting import LONG
 
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
@@ -42,8 +35,6 @@ from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import PhaseRow
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
-
-COMMAND = [*LISTENING, "evaluate"]
 
 
 def test_unfinished_are_those_without_a_whole_folder_of_the_same_scenario(tmp_path):
@@ -169,17 +160,6 @@ def save(stem: Path) -> None:
 
 
 @pytest.mark.slow
-def test_fig_4_shows_the_end_of_the_finger_that_is_obstructed_inside(summarized):
-    """The last of the scenario's fingers is pressed hardest."""
-    ((layout, recording, time),) = summarized.shapes
-    scenario = load_scenario("obstructed_inside")
-    assert recording.data.attrs["run_of"] == "obstructed_inside"
-    assert time == scenario.duration
-    assert layout.sections == scenario.sensor.sections
-    assert layout.finger.name == fingers("obstructed_inside")[-1][1]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "scenarios", "errors"),
     [
@@ -201,13 +181,6 @@ def test_figs_5_to_7_show_the_errors_that_they_are_named_after(summarized, name,
 
 
 @pytest.mark.slow
-def test_contact_forces_are_drawn_of_the_finger_that_touches_something(summarized):
-    for axes in summarized.figures["contact_force"].axes[:4]:
-        (line,) = (line for line in axes.lines if str(line.get_label()).startswith("4"))
-        assert list(line.get_ydata()) == pytest.approx([10 / 7, 20 / 7], abs=1e-6)
-
-
-@pytest.mark.slow
 def test_a_summary_leaves_all_rows_and_a_report(summarized):
     poses, forces, figures, _, out = summarized
     read = read_csv(out / "metrics.csv", PoseRow)
@@ -218,54 +191,3 @@ def test_a_summary_leaves_all_rows_and_a_report(summarized):
     assert {row.finger for row in read_csv(out / "contact.csv", ContactRow)} == {"left", "right"}
     assert (out / "report.html").is_file()
     assert set(figures) == {path.stem for path in out.glob("*.svg")} == set(CAPTIONS)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("moment", ["at the beginning", "in the middle"])
-def test_interrupted_evaluation_says_what_is_missing(tmp_path, moment):
-    """Ctrl-C reaches the whole process group, workers too."""
-    out = tmp_path / "evaluation"
-    begun = out.exists if moment == "at the beginning" else lambda: list(out.iterdir()) if out.exists() else []
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen([*COMMAND, "--out", out, "--jobs", "1"], start_new_session=True, **pipes) as process:
-        while process.poll() is None and not begun():
-            time.sleep(0.05)
-        time.sleep(0.5)
-        os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=LONG)
-    assert process.returncode == 130
-    missing = [name for name in RUNS if not (out / name).exists()]
-    assert f"Missing: {', '.join(missing)}; " in printed
-    assert f"evaluate --out {out} --resume" in printed
-    assert "Traceback" not in complaint
-    if missing == list(RUNS):
-        assert not out.exists()
-    else:
-        assert sorted(path.name for path in out.iterdir()) == sorted(set(RUNS) - set(missing))
-
-
-def children(process: int) -> list[int]:
-    """Processes that a process has started."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):
-            pid, rest = int(stat.parent.name), stat.read_text().rpartition(")")[2].split()
-            found += [pid] if int(rest[1]) == process else []
-    return found
-
-
-@pytest.mark.slow
-def test_a_process_that_is_killed_is_named_and_its_scenario_run_again(tmp_path):
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen([*COMMAND, "--out", tmp_path, "--jobs", "1"], start_new_session=True, **pipes) as process:
-        while not (workers := [own for server in children(process.pid) for own in children(server)]):
-            assert process.poll() is None
-            time.sleep(0.05)
-        time.sleep(1.0)  # until it has begun
-        os.kill(workers[0], signal.SIGKILL)
-        line = process.stderr.readline()
-        while not [own for server in children(process.pid) for own in children(server)]:
-            assert process.poll() is None
-            time.sleep(0.05)
-        process.kill()
-    assert line.startswith("note: process 1 of 2 died at files_of_run('")

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from benchmark_folders import write_force_folder
 from scipy.spatial import cKDTree
 
-from studies.benchmark.benchmark_task import Question, inputs_of, missing_files, read_tests, read_training
+from studies.benchmark.benchmark_task import inputs_of, missing_files, read_tests, read_training
 from studies.benchmark.estimates import answers
 from studies.benchmark.measured_force import force_tasks
 from studies.benchmark.scores import scores
@@ -99,10 +99,6 @@ def test_no_file_that_is_given_is_tested(task):
     tested = {part.file for parts in task.tested.values() for part in parts}
     assert tested.isdisjoint(task.given)
     assert {*task.given} <= {part.file for part in task.trained}
-
-
-def test_a_question_says_nothing_of_files():
-    assert {each.name for each in fields(Question)} == {"name", "inputs", "outputs", "period", "recognition"}
 
 
 def test_commands_that_are_tested_were_not_trained_on_with_another_load():

@@ -2,11 +2,9 @@
 
 import hashlib
 import json
-import runpy
 from dataclasses import replace
 from itertools import pairwise
 from operator import attrgetter
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +18,6 @@ from studies.benchmark.benchmark_task import (
     Recorded,
     Task,
     inputs_of,
-    missing_files,
     read_tests,
     read_training,
     unread_files,
@@ -154,21 +151,6 @@ def test_another_file_of_the_same_name_is_refused(twin, tmp_path):
         read_training(twin, tmp_path, tmp_path / "copies")
 
 
-def test_missing_files_are_named(twin, tmp_path):
-    (tmp_path / "a.txt").unlink()
-    assert missing_files(twin, tmp_path) == ["a.txt"]
-
-
-def test_a_band_in_some_recordings_only_is_refused(twin, tmp_path):
-    twice = replace(twin, tested={"later": (Part("a.txt", 0.5, 0.7), Part("a.txt", 0.7))}, period=0.1)
-
-    def predict(inputs):
-        return inputs if len(inputs) in (800, 400) else (inputs, np.ones_like(inputs))
-
-    with pytest.raises(InputError, match="missing in some recordings"):
-        score(twice, tmp_path, lambda task, train: predict)
-
-
 def lagging(seed, samples=1500):
     """An output that follows its input slowly."""
     inputs = np.random.default_rng(seed).uniform(-1, 1, (samples, 1)).repeat(20, axis=0)[:samples]
@@ -213,15 +195,6 @@ def test_a_set_of_answers_has_95_percent_of_the_stated_probability():
     assert row.band == (1 + 2 + 3 + 1) / 4
 
 
-def test_true_probabilities_cover_what_they_state():
-    random = np.random.default_rng(5)
-    stated = random.dirichlet([1, 1, 1], 4000)
-    held = (random.uniform(size=(4000, 1)) > stated.cumsum(axis=1)).sum(axis=1)
-    sums = np.sort(stated, axis=1)[:, ::-1].cumsum(axis=1)
-    in_set = np.where(sums >= 0.95, sums, 1.0).min(axis=1)  # a set of few answers states more than 95 %
-    assert recognized(stated[:, :2], held).within_band_percent == pytest.approx(100 * in_set.mean(), abs=0.5)
-
-
 def test_scores_of_a_regression_count_as_probabilities():
     found = with_unknown(np.array([[1.2, -0.2], [0.3, 0.3], [2.0, 2.0]]))
     assert found == pytest.approx(np.array([[1, 0, 0], [0.3, 0.3, 0.4], [0.5, 0.5, 0]]))
@@ -234,20 +207,6 @@ def test_nothing_is_both_trained_and_tested_on(task):
             assert part.file in task.sha256
             for own in task.trained:
                 assert own.file != part.file or part.begin >= own.end or part.end <= own.begin
-
-
-def test_the_example_follows_the_protocol(twin, tmp_path):
-    example = runpy.run_path(str(Path(__file__).parents[3] / "examples/benchmark_estimator.py"))
-    row = score(twin, tmp_path, example["linear"])
-    assert score(twin, tmp_path, ridge).mean < row.mean < 1  # the law is not linear
-
-
-def test_the_example_with_a_memory_is_better_where_one_is_needed():
-    example = runpy.run_path(str(Path(__file__).parents[3] / "examples/benchmark_estimator.py"))
-    train, test = [lagging(1), lagging(2)], lagging(3)
-    task = Task("memory", "", {}, (Channel("u", "1"),), (Channel("y", "m"),), (), {}, lambda path: test, period=0.01)
-    rows = [scored(task, example[name], train, {"all": [test]}) for name in ("linear", "with_memory")]
-    assert rows[1].mean < 0.7 * rows[0].mean
 
 
 @pytest.mark.parametrize(

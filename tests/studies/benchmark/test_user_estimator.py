@@ -136,32 +136,6 @@ def test_whatever_an_estimator_does_is_one_line(asked, body, said):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["nothing:here", "nowhere.py:here", "json:here"])
-def test_what_cannot_be_imported_is_named(name):
-    with (
-        pytest.raises(InputError, match=r"benchmark: estimator = .*cannot be imported"),
-        user_estimator.user_estimator(name, []),
-    ):
-        pass
-
-
-def test_what_an_estimator_prints_is_not_among_the_scores(asked, capfd):
-    asked("print('epoch 1')\nreturn lambda inputs: inputs")
-    assert capfd.readouterr() == ("", "epoch 1\n")
-
-
-def test_its_folder_and_command_line_are_empty(asked, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    asked("assert os.listdir() == [] and sys.argv == ['-c']\nreturn lambda inputs: inputs")
-
-
-def test_a_long_silence_is_said(asked, monkeypatch, capsys):
-    monkeypatch.setattr(user_estimator, "_PATIENCE", 1)
-    asked("time.sleep(1.2)\nreturn lambda inputs: inputs")
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.endswith("mine.py:estimator: no answer on twin for 1 s; Ctrl-C ends it")
-
-
 def test_ctrl_c_ends_it_with_all_that_it_has_started(tmp_path):
     (tmp_path / "mine.py").write_text(
         "import os, subprocess\n"
