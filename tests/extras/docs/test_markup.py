@@ -41,22 +41,6 @@ def test_a_page_shows_no_markup(page):
     assert stray(PAGES[page]) == []
 
 
-@pytest.mark.parametrize(
-    ("text", "count"),
-    [
-        ("- <!-- make --> **Bold** and `code`\n", 1),  # a block of HTML to the end of the line
-        ("- <!-- make -->\n  **Bold** and `code`\n", 0),
-        ("<p>\n`code`\n</p>\n", 1),
-        ("**Bold and 2 * 3\n", 1),
-        ("`**` is bold, <b>this</b> too\n", 0),
-        ("a [link] (elsewhere) and [another](there\n", 1),
-        ("| a |\n|---|\n| b |\n\n| c |\n", 1),  # a row that has lost its table
-    ],
-)
-def test_markup_that_is_left_is_found(text, count):
-    assert len(stray(text)) == count
-
-
 def wide(text):
     """Line numbers and lines of a page's blocks of code that are too long."""
     for token in MarkdownIt("commonmark").enable("table").parse(text):
@@ -85,20 +69,6 @@ def test_what_a_notebook_shows_is_not_wider_than_a_page(notebook):
             lines = [line for _, line in wide(source)]
         found += [f"{notebook}: cell {i}: {line}" for line in lines if len(line) > CODE_COLUMNS]
     assert not found, "\n".join(found)
-
-
-@pytest.mark.parametrize(
-    ("text", "numbers"),
-    [
-        ("a\n\n    " + 77 * "x" + "\n", [3]),
-        ("a\n\n    " + 76 * "x" + "\n", []),
-        ("```sh\nx\n" + 77 * "x" + "\n```\n", [3]),
-        ("- a\n\n  ```\n  " + 77 * "x" + "\n  ```\n", [4]),
-        (77 * "x" + "\n", []),
-    ],
-)
-def test_code_that_is_wide_is_found(text, numbers):
-    assert [number for number, _ in wide(text)] == numbers
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/") and page not in IN_WORDS])
