@@ -140,17 +140,6 @@ def test_descriptions_that_do_not_fit_are_refused(bench, old, new, message):
     assert not (folder / "mine.yaml").exists()
 
 
-def test_logs_that_do_not_fit_are_refused(bench):
-    folder, *_ = bench
-    rows = (folder / "log.csv").read_text().splitlines()
-    (folder / "back.csv").write_text("\n".join([*rows, rows[0]]))
-    assert "times must increase" in calibrate(folder, "back.csv").err
-    (folder / "gap.csv").write_text("\n".join([*rows[:-1], rows[-1].replace(",0,", ",,")]))
-    assert "give a pressure" in calibrate(folder, "gap.csv").err
-    assert "logs need --scenario" in calibrate(folder, scenario=None).err
-    assert "either --bench or --as" in calibrate(folder, **{"as": folder / "bench.yaml"}).err
-
-
 def test_signals_with_rates_of_their_own_are_held(bench):
     """The pressure is in rows of its own, half as often: `hold` of the description brings both together."""
     folder, *_ = bench
@@ -186,14 +175,6 @@ def test_a_reading_that_is_clipped_or_dead_is_refused(bench, clipped):
         else "reading 3 .*never changes"
     )
     assert re.search(said, result.err), result.err
-
-
-def test_a_clock_in_another_unit_is_questioned(bench):
-    folder, *_ = bench
-    rows = np.loadtxt(folder / "log.csv", delimiter=",")
-    rows[:, 0] /= 86400
-    np.savetxt(folder / "days.csv", rows, fmt="%.10g", delimiter=",")
-    assert "samples are 579 ns apart: is the time in s?" in calibrate(folder, "days.csv").err
 
 
 RECORDING = """time: t

@@ -21,7 +21,6 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     predicted_markers,
     resting_positions,
     settled_states,
-    slack_tendons,
     state_errors,
     states_figure,
 )
@@ -200,15 +199,6 @@ def read(folder, rows, described=DESCRIBED, finger=TWO):
     return settled_states(recording, finger)
 
 
-def test_rows_of_a_file(tmp_path):
-    """A row without a marker is left out, a long rest is not; a row belongs to the family its label names, if any."""
-    rows = ["0,in_1,1,-2,10,20,150", "1,out,2,-2,11,21,151", "2,in_2,3,-2,,,", "300,in_3,4,-2,13,23,153"]
-    states = read(tmp_path, rows)
-    assert list(states.families) == ["in_", "", "in_"]
-    np.testing.assert_allclose(states.pulled, [[1e-3, -2e-3], [2e-3, -2e-3], [4e-3, -2e-3]])
-    np.testing.assert_allclose(states.markers[:, 0, 2], [0.15, 0.151, 0.153])
-
-
 @pytest.mark.parametrize(
     ("poses", "pressures", "said"),
     [(True, False, "not poses: name the columns"), (False, True, "a file for each constant pressure")],
@@ -250,13 +240,6 @@ def test_descriptions_that_are_refused(tmp_path, old, new, field):
         read(tmp_path, ["0,in_1,1,-2,10,20,150", "1,in_2,2,-2,11,21,151"], DESCRIBED.replace(old, new))
 
 
-def test_a_tendon_needs_a_first_guess_of_its_stiffness(tmp_path):
-    stiff, soft = TWO.tendons
-    with refused("t1.stiffness", 0.0):
-        rows = ["0,in_1,1,-2,10,20,150", "1,in_2,2,-2,11,21,151"]
-        read(tmp_path, rows, finger=replace(TWO, tendons=(stiff, replace(soft, stiffness=0.0))))
-
-
 @pytest.mark.published
 @pytest.mark.parametrize(("robot", "fitted", "left_out"), [("v4", 4.0, 3.9), ("v6", 7.9, 7.5)])
 def test_published_robots(robot, fitted, left_out):
@@ -268,23 +251,6 @@ def test_published_robots(robot, fitted, left_out):
     found = identify_states(finger, FREE, [settled_states(recording, finger)], [], HereExecutor())
     rms = {(score.role, score.family): score.rms_mm for score in found.scores}
     assert (round(rms["fit", "all"], 1), round(rms["left out", "all"], 1)) == (fitted, left_out)
-
-
-def test_a_step_to_an_impossible_finger_is_not_taken(monkeypatch):
-    """The search goes on from before it, and ends where it would have."""
-    states, free = states_of(rows=30), free_parameters(TRUE.finger, ["tendon.stiffness"], [])
-    rows, start = [np.arange(30) > 4], 0.9 * free.start
-    expected, tried = fit_states(free, [states], rows, starts=start).x, []
-
-    def impossible_at_first(model, *others):
-        tried.append(model)
-        if len(tried) == 3:
-            raise InputError("finger", "field", 0, "another")
-        return state_errors(model, *others)
-
-    monkeypatch.setattr(module, "state_errors", impossible_at_first)
-    np.testing.assert_allclose(fit_states(free, [states], rows, starts=start).x, expected, rtol=1e-2)
-    assert len(tried) > 3
 
 
 def unbalanced(states, rows):
@@ -313,22 +279,6 @@ def test_rows_without_a_balance_are_left_out_and_named():
     assert len(states_figure(found).axes) == 3
 
 
-def test_the_search_ends_where_the_section_does():
-    """The markers ask for a lever beyond the finger; and a finite difference does not leave it either."""
-    states = states_of(rows=30)
-    free = free_parameters(TRUE.finger, ["tendon.lever", "tendon.angle"], [])
-    _, upper = free.bounds
-    assert np.exp(upper[0]) == pytest.approx(SECTION.thickness / 2)
-    doubled = replace(states, pulled=2 * states.pulled)
-    fitted = fit_states(free, [doubled])
-    assert fitted.x[0] == pytest.approx(upper[0], abs=1e-3)
-    assert fitted.x[0] <= upper[0]
-    at_end = np.append(upper[0], free.start[1:])
-    steps = free.steps(at_end, 0.1)
-    assert steps[0] < 0 < steps[1]
-    free.at(at_end)
-
-
 def test_what_nothing_determines_is_predicted_by_the_best_fit(capsys):
     """Without weight the density changes nothing: families left out are predicted all the same, and it is said."""
     states = states_of(rows=30)
@@ -352,16 +302,3 @@ def test_tendons_that_pull_the_other_way_are_refused():
         identify_states(
             GUESS, ["tendon.stiffness"], [replace(states, pulled=-np.abs(states.pulled))], [], HereExecutor()
         )
-
-
-def test_a_tendon_that_no_row_tightens_is_named():
-    """One is let out all the time; or the fit slackens all, because they bend the finger the wrong way."""
-    states, pulled = states_of(rows=30), states_of(rows=30).pulled
-    pulled[:, 2] = -20e-3
-    found = identify_states(GUESS, ["tendon.stiffness"], [replace(states, pulled=pulled)], [], HereExecutor())
-    assert doubts_of_states(found) == ["no row tightens t2: do they pull the other way?"]
-    soft = robot(np.zeros(6), [0.0] * 6, [1e-7] * 6)
-    assert slack_tendons(Model(soft), [states]) == [f"t{i}" for i in range(6)]
-    assert slack_tendons(TRUE, [states]) == []
-    nothing = unbalanced(states, np.arange(30))
-    assert slack_tendons(TRUE, [nothing]) == []

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from hardware_files import published
-from refusals import refused
 
-from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.replay.arm_estimation import arm_recording, stretched_arm
-from soft_gripper.extras.hardware.replay.held_out import ALL, BAND, FAR, estimator_rows, replay_recordings, replay_table
+from soft_gripper.extras.hardware.replay.held_out import ALL, BAND, FAR, replay_recordings, replay_table
 from soft_gripper.fingers.kinematics import as_points
 
 DOWN = np.array([0.0, 0.0, 9.81])
@@ -58,16 +56,6 @@ def test_what_an_arm_is_uncertain_by_follows_from_its_recordings(arms, replayed)
     assert bend == pytest.approx(0.1 * found.uncertainty.angle)
 
 
-@pytest.mark.slow
-def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, replayed):
-    moved = replace(arms[0], positions=arms[0].positions + 0.03, headings=arms[0].headings + 0.1)
-    again = replay_recordings([moved], arms[1:], ROWS, arm_finger, DOWN).replayed[0]
-    for row in ROWS:
-        name = f"{row}.body_positions"
-        np.testing.assert_array_equal(again.signals[name].values, replayed[0].signals[name].values)
-    assert again.signals["arcs 2.body_error"].values[1:].min() > 0.02
-
-
 def test_zeroed_wires_place_the_bodies_again_and_their_first_seconds_are_not_scored(arms, arm_finger):
     moved = replace(arms[0], inner=arms[0].inner + np.array([0.02, -0.01]))
     rows = {"arcs 2": ("arcs", 2)}
@@ -76,22 +64,6 @@ def test_zeroed_wires_place_the_bodies_again_and_their_first_seconds_are_not_sco
     errors = [found.table[-1].mean_mm for found in (plain, zeroed)]
     assert errors[0] > 10 > 2 > errors[1]
     assert zeroed.table[-1].within_band_percent > 90
-
-
-def test_what_is_reported_is_not_fitted_to(arms, arm_finger):
-    with pytest.raises(InputError) as caught:
-        replay_recordings(arms[:2], arms[1:], ROWS, arm_finger, DOWN)
-    assert (caught.value.field, caught.value.value) == ("--fit", ["run_1"])
-    with refused("FILE", ["run_0"]):
-        replay_recordings(arms[:1], None, ROWS, arm_finger, DOWN)
-
-
-def test_estimators_by_name():
-    assert list(estimator_rows(["arcs", "gaussian"], 2)) == ["arcs 1", "gaussian 1", "arcs 2", "gaussian 2"]
-    own = "own_blocks:contact_again"
-    assert estimator_rows([own], 2) == {f"{own} 1": (own, 1), f"{own} 2": (own, 2)}
-    with refused("--estimator", "arks"):
-        estimator_rows(["arks"], 2)
 
 
 @pytest.mark.slow
