@@ -8,7 +8,6 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver
-from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.bench.messages import encoded
 from soft_gripper.extras.hardware.bench_schema import described
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -145,9 +144,3 @@ def held_box(seconds, is_bad, seed, silence=(np.inf, np.inf)):
         driver.advance()
     driver.forces, driver.commands = np.array(forces), np.array(commands)
     return driver
-
-
-@pytest.mark.parametrize(("address", "host"), [("udp://:0", "127.0.0.1"), ("udp://0.0.0.0:0", "0.0.0.0")])
-def test_it_listens_on_this_machine_alone_unless_told(address, host):
-    with Endpoints("test") as endpoints:
-        assert endpoints.source(address).host == host

@@ -14,7 +14,6 @@ import simulated_hardware
 import yaml
 from browser import click, open_url
 from live_process import free_port
-from refusals import refusal
 from served_page import SMALL_SCENE, Served
 from waiting import LONG, wait_until
 
@@ -104,7 +103,3 @@ def test_the_page_needs_its_token_and_takes_known_buttons_alone(served: Served) 
     assert code == 0
     assert "Rejected 4 messages" in said
     assert "Recordings: none." in said
-
-
-def test_options_that_do_not_fit() -> None:
-    assert "--mcap" in refusal("live", "tip_distance_steps", "--page", "--mcap", "a.mcap")

@@ -84,16 +84,6 @@ def test_links_that_lose_nothing(link, messages, offline):
     assert live.driver.counts.lost == 0
 
 
-@pytest.mark.parametrize("form", ["text", "float64"])
-def test_formats_without_names(form, messages, offline):
-    live = made(lambda timeout: [], format=form, fields=list(by_entry(messages[0])))
-    for message in messages:
-        live.driver._take(encoded(message, form), time.monotonic())
-    tolerance = 0 if form == "float64" else 1e-6
-    for count, found in by_count(live.results).items():
-        np.testing.assert_allclose(found[TIP], offline[count][TIP], rtol=tolerance, atol=tolerance)
-
-
 PRESSURES = "left_finger.pressure", "right_finger.pressure"
 
 
@@ -174,23 +164,6 @@ def test_silence_widens_bands_and_makes_commands_safe(messages, offline):
     again = by_count(live.results)[146]
     assert (again["lost"], again[STD][-1]) == (40, offline[146][STD][-1])
     assert live.driver.counts.silences == 2  # the other one at the end
-
-
-def test_before_the_first_reading_commands_are_safe():
-    live = made(lambda timeout: time.sleep(timeout) or [], is_live=True, safe_command=-5.0)
-    for _ in range(5):
-        live.driver.advance()
-    assert all(found[COMMAND] == [-5.0] and found["stale"] for found in live.results)
-    assert len(live.results) >= 4
-
-
-def test_malformed_datagrams_only_count(messages):
-    live = made(lambda timeout: [])
-    unknown = json.dumps(by_entry(messages[0]) | {"left_finger.pressure[0]": None}).encode()
-    for junk in (b"", b"{}", b"\xff" * 70_000, b'{"count": NaN}', b'{"count": -1}', b"[" * 60_000, unknown):
-        live.driver._take(junk, 0.0)
-    assert live.driver.counts.malformed == 7
-    assert not live.results
 
 
 def test_a_flood_only_counts(messages):
@@ -297,13 +270,6 @@ def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
     assert np.isfinite(offsets).all()
 
 
-def test_zeroing_without_readings():
-    live = made(lambda timeout: [])
-    live.driver.zero(60.0)
-    with refused("--zero", "no reading"):
-        live.driver.end_zeroing()
-
-
 def test_lines_of_any_length():
     read, write = os.pipe()
     source = LineSource(read)
@@ -327,15 +293,6 @@ def test_the_rest_of_a_line_without_end_is_no_reading():
     os.close(read)
     assert [len(line) for line in found] == [120_000, 4]
     assert found[1] == b"5, 6"
-
-
-def test_a_file_with_a_line_without_end_is_refused_by_its_line(tmp_path):
-    (tmp_path / "a.csv").write_bytes(b"1, 2\n" + b"3, 4" * 100_000)
-    with Endpoints("bench.yaml") as endpoints:
-        source = endpoints.source(f"file:{tmp_path}/a.csv")
-        assert source.receive(0.1) == [b"1, 2\n"]
-        with refused("line", 2):
-            source.receive(0.1)
 
 
 @pytest.mark.parametrize(

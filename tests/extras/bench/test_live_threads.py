@@ -12,16 +12,6 @@ from soft_gripper.extras.bench.threads import ROOM, Inbox, Outbox
 AT_ONCE = 3.0  # s, on a busy machine
 
 
-def test_all_is_taken_in_order():
-    taken = []
-    outbox = Outbox(taken.append)
-    for i in range(50):
-        outbox.put(i)
-    outbox.close()
-    assert taken == [*range(50)]
-    assert outbox.dropped == 0
-
-
 def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
     monkeypatch.setattr(threads, "LINGER", 0.1)
     goes_on, taken = threading.Event(), []
@@ -35,17 +25,6 @@ def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
     outbox.close()
     assert taken[-1] == 999
     assert outbox.dropped + len(taken) == 1000
-
-
-def test_closing_leaves_what_is_never_taken(monkeypatch):
-    monkeypatch.setattr(threads, "LINGER", 0.1)
-    outbox = Outbox(lambda _: threading.Event().wait())
-    outbox.put(1)
-    outbox.put(2)
-    began = time.monotonic()
-    outbox.close()
-    assert time.monotonic() - began < AT_ONCE
-    assert outbox.dropped == 2
 
 
 def test_where_nothing_is_live_nothing_is_dropped():
@@ -99,12 +78,3 @@ def test_a_generator_that_waits_holds_nothing_up():
     with pytest.raises(ZeroDivisionError):
         inbox.receive(LONG)
     assert inbox.is_over
-
-
-def test_a_generator_has_its_pace():
-    began, found = time.monotonic(), []
-    inbox = Inbox(({"a": float(i)} for i in range(10)), 0.01)
-    while not inbox.is_over:
-        found += inbox.receive(0.1)
-    assert len(found) == 10
-    assert time.monotonic() - began >= 0.09
