@@ -59,8 +59,3 @@ def test_tables(tmp_path):
         ("5", "cup", "True", "3"),
     ]
     assert {row["end"] for row in rows[SENSITIVITY]} == {"force", "energy"}
-
-
-def test_lost_objects_are_a_reason(tmp_path):
-    write_tables(found([FORCE], allowed=False), tmp_path)
-    assert "holds in 1 of 4 runs" in (tmp_path / DESIGNS).read_text()

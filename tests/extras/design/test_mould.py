@@ -29,15 +29,6 @@ def volume(rings):
     return total
 
 
-@pytest.mark.parametrize("name", ["two_finger", "three_finger", "conforming", "three_chambers", "two_finger_tendons"])
-def test_meshes_are_closed(name):
-    of = finger(name)
-    for mesh in (shell(of), *cores(of)):
-        assert mesh.is_watertight
-        assert mesh.is_winding_consistent
-        assert mesh.volume > 0
-
-
 def test_a_core_has_the_volume_of_the_chamber():
     """Tapered in one direction: thickness 10 to 9.5 mm over 120 mm, of which the last wall, 3.8 mm, is left out."""
     (core,) = cores(finger("two_finger"))
@@ -54,17 +45,6 @@ def test_the_shell_is_what_is_round_the_finger():
     floor = (outside[-1].thickness * outside[-1].width) * SHELL
     assert shell(of).volume == pytest.approx(volume(outside) + floor - volume(inside), rel=1e-9)
     assert loft(inside).volume == pytest.approx(volume(inside), rel=1e-9)
-
-
-def test_a_step_is_kept():
-    """From 20 to 16 mm wide at half of the length."""
-    of = finger("two_finger")
-    thin = replace(of.base, width=0.016)
-    steps = (Station(**vars_of(of.base), at=0.5), Station(**vars_of(thin), at=0.5))
-    stepped = replace(of, tip=thin, sections=steps)
-    outside = loft(outer_rings(stepped))
-    assert outside.is_watertight
-    assert outside.volume == pytest.approx(20 * 20 * 60 + 16 * 20 * 60, rel=1e-9)
 
 
 def vars_of(section):

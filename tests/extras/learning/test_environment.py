@@ -1,20 +1,16 @@
 """SoftGripperEnv: what Gymnasium asks for, the same run from the same seed, the end of episodes."""
 
-import subprocess
-import sys
 import warnings
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from refusals import refused
 
 import soft_gripper.extras.learning  # noqa: F401  registers
 from soft_gripper.extras.learning.environment import SoftGripperEnv
 
 IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
-REACH = {"id": "SoftReach-v0", "changes": {"variation.grippers": 1}}
 
 
 def actions(number, size=2):
@@ -40,41 +36,12 @@ def test_gymnasium_finds_nothing_wrong(name):
         check_env(env.unwrapped, skip_render_check=True)
 
 
-@pytest.mark.slow
-def test_its_own_form_of_the_name_needs_no_import_of_ours():
-    name = "soft_gripper.extras.learning:SoftReach-v0"
-    script = f"import gymnasium; print(gymnasium.make({name!r}).reset(seed=1)[0].shape)"
-    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert (found.returncode, found.stdout[:1]) == (0, "("), found.stderr
-
-
 def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):
     first = rollout(one_gripper, seed=3)
     rollout(one_gripper, seed=4)
     again = rollout(one_gripper, seed=3)
     for one, other in zip(first, again, strict=True):
         np.testing.assert_array_equal(one, other)
-
-
-def test_other_processes_see_the_same():
-    """Two processes of a vector environment, with seeds 7 and 8, and this one with 8."""
-    vector = gymnasium.make_vec(**REACH, num_envs=2, vectorization_mode="async")
-    alone = gymnasium.make(**REACH)
-    try:
-        seen = [(vector.reset(seed=7)[0], alone.reset(seed=8)[0])]
-        for action in actions(12, 1):
-            seen.append((vector.step(np.array([-action, action]))[0], alone.step(action)[0]))
-    finally:
-        vector.close()
-    both, one = (np.array(each) for each in zip(*seen, strict=True))
-    np.testing.assert_array_equal(both[:, 1], one)
-    assert (both[:, 0] != one).any()
-
-
-def test_without_a_seed_episodes_differ(one_gripper):
-    _, first = one_gripper.reset(seed=1)
-    _, second = one_gripper.reset()
-    assert first["mass"] != second["mass"]
 
 
 def test_episodes_begin_with_the_resting_action():
@@ -144,19 +111,3 @@ def test_actions_beyond_the_limits_are_those_at_the_limits(one_gripper):
         one_gripper.reset(seed=0)
         seen.append([one_gripper.step(factor * np.array([-1.0, -1.0], np.float32))[0] for _ in range(3)])
     np.testing.assert_array_equal(*seen)
-
-
-def test_a_picture_is_taken():
-    env = SoftGripperEnv("soft_reach", {"variation.grippers": 1}, render_mode="rgb_array")
-    env.reset(seed=0)
-    picture = env.render()
-    assert picture.shape == (360, 480, 3)
-    assert picture.dtype == np.uint8
-    assert picture.std() > 5
-    env.step(np.ones(1, np.float32))
-    assert (env.render() != picture).any()
-
-
-def test_unknown_modes_are_refused():
-    with refused("render_mode", "paper"):
-        SoftGripperEnv("soft_reach", render_mode="paper")

@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box, CalcVolume, Capsule, Cylinder, Ellipsoid, HalfSpace, Role, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from refusals import refused
 
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.extras.learning.config import VariationConfig
@@ -16,8 +14,6 @@ from soft_gripper.extras.learning.episode_variation import (
     Draw,
     apply_draw,
     draw,
-    scale_geometries,
-    scaled_shape,
     set_mass,
     varied_fingers,
 )
@@ -85,11 +81,6 @@ def test_an_object_of_another_size_stands_where_it_stood(grasp_station, size):
     np.testing.assert_array_equal(corners(grasp_station, begun(grasp_station, Draw())), plain)  # for one episode only
 
 
-def test_an_object_is_shifted_along_x(grasp_station):
-    place = grasp_station.object.EvalPoseInWorld(own(grasp_station, begun(grasp_station, Draw(offset=3e-3))))
-    np.testing.assert_allclose(place.translation()[:2], [3e-3, 0.0])
-
-
 def test_friction_is_what_the_object_slides_by(grasp_station):
     """Gravity leans by 10 degrees; of a friction and the table's 0.5 Drake takes the harmonic mean.
 
@@ -138,38 +129,6 @@ def test_fingers_differ_and_their_estimators_do_not_know(grasp_environment):
     assert float(soft.nominal.finger["youngs_modulus"].rstrip(" %")) == pytest.approx(100 / 0.9 - 100)
     assert hard.nominal.finger["youngs_modulus"].startswith("-")
     assert {model.name: model for model in plain.models}["gripper"].fingers["all"]["youngs_modulus"] == "+0 %"
-
-
-SHAPES = (Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.3), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3))
-
-
-@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
-def test_volumes_go_with_the_third_power_of_lengths(shape):
-    scaled = scaled_shape(shape, 1.2)
-    assert type(scaled) is type(shape)
-    assert CalcVolume(scaled) == pytest.approx(1.2**3 * CalcVolume(shape))
-
-
-def test_shapes_without_lengths_are_refused():
-    with refused("size", "HalfSpace"):
-        scaled_shape(HalfSpace(), 1.2)
-
-
-@pytest.mark.parametrize("seen", [False, True])
-def test_what_is_seen_is_scaled_where_somebody_looks(grasp_station, seen):
-    parts, body = grasp_station.parts, grasp_station.object
-    root = grasp_station.diagram.CreateDefaultContext()
-    context = parts.scene_graph.GetMyMutableContextFromRoot(root)
-    scale_geometries(parts.scene_graph, context, parts.plant, body, 1.2, seen)
-    before = parts.scene_graph.model_inspector()
-    after = parts.scene_graph.get_query_output_port().Eval(context).inspector()
-    frame = parts.plant.GetBodyFrameIdOrThrow(body.index())
-    for role, factor in ((Role.kProximity, 1.2), (Role.kPerception, 1.2 if seen else 1.0)):
-        shapes = before.GetGeometries(frame, role)
-        assert shapes
-        for shape in shapes:
-            volumes = [CalcVolume(inspector.GetShape(shape)) for inspector in (before, after)]
-            assert volumes[1] == pytest.approx(factor**3 * volumes[0])
 
 
 def solid_box(mass, size):

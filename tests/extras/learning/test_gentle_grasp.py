@@ -10,7 +10,7 @@ from gymnasium.vector import SyncVectorEnv
 
 from gentle_grasp import learn as module
 from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
-from gentle_grasp.learn import FAILURE, MAX_FORCE, cost, learn, load_learned, save_learned, training_seeds
+from gentle_grasp.learn import learn, training_seeds
 from gentle_grasp.policies import LATEST_LIFT, STEP, GentleGrasp, GentleParameters, HandTuned
 from soft_gripper.extras.learning.config import load_environment
 
@@ -61,12 +61,6 @@ def test_episodes_end_when_they_are_over_or_late_and_are_what_their_last_step_sa
     assert environments[1 % count].actions[-4:][:2] == [[1, 2], [2, 3]]
 
 
-def test_an_episode_that_diverges_is_no_success():
-    (found,) = run_episodes(SyncVectorEnv([lambda: Short("diverged")]), [Counting()], [1])
-    assert not found.success
-    assert np.isnan(found.peak_force)
-
-
 @pytest.mark.parametrize(
     ("successes", "number", "low", "high"),
     [  # Newcombe, Stat. Med. 17, 1998, 857-872, table I, method 3
@@ -82,23 +76,12 @@ def test_shares_have_the_score_interval_of_wilson(successes, number, low, high):
     assert (found.low, found.high) == pytest.approx((low, high), abs=6e-5)
 
 
-def test_all_successes_leave_room_for_failures():
-    found = share(100, 100)
-    assert found.high == pytest.approx(1.0)
-    assert found.low == pytest.approx(0.963, abs=5e-4)
-
-
 def test_the_bootstrap_agrees_with_the_normal_approximation_where_that_holds():
     values = np.random.default_rng(0).normal(2.0, 0.5, 400)
     found, error = mean(values), values.std() / 20
     assert found.value == values.mean()
     assert found.low == pytest.approx(found.value - 1.96 * error, abs=0.1 * error)
     assert found.high == pytest.approx(found.value + 1.96 * error, abs=0.1 * error)
-
-
-def test_the_bootstrap_is_the_same_every_time():
-    values = np.random.default_rng(0).gamma(2.0, size=30)
-    assert mean(values) == mean(values)
 
 
 KNOWN = GentleParameters()
@@ -183,33 +166,11 @@ def test_the_least_force_that_holds_is_found(learned):
     assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
 
 
-def test_the_same_seed_learns_the_same(learned):
-    assert [*islice(learn(None, 8, 8, 1), 3)] == learned[:3]
-
-
 def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper):
     info = one_gripper.reset(seed=7)[1]
     assert module.holding_difficulty(7, one_gripper.environment.config.variation) == pytest.approx(
         info["mass"] / info["friction"]
     )
-
-
-def test_failures_cost_more_than_any_force():
-    assert cost([Episode(0, True, 0.5), Episode(1, True, 0.7)]) == pytest.approx(0.6)
-    assert cost([Episode(0, False, 100.0)]) == FAILURE + MAX_FORCE
-    assert cost([Episode(0, False, float("nan"))]) == FAILURE + MAX_FORCE  # one that diverged
-
-
-def test_what_was_learned_is_read_as_it_was_written(learned, tmp_path):
-    parameters, curve = learned[-1][0], [generation for _, generation in learned]
-    save_learned(tmp_path / "learned.yaml", parameters, curve)
-    assert load_learned(tmp_path / "learned.yaml") == (parameters, curve)
-
-
-def test_what_is_shipped_is_there():
-    parameters, curve = load_learned()
-    assert parameters.target > 0
-    assert curve
 
 
 def test_policies_are_compared_over_the_same_objects():

@@ -16,7 +16,7 @@ from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
+from soft_gripper.diagrams.view.meshcat_view import has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.page.panel import ALL_FINGERS, Button
 from soft_gripper.extras.page.session import Session
@@ -142,27 +142,6 @@ def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, e
     assert [each["note"] for each in sent] == ["", "", *[f"not written: {error}"] * 2]
 
 
-@pytest.mark.slow
-def test_every_recording_has_a_folder_of_its_own(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_1=record, _2=record, _3=record, _5=record, _6=nothing)
-    assert sent[-1]["note"] == f"written: {tmp_path / '2'}"
-    ends = [Recording.load(tmp_path / number / "recording.nc")["time"][-1] for number in ("1", "2")]
-    assert ends == pytest.approx([0.05, 0.1])
-
-
-@pytest.mark.slow
-def test_reset_ends_a_recording(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_1=record, _3=reset, _4=nothing)
-    assert [each["recording"] for each in sent] == [False, True, True, False]
-    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.1)
-
-
-def test_a_recording_is_written_when_the_session_ends(play: Play, tmp_path: Path) -> None:
-    session, _ = play(_1=record, _3=nothing)
-    assert session.recordings == [tmp_path / "1"]
-    assert (tmp_path / "1" / "animation.html").exists()
-
-
 def test_a_recording_is_written_whatever_ends_the_session(play: Play, tmp_path: Path) -> None:
     def fail(_: Session) -> None:
         raise ValueError
@@ -225,39 +204,6 @@ def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
     assert session.recordings == [tmp_path / "1"]
     assert end_time(tmp_path / "1") == pytest.approx(0.3, abs=0.07)
     assert not (tmp_path / "1" / "animation.html").exists()
-
-
-@pytest.mark.slow
-def test_a_recording_begins_though_meshcat_fails_before_the_click(attacked, tmp_path: Path) -> None:
-    session, send_junk = attacked
-    session.feed = feed = Watched(session, {1: lambda session: (send_junk(session), record(session)), 4: nothing})
-    session.run(lambda: False)
-    assert [each["recording"] for each in feed.sent] == [False, True, True, True]
-    assert "opened again" in feed.sent[1]["note"]
-    assert session.recordings == [tmp_path / "1"]
-    assert end_time(tmp_path / "1") == pytest.approx(0.15)
-
-
-@pytest.mark.slow
-def test_reset_begins_again_though_meshcat_fails_before_the_click(attacked) -> None:
-    session, send_junk = attacked
-    user = {3: lambda session: (send_junk(session), move(ALL_FINGERS, 50.0)(session), reset(session)), 5: nothing}
-    session.feed = feed = Watched(session, user)
-    session.run(lambda: False)
-    assert [each["time"] for each in feed.sent] == pytest.approx([0.05, 0.1, 0.15, 0.05, 0.1])
-    assert feed.sent[-1][PRESSURE] == 0
-
-
-@pytest.mark.slow
-def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
-    monkeypatch.setattr(simulation_driver, "_MAX_VIEWS", 1)
-    session, send_junk = attacked
-    session.feed = Watched(session, {1: record, 3: send_junk, 9: nothing})
-    with pytest.raises(InputError) as error:
-        session.run(lambda: False)
-    assert error.value.field == "Meshcat"
-    assert len(session.recordings) == 1
-    cut_off(session.driver.scene)
 
 
 def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> None:

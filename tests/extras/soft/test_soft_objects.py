@@ -17,7 +17,6 @@ from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SPONGE = "pick_and_place_sponge"
-BLOCK = "package://soft_objects/objects/soft_block.vtk"
 
 
 @pytest.mark.parametrize(
@@ -32,21 +31,6 @@ BLOCK = "package://soft_objects/objects/soft_block.vtk"
 def test_what_does_not_go_with_a_soft_object_is_refused(override, field, value):
     with refused(field, value):
         make_station(load_scenario(SPONGE, [override]))
-
-
-def test_a_soft_object_cannot_be_welded():
-    welded = [
-        f"models.2.file={BLOCK}",
-        "models.2.mesh.youngs_modulus=2e4",
-        "models.2.free=false",
-    ]
-    with refused("free", False):
-        make_station(load_scenario("box_grasp", welded))
-
-
-def test_a_rigid_object_has_no_limit_of_its_squeeze():
-    with refused("squeeze_limit", 1e-3):
-        make_station(load_scenario("pick_and_place_box", ["task.squeeze_limit=1e-3"]))
 
 
 def test_other_approximations_of_contact_are_warned_of(caplog):

@@ -26,17 +26,6 @@ def outward(mesh: Tetrahedra) -> np.ndarray:
     return np.cross(b - a, c - a) / 2
 
 
-def test_a_tetrahedron_has_a_sixth_of_the_volume_of_its_block():
-    assert CORNER.volumes == pytest.approx([2 * 3 * 4 / 6])
-    assert CORNER.scaled(0.1).volumes == pytest.approx([4e-3])
-
-
-def test_the_faces_of_a_tetrahedron_look_outward():
-    centers = CORNER.vertices[CORNER.boundary].mean(axis=1) - CORNER.vertices.mean(axis=0)
-    assert len(CORNER.boundary) == 4
-    assert np.all((outward(CORNER) * centers).sum(axis=1) > 0)
-
-
 def test_tetrahedra_that_are_inside_out_are_turned():
     turned = oriented(Tetrahedra(CORNER.vertices, CORNER.cells[:, [1, 0, 2, 3]]))
     assert turned.volumes == pytest.approx([4])
