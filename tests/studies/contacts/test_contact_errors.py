@@ -56,16 +56,3 @@ def test_a_row_for_both_and_for_each_side() -> None:
     assert inner.force_within_2_std_percent == pytest.approx(100 * 2 / 3)  # the error of 0.1 is 2.5 of 0.04
     assert inner.place_within_2_std_percent == pytest.approx(100 * 1 / 3)
     assert outer.force_within_2_std_percent == outer.place_within_2_std_percent == 100
-
-
-def test_where_nothing_is_found_nothing_is_said() -> None:
-    nothing = FoundContact(*np.full((6, 1, 4), np.nan))
-    row = error_rows([ContactEstimate("contact", LAYOUT, Condition(), nothing)], TRUE)[0]
-    assert row.found_percent == 0
-    assert np.isnan([row.force_median_percent, row.place_90_percent, row.place_within_2_std_percent]).all()
-
-
-def test_a_force_on_the_wrong_side_is_wrong_by_twice_its_size() -> None:
-    true = np.where(TRUE.is_inside, TRUE.normal_force, -TRUE.normal_force)
-    other_side = found_contact(CONTACT._replace(force=-true[None]))
-    np.testing.assert_allclose(contact_errors(other_side, TRUE).force, 2.0)

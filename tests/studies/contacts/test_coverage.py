@@ -1,21 +1,11 @@
 """How often what is stated of a contact is true: the rows, the situations, and the study on few contacts."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from soft_gripper.commands.dispatch import dispatch
-from studies.commands import STUDIES
 from studies.contacts.contact_coverage import (
-    CASES,
     COLUMNS,
-    FIGURE,
-    SITUATIONS,
-    TABLE,
-    coverage_figure,
     coverage_row,
-    rows_of,
 )
 from studies.contacts.situations import MODELS, PEG, STATICS, Case, Stated, drawn, pressed
 
@@ -90,13 +80,6 @@ def test_forces_of_an_exact_model_are_found(situation):
     assert np.isfinite(found.degrees).any() == (situation == "in space")
 
 
-def test_a_wrong_model_errs_more():
-    exact, wrong = (drawn(STATICS["at rest"], IDEAL._replace(model=model), 60, 4) for model in MODELS[:2])
-    np.testing.assert_array_equal(np.sort(exact.force), np.sort(wrong.force))
-    errors = [np.nanmedian(np.abs(each.estimated_place - each.place)[each.place > 0.5]) for each in (exact, wrong)]
-    assert errors[1] > 1.2 * errors[0]
-
-
 @pytest.mark.slow
 def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
     found = pressed(IDEAL, 1, 1)
@@ -104,29 +87,6 @@ def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
     for each in found.values():
         assert len(each.force) > 3
         assert np.nanmedian(np.abs(each.estimated_force - each.force)) < 0.3 * np.median(each.force)
-
-
-@pytest.mark.slow
-def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
-    statics = {name: STATICS[name] for name in ("at rest", "sliding")}
-    for name, value in (("STATICS", statics), ("PEG", ()), ("ARM", ())):
-        monkeypatch.setattr(f"studies.contacts.contact_coverage.{name}", value)
-    arguments = ["contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
-    assert dispatch(arguments, STUDIES) == 0
-    whole = (tmp_path / TABLE).read_text()
-    assert len(whole.splitlines()) == 1 + 2 * len(CASES)
-    (tmp_path / TABLE).write_text("".join(whole.splitlines(keepends=True)[:-3]))
-    assert dispatch([*arguments, "--resume"], STUDIES) == 0
-    assert (tmp_path / TABLE).read_text() == whole
-    assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
-    assert "sliding" in capsys.readouterr().out
-
-
-def test_the_figure_has_a_panel_for_every_case():
-    rows = rows_of("at rest", IDEAL, 0.03, 1)
-    figure = coverage_figure([*rows, *[replace(each, sections="2") for each in rows]])
-    assert len(figure.axes) == 4
-    assert len(SITUATIONS) == 10
 
 
 @pytest.mark.parametrize("model", MODELS[:2])

@@ -7,7 +7,7 @@ import pytest
 
 from soft_gripper.estimators.contact import ContactShape, _about_best, _forces
 from soft_gripper.estimators.contact_cells import SurfaceCells
-from soft_gripper.estimators.force_posterior import HERE, NOTHING
+from soft_gripper.estimators.force_posterior import NOTHING
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
 from soft_gripper.scenario.schema import SensorConfig
@@ -153,34 +153,6 @@ def test_nothing_touches_a_finger_that_is_free():
     assert np.isnan(shape.contact.side).all()
     known = found.posterior(*read(found, contacts))
     assert (known.answer == NOTHING).all()
-
-
-@pytest.mark.slow
-def test_a_strong_contact_is_here_and_on_its_side():
-    contacts, found = contacts_in_space(200, 0.0, 13), estimator(4)
-    strong = (contacts.arc_length > 0.6 * finger_in_space().length) & (contacts.normal_force > 0.5)
-    posterior = found.posterior(*read(found, contacts.at(strong)))
-    assert (posterior.answer == HERE).mean() > 0.9
-    assert np.isfinite(posterior.mode_sides[:, 0]).mean() > 0.9
-
-
-def test_samples_are_estimated_alone_as_together():
-    contacts, found = contacts_in_space(20, 0.3, 14), estimator()
-    given = read(found, contacts)
-    together, alone = found(*given), [found(*(values[i] for values in given)) for i in range(len(contacts.q))]
-    np.testing.assert_allclose([each.q for each in alone], together.q, atol=1e-9)
-    np.testing.assert_allclose([each.contact.vector for each in alone], together.contact.vector, atol=1e-7)
-
-
-def test_without_readings_the_force_is_unknown():
-    contacts, found = contacts_in_space(3, 0.0, 15), estimator()
-    readings, torque, gravity = read(found, contacts)
-    shape = found(np.full_like(readings, np.nan), torque, gravity)
-    assert np.isnan(shape.contact.force).all()
-    assert np.isnan(shape.contact.force).all()
-    assert np.isfinite(shape.q).all()
-    readings[:, 4] = np.nan
-    assert np.isfinite(found(readings, torque, gravity).contact.vector).all()
 
 
 @pytest.mark.slow

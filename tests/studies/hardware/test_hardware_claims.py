@@ -6,12 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from soft_gripper.extras.hardware.commands.printing import _score_cells
 from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
-from soft_gripper.extras.hardware.identification.identified_finger import repetitions
 from soft_gripper.extras.hardware.replay.held_out import ALL, ReplayRow
-from soft_gripper.fingers.finger_parts import CreepBranch, TipLoad
-from studies.hardware.published import _of_segment, hardware_claims
+from soft_gripper.fingers.finger_parts import CreepBranch
+from studies.hardware.published import hardware_claims
 
 GOOD = MotionScore(
     "a",
@@ -115,18 +113,6 @@ def test_a_held_out_decrement_is_judged_by_the_spread_of_two_repetitions(simulat
     assert failed == [] if holds else failed[0].endswith("within 15 % of two repetitions, 0.40 and 0.46")
 
 
-def test_recovery_is_judged_where_it_was_recorded():
-    short = replace(GOOD, recovery_deg=np.nan)
-    assert not failing(segment=short)
-    (claim,) = (claim for claim in _of_segment(identified(short)) if "recovery" in claim.text)
-    assert not claim.holds
-
-
-def test_the_table_says_where_recovery_is_not_known():
-    assert [cell for cell in _score_cells(replace(GOOD, recovery_deg=np.nan)) if "nan" in str(cell)] == []
-    assert "not known" in _score_cells(replace(GOOD, recovery_deg=np.nan))
-
-
 def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
     beam = identified(GOOD, replace(GOOD, role="fit"), replace(GOOD, role=UNHELD))
     found = hardware_claims(beam, identified(GOOD, rms=0.06), ARM)
@@ -143,18 +129,3 @@ def test_claims_of_the_arm_are_those_of_its_last_body():
     middle = [replace(row, body="middle", mean_mm=99.0, percentile_95_mm=99.0) for row in ARM]
     assert failing(arm=[*middle, *ARM]) == []
     assert len(failing(arm=[*ARM, *middle])) == 4
-
-
-def test_recordings_under_the_same_load_say_how_much_they_differ():
-    """A hand that is unknown is another comparison with the same recording, no repetition."""
-    loaded, unloaded = (SimpleNamespace(pressure=None, load=load) for load in (TipLoad(0.1, 0.015, 0.0), None))
-    again = replace(GOOD, recording="b", decrement=0.46, settled_turn_deg=10.5)
-    rows = [
-        (GOOD, loaded),
-        (replace(GOOD, role=UNHELD), loaded),
-        (again, loaded),
-        (replace(GOOD, recording="c"), unloaded),
-    ]
-    scores, motions = zip(*rows, strict=True)
-    (text,) = repetitions(SimpleNamespace(scores=scores, motions=motions))
-    assert text == "a and b repeat each other: settled turn 10.00 to 10.50 degrees, decrement 0.40 to 0.46"

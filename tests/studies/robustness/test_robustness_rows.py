@@ -7,7 +7,7 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import softened
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -15,12 +15,10 @@ from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.robustness import rows as module
 from studies.robustness.plants import FINE, RUBBER
 from studies.robustness.rows import (
-    NOMINAL_ERRORS,
     Errors,
     NominalError,
     covered,
     errors_at,
-    errors_of,
     estimated,
     in_mm,
     plant_table,
@@ -46,11 +44,6 @@ def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -
     preset = StrainErrors(**dict.fromkeys(sizes, 0.01))
     monkeypatch.setattr("studies.robustness.rows.strain_errors", lambda _: preset)
     assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
-
-
-def test_nominal_models_have_names() -> None:
-    assert [nominal.name for nominal in NOMINAL_ERRORS] == ["as simulated", "E -10 %, p +1 %", "E +10 %, p -1 %"]
-    assert NominalError(modulus=0.05).name == "E +5 %"
 
 
 def test_a_nominal_model_is_wrong_by_its_size(shipped_finger) -> None:
@@ -117,32 +110,11 @@ def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held
     np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
 
 
-@pytest.mark.parametrize(("noise", "sets"), [(0.0, 1), (1.0, 4)])
-def test_so_many_sets_of_sensors_are_read(held, monkeypatch, noise, sets) -> None:
-    seeds = []
-    monkeypatch.setattr(module, "estimated", lambda *given: seeds.append(given[4].shape[1]) or estimated(*given))
-    robustness_table("free", [held], noise, 4, NAMES, TWO_NOMINALS[:1])
-    assert set(seeds) == {sets}
-
-
-def test_fingers_are_taken_together(held) -> None:
-    one, twice = (robustness_table("free", [held] * n, 1.0, 2, NAMES, TWO_NOMINALS[:1]) for n in (1, 2))
-    for row, same in zip(one, twice, strict=True):
-        assert (row.mean_mm, row.worst_mm) == pytest.approx((same.mean_mm, same.worst_mm))
-
-
 def test_a_finger_that_is_known_errs_by_no_more_than_its_chain(held) -> None:
     rows = plant_table(FINE, "free_bending", [held], 20, ["gaussian"])
     assert [row.sections for row in rows] == [1, 2, 3, 4]
     assert all(row.mean_mm < 0.2 for row in rows)
     assert {(row.plant, row.scenario, row.estimator) for row in rows} == {("24 segments", "free_bending", "gaussian")}
-
-
-def test_rubber_is_read_by_sensors_with_errors(held) -> None:
-    known, rubber = (plant_table(plant, "free_bending", [held], 3, ["gaussian"])[3] for plant in (FINE, RUBBER))
-    assert rubber.mean_mm > 2 * known.mean_mm
-    assert rubber.tip_mm > 2 * known.tip_mm
-    assert 0 < rubber.coverage <= 1
 
 
 def test_numbers_of_a_row_are_those_of_all_fingers_together(held, monkeypatch) -> None:
@@ -176,22 +148,6 @@ def points(finger, q):
     return in_space(ShapeEstimate(q).points(finger))
 
 
-def test_errors_are_distances(shipped_finger, bent) -> None:
-    q = bent(3, 12)
-    errors = errors_of(shipped_finger, ShapeEstimate(q), points(shipped_finger, q) + np.array([2e-3, 2e-3, 1e-3]))
-    np.testing.assert_allclose(errors.pose, 3e-3)
-    np.testing.assert_allclose(errors.tip, 3e-3)
-    assert errors.covered.size == 0
-
-
-def test_the_error_of_the_tip_is_that_of_the_tip_alone(shipped_finger, bent) -> None:
-    q = bent(12)
-    truth = points(shipped_finger, q).copy()
-    truth[-1, 1] += 2e-3
-    errors = errors_of(shipped_finger, ShapeEstimate(q), truth)
-    assert (errors.pose.item(), errors.tip.item()) == pytest.approx((0.0, 2e-3))
-
-
 @pytest.mark.parametrize(("scale", "share"), [(1.0, 0.95), (0.5, 0.67), (2.0, 1.0)])
 def test_bands_cover_as_they_say(shipped_finger, bent, scale, share) -> None:
     """Of normal errors with a known covariance; of half that, 0.67, and of twice, nearly all."""
@@ -202,14 +158,6 @@ def test_bands_cover_as_they_say(shipped_finger, bent, scale, share) -> None:
     found = covered(shipped_finger, ShapeEstimate(q, covariance), truth)
     assert found.shape == (4000, 12)
     assert found.mean() == pytest.approx(share, abs=0.015)
-
-
-def test_only_what_is_across_the_finger_counts(shipped_finger) -> None:
-    q = np.full(12, 0.1)
-    chain, truth = forward_kinematics(q, shipped_finger.segment_length), points(shipped_finger, q)
-    estimate = ShapeEstimate(q, 1e-6 * np.eye(12))
-    assert covered(shipped_finger, estimate, truth + 0.01 * in_space(chain.directions)).all()
-    assert not covered(shipped_finger, estimate, truth + 0.01 * in_space(chain.normals)).any()
 
 
 def test_numbers_of_a_row() -> None:
@@ -234,15 +182,6 @@ def test_estimators_are_compared_with_the_recording(held, name) -> None:
     assert errors.pose.shape == errors.tip.shape == (2 * len(held.samples),)
     assert errors.pose.max() < (1.5e-3 if name == "recursive" else 5e-4)
     assert (errors.covered.size > 0) == (name not in ("arcs", "constant_curvature", "spline"))
-
-
-@pytest.mark.parametrize(
-    ("name", "misled"), [("arcs", False), ("spline", False), ("gaussian", True), ("contact", True)]
-)
-def test_a_pressure_that_is_read_too_high_misleads_who_uses_it(held, name, misled) -> None:
-    layout, readings = SensorLayout(held.simulated, 1), held.readings(1, None, 1)
-    right, wrong = (estimated(name, layout, Uncertainty(reading=1e-2), held, readings, gain) for gain in (1.0, 1.2))
-    assert (wrong.tip.max() > right.tip.max() + 1e-3) == misled
 
 
 def test_a_filter_goes_through_all_samples_whichever_are_wanted(held) -> None:

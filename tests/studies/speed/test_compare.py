@@ -2,7 +2,6 @@
 
 import json
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -50,34 +49,9 @@ def test_a_gain_of_what_is_not_read_shows():
     assert dict(compare.ratios(times)) == {"none": (2.0, 0.5 / 1.5, 4.0, 2.0), "all": (1.0, 1.0, 4.0, 4.0)}
 
 
-def test_both_figures_are_printed(capsys, monkeypatch):
-    runs = {("other", "closed"): [[4.0]], ("other", "read"): [[0.0]], ("here", "closed"): [[2.0]]}
-    monkeypatch.setattr(compare, "run_in_turns", lambda *_: {**runs, ("here", "read"): [[3.0]]})
-    monkeypatch.setattr(compare, "start_times", lambda *_: (3.0, 2.0))
-    compare.run(SimpleNamespace(other="before", scenarios=["box_grasp"]))
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
-    assert [row[:3] for row in rows[:2]] == [["box_grasp,", "none", "2.00"], ["box_grasp,", "all", "0.80"]]
-    assert [row[-3:] for row in rows[3:]] == [["1.50", "3.00", "2.00"]] * len(compare.STARTS)
-
-
 def test_a_checkout_that_reads_nothing_is_timed_by_this_one(tmp_path, monkeypatch):
     old, new = checkout(tmp_path / "old", UNREAD), checkout(tmp_path / "new", READ)
     monkeypatch.setattr(compare, "ROOT", new)
     monkeypatch.setattr(compare, "ROUNDS", 1)
     assert compare.timed_run(old, "box_grasp") == json.loads(READ)
     assert compare.run_in_turns(old, "box_grasp")["other", "read"] == [[0.5]]
-
-
-def test_the_start_is_timed_in_both_checkouts(tmp_path, monkeypatch):
-    """By the computing time of a process, which leaves nothing behind."""
-    monkeypatch.setattr(compare, "ROUNDS", 1)
-    monkeypatch.chdir(tmp_path)
-    there, here = compare.start_times(compare.ROOT, "sum(range(10**6))")
-    assert 0 < there < 5
-    assert 0 < here < 5
-    assert [*tmp_path.iterdir()] == []
-
-
-@pytest.mark.parametrize("script", compare.STARTS.values())
-def test_what_is_timed_is_a_script(script):
-    compile(script, "script", "exec")
