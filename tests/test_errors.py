@@ -14,10 +14,6 @@ def test_message_is_complete():
     assert isinstance(ERROR, ValueError)
 
 
-def test_value_cannot_break_the_line():
-    assert "\n" not in str(InputError("file", "name", "two\nlines", "give one line"))
-
-
 def test_inside_names_the_holder_first_and_keeps_the_rest():
     outer = ERROR.inside("gripper.urdf").inside("models[0]")
     assert str(outer) == f"models[0]: gripper.urdf: {ERROR}"

@@ -90,10 +90,3 @@ def test_the_block_to_learn_with_is_as_shipped() -> None:
     assert body.default_mass() == 0.04
     moments = body.default_spatial_inertia().CalcRotationalInertia().get_moments()
     np.testing.assert_allclose(moments, 0.04 / 12 * (np.sum(extents**2) - extents**2), rtol=1e-4)
-
-
-@pytest.mark.parametrize(("file", "millimetres"), OF_RECOGNITION.items())
-def test_a_shape_to_be_recognized_is_as_shipped(file: str, millimetres: tuple[float]) -> None:
-    mesh = trimesh.load_mesh(DIRECTORY / "objects" / file)
-    assert mesh.is_watertight
-    assert list(1e3 * mesh.extents) == pytest.approx(millimetres, abs=0.05)

@@ -20,15 +20,6 @@ def test_unit_and_axes_are_those_declared():
     assert list(signal_of(positions).axes) == ["joint", "xz"]
 
 
-def test_units_of_each_entry_of_the_last_axis():
-    table = describe(port(6), ["m", "rad"], section=range(3), quantity=("x", "heading"))
-    assert signal_of(table).unit == ("m", "rad")
-
-
-def test_meanings_of_a_signal_that_counts_states():
-    assert signal_of(describe(port(1), meanings=["off", "on"])) == Signal(meanings=("off", "on"))
-
-
 def test_what_is_not_declared_has_no_unit_and_is_counted():
     assert signal_of(port(3)) == Signal(axes={"entry": range(3)})
     assert signal_of(port(1)) == Signal()

@@ -69,13 +69,6 @@ def test_a_terminal_that_cannot_show_a_character(tmp_path: Path) -> None:
     assert b"5 \\xb0" in found.stdout
 
 
-@pytest.mark.parametrize("stdin", [None, io.StringIO("")])
-def test_no_terminal_to_wait_at(stdin: io.StringIO | None, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(sys, "stdin", stdin)
-    wait_for_viewer()
-    assert "no terminal" in capsys.readouterr().out
-
-
 def test_the_end_of_input_ends_waiting(monkeypatch, capsys) -> None:
     class AtEnd(io.StringIO):
         def isatty(self) -> bool:
@@ -195,18 +188,6 @@ def test_a_file_never_takes_the_place_of_a_closed_stream(tmp_path: Path) -> None
     ]
     assert subprocess.run([*command, "-o", str(file)], check=False).returncode == 0
     assert file.read_text().rstrip().endswith("</robot>")
-
-
-def test_a_backend_that_matplotlib_does_not_know() -> None:
-    environment = os.environ | {"MPLBACKEND": "nope"}
-    found = subprocess.run([*COMMAND, "list"], capture_output=True, env=environment, check=False)
-    assert (found.returncode, found.stderr) == (0, b"")
-
-
-def test_too_little_memory_to_be_loaded() -> None:
-    command = ["bash", "-c", 'ulimit -v 150000; exec "$@"', "bash", *COMMAND, "show", "box_grasp"]
-    found = subprocess.run(command, capture_output=True, check=False)
-    assert (found.returncode, found.stderr.count(b"\n")) == (2, 1)
 
 
 def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:

@@ -111,11 +111,6 @@ def test_the_second_takes_over_without_a_bump(informed):
     assert informed.value[: at(FALL)].max() < 1.05 * LIMIT
 
 
-def test_a_second_that_is_not_informed_winds_up(uninformed):
-    assert uninformed.second[at(RISE)] == 10
-    assert uninformed.value.max() > 1.5 * LIMIT
-
-
 def test_the_first_takes_over_again_at_once(informed, uninformed):
     for course, is_late in ((informed, False), (uninformed, True)):
         back = course.value[at(FALL) :] < LOW + 0.1 * (LIMIT - LOW)

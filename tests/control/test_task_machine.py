@@ -98,12 +98,6 @@ def test_the_arm_rests_where_the_task_ends(course):
             np.testing.assert_allclose(desired, [*HOME, 0.0, 0.0], atol=1e-12)
 
 
-def test_before_the_first_sample_the_arm_is_where_it_begins():
-    run = Run()
-    np.testing.assert_array_equal(run["desired_state"][:2], START)
-    assert (run["set_point"], run["phase"], run["outcome"]) == (OPEN, 0, Outcome.RUNNING)
-
-
 def test_set_points_are_those_of_the_phases_and_the_last_one_stays(course):
     for _, phase, _, set_point in course:
         assert set_point == PHASES[min(phase, 2)].opening
@@ -139,13 +133,6 @@ def test_a_simulator_ends_with_the_task_and_goes_on_when_it_is_advanced_again():
     end = run.context.get_time()
     assert end == pytest.approx(run.machine.progress(run.context).began + T)
     assert run.simulator.AdvanceTo(10.0).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime
-
-
-def test_inputs_that_are_not_finite_do_no_harm():
-    run = Run().observe(np.nan, np.nan).sample(samples_of(4.0))
-    assert run["outcome"] == Outcome.NOTHING_GRASPED
-    assert run.machine.is_over(run.context)
-    assert np.isfinite(run.outputs).all()
 
 
 def test_a_task_that_does_not_command_the_gripper_needs_no_inputs():

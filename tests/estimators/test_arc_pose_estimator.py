@@ -1,7 +1,5 @@
 """ArcPoseEstimator: the pure functions, sample for sample."""
 
-from unittest.mock import Mock
-
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -9,7 +7,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.arc_shapes import BendSharing
-from soft_gripper.estimators.arcs import arcs_from_readings, bends_from_readings, joints_on_arcs
+from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.link_sensors import CurvatureSensors
@@ -91,41 +89,6 @@ def test_joint_angles_follow_drive_and_weight(layout, strain, change):
         np.testing.assert_allclose(np.add.reduceat(shared, layout.section_ends[:-1]), before["theta"], atol=1e-14)
     world = {"joint_positions_world"} if "X_WB" in change else set()
     np.testing.assert_equal(*({k: v for k, v in signals.items() if k not in world} for signals in (before, after)))
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_a_bad_sample_spoils_the_pose_from_its_section_on_and_only_while_it_lasts(layout, strain, bad):
-    estimator, last = Fixed(layout), layout.sections - 1
-    good = estimator.read(strain)
-    for section in range(layout.sections):
-        spoiled = strain.copy()
-        spoiled[section] = bad
-        outputs = estimator.read(spoiled)
-        np.testing.assert_array_equal(np.isnan(outputs["theta"]), np.arange(last + 1) == section)
-        joints = outputs["joint_positions"].reshape(-1, 2)
-        before = layout.joint_sections < section
-        np.testing.assert_array_equal(joints[before], good["joint_positions"].reshape(-1, 2)[before])
-        assert np.isnan(joints[~before]).all()
-        world = outputs["joint_positions_world"].reshape(-1, 3)
-        np.testing.assert_array_equal(np.isnan(world).any(axis=1), ~before)
-        assert np.isnan(outputs["tip_pose"]).all()
-        assert np.isnan(outputs["estimated_joint_angles"]).all()
-        np.testing.assert_equal(estimator.read(strain), good)
-
-
-def test_each_sample_is_estimated_once_for_all_ports(layout, strain, monkeypatch):
-    estimate, fixed = Mock(wraps=bends_from_readings), Fixed(layout)
-    monkeypatch.setattr("soft_gripper.estimators.arc_shapes.bends_from_readings", estimate)
-    fixed.read(strain)
-    assert estimate.call_count == 1
-
-
-def test_strain_alone_gives_the_pose(layout, strain):
-    block, wanted = ArcPoseEstimator(layout, GRAVITY), expected(layout, strain)
-    context = block.CreateDefaultContext()
-    block.GetInputPort("strain").FixValue(context, strain)
-    for port in ("theta", "kappa", "arcs", "joint_positions", "tip_pose"):
-        np.testing.assert_allclose(block.GetOutputPort(port).Eval(context), wanted[port], atol=1e-15, err_msg=port)
 
 
 def test_sensors_of_curvature_are_refused(shipped_finger):

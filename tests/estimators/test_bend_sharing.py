@@ -59,14 +59,6 @@ def from_force(finger, where, force):
     return force * np.maximum(where - finger.joint_arc_lengths, 0)
 
 
-def test_equal_shares(tapered_finger, bent):
-    layout = SensorLayout(tapered_finger, 2)
-    theta = bent(7, 2)
-    q = layout.shared_equally(theta)
-    np.testing.assert_allclose(sums(layout, q), theta, rtol=1e-15)
-    assert [len(np.unique(row)) for row in q] == [2] * 7
-
-
 @LAWS
 @pytest.mark.parametrize("sections", SECTIONS)
 def test_joints_of_a_section_add_up_to_its_reading(steep_finger, bent, sections, law):
@@ -75,12 +67,6 @@ def test_joints_of_a_section_add_up_to_its_reading(steep_finger, bent, sections,
     theta, gravity = bent(50, sections), 9.81 * np.exp(1j * np.arange(50))[:, None]
     q = BendSharing(layout).joint_angles(theta, 0.05 * bent(50, 12), gravity)
     np.testing.assert_allclose(sums(layout, q), theta, rtol=0, atol=1e-14)
-
-
-def test_a_sensor_a_joint_leaves_nothing_to_share(tapered_finger, bent):
-    layout, theta = SensorLayout(tapered_finger, 5), bent(20, 5)
-    q = BendSharing(layout).joint_angles(theta, 0.05 * bent(20, 5), GRAVITY)
-    np.testing.assert_allclose(q, theta, atol=1e-15)
 
 
 @LAWS

@@ -46,11 +46,3 @@ def test_only_what_lies_before_a_point_moves_it(shipped_finger):
     found = position_std(shipped_finger, np.zeros(12), covariance)
     s = np.append(shipped_finger.joint_arc_lengths, shipped_finger.length)
     np.testing.assert_allclose(found, 1e-2 * np.maximum(s - s[5], 0), atol=1e-15)
-
-
-def test_a_batch_is_its_samples(shipped_finger, bent, covariance):
-    q, scale = bent(3, 2, 12), np.linspace(1, 2, 6).reshape(3, 2, 1, 1)
-    found = position_std(shipped_finger, q, scale * covariance[:12, :12])
-    for index in np.ndindex(3, 2):
-        alone = position_std(shipped_finger, q[index], scale[index] * covariance[:12, :12])
-        np.testing.assert_allclose(found[index], alone, rtol=1e-12)

@@ -11,10 +11,6 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
 
-def test_ideal_sensors_leave_what_is_usual():
-    assert uncertainty_of() == uncertainty_of(StrainErrors(), PressureErrors()) == Uncertainty()
-
-
 @pytest.mark.parametrize(
     ("errors", "field", "expected"),
     [

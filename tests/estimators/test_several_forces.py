@@ -77,13 +77,6 @@ def test_no_force_pulls(layout, q):
     assert fit.force_std > 0
 
 
-def test_friction_widens_the_uncertainty(layout, q):
-    s = np.array([0.6, 0.9]) * layout.finger.length
-    rubbing, smooth = (found(layout, q, s, [-0.8, -0.6], -1, friction, 5e-3) for friction in (0.45, SMOOTH))
-    assert rubbing.force_std > smooth.force_std
-    assert rubbing.arc_length_std > smooth.arc_length_std
-
-
 def test_uncertainty_is_that_of_the_forces_beside_each_other(layout, q):
     """Of what presses and the places beside it, by the information of prior and values; without friction.
 

@@ -148,19 +148,6 @@ def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_
     assert not np.any(found.contact.vector[:20]), "free"
 
 
-def test_samples_side_by_side_are_as_one_by_one(spatial):
-    layout, pressure = sensors(spatial), np.linspace(0, 60e3, 12)
-    true = pushed(spatial, pressure, np.linspace([0, 0, 0], [0, 0.3, 0], 12))
-    noise = NOISE * np.random.default_rng(2).standard_normal((12, 2, layout.readings))
-    driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((12, 24))], axis=-1)
-    shape, readings = RecursiveShape(layout, UNCERTAIN), layout.read(true)[:, None] + noise
-    together = shape(readings, np.repeat(driving[:, None], 2, axis=1), GRAVITY)
-    for i in range(2):
-        alone = shape(readings[:, i], driving, GRAVITY)
-        np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
-        np.testing.assert_allclose(together.contact.vector[:, i], alone.contact.vector, atol=1e-9)
-
-
 @pytest.mark.parametrize("lost", ["outer", "left", "rising"])
 def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_plane(spatial, lost):
     layout = sensors(spatial)

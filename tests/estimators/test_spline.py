@@ -82,15 +82,3 @@ def test_one_path_that_is_missing_changes_nothing(shipped_finger):
     read = readings(layout, q)
     read[1] = np.nan
     np.testing.assert_allclose(estimated(layout, read), q, atol=1e-6)
-
-
-def test_a_finger_that_reads_nothing_is_straight(shipped_finger):
-    assert not estimated(SensorLayout(shipped_finger, 4), np.full(8, np.nan)).any()
-
-
-def test_neither_drive_nor_gravity_matters(shipped_finger, bent):
-    layout = SensorLayout(shipped_finger, 4)
-    spline, read = SplineShape(layout), readings(layout, bent(12))
-    np.testing.assert_array_equal(
-        spline(read, np.full(12, 0.1), np.array([0.0, 0.0, 9.81])).q, spline(read, NOTHING, np.zeros(3)).q
-    )

@@ -20,11 +20,6 @@ def test_notes_are_collected_once_and_logged_at_the_end(caplog) -> None:
     ]
 
 
-def test_a_note_outside_of_a_collection_is_logged_at_once(caplog) -> None:
-    note(READ, "a.csv", "column 't'", "us", "as time in microseconds")
-    assert caplog.messages == ["a.csv: read column 't' = us: as time in microseconds"]
-
-
 def test_what_is_refused_is_not_explained(caplog) -> None:
     def refuse() -> None:
         with collect_notes():

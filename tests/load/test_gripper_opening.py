@@ -46,14 +46,6 @@ def test_of_two_fingers_it_is_the_distance_of_their_tips():
         assert gripper.opening(tips) == pytest.approx(distance, abs=1e-15)
 
 
-@BASES
-def test_leading_axes_are_a_batch(bases):
-    tips = 5 * random_tips(4, 5, len(bases))
-    openings = Gripper.of_bases(bases).opening(tips)
-    np.testing.assert_allclose(openings, [[world_opening(bases, one) for one in row] for row in tips], atol=1e-15)
-    assert openings.min() < 0 < openings.max()
-
-
 @pytest.mark.parametrize("count", [2, 3, 5])
 @pytest.mark.parametrize("bend", [0.01, 0.044, 0.046, 0.06])
 def test_tips_that_have_passed_the_middle_are_open_by_less_than_nothing(bend, count):

@@ -124,14 +124,6 @@ def test_there_is_no_width_unless_all_fingers_touch(shipped_finger, contacts):
     assert measured(gripper, fingers, straight, [1.0] * count) == pytest.approx([expected], abs=1e-12)
 
 
-@GRIPPERS
-def test_unknown_shape_makes_the_width_unknown(shipped_finger, count):
-    straight = np.zeros(12)
-    for broken in (np.full(12, np.nan), np.where(np.arange(12) == 7, np.nan, 0.0)):
-        shapes = [*[straight] * (count - 1), broken]
-        assert np.isnan(measured(around(count, 0.09), [shipped_finger] * count, shapes, [1.0] * count)).all()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [0.038, 0.05])
 def test_box_is_measured_within_3_mm_at_every_pressure(shipped_finger, tmp_path, width):

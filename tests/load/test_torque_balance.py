@@ -121,19 +121,6 @@ def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake
         np.testing.assert_allclose(tolerance, 0.0, atol=1e-11)
 
 
-def test_free_fall_takes_weight_away(shipped_finger):
-    """Of a straight finger; the tolerance is then a tenth of the weight's torque."""
-    balance, period, resting = TorqueBalance(shipped_finger), 0.01, at_rest(np.zeros(12))
-    fall = 0.5 * GRAVITY * (np.arange(5) * period)[:, None] ** 2
-    falling = resting._replace(X_WB=np.dstack([resting.X_WB[:, :, :3], fall[:, :, None]]))
-    weight = balance.external_torque(resting, GRAVITY, period).torque
-    found = balance.external_torque(falling, GRAVITY, period)
-    torque, tolerance = found.torque, found.tolerance
-    assert abs(weight[0]) > 5e-4
-    np.testing.assert_allclose(torque, 0, atol=1e-12)
-    np.testing.assert_allclose(tolerance, 0.1 * np.abs(weight), rtol=1e-9)
-
-
 def test_acceleration_across_the_bending_plane_is_of_no_account(shipped_finger, bent):
     resting = at_rest(bent(12))
     push = 5.0 * Y * ((np.arange(5) * 0.01) ** 2)[:, None]

@@ -78,11 +78,6 @@ def test_a_transmission_that_drake_leaves_aside_or_refuses_is_replaced(unfit, ca
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_joint_has_one_actuator_and_an_actuator_one_joint():
-    twice = transmission(["a"], ["motor"]) + transmission(["a"], ["spare"]) + transmission(["b"], ["motor"])
-    assert actuators(joint("a") + joint("b") + twice) == {"motor": ("a", 7, 1), "b_actuator": ("b", 7, 1)}
-
-
 def test_the_kind_of_a_transmission_may_be_an_attribute():
     old = "<transmission type='pr2_mechanism_model/SimpleTransmission' name='t'>"
     assert list(actuators(joint("a") + f"{old}<actuator name='motor'/><joint name='a'/></transmission>")) == ["motor"]

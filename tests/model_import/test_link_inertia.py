@@ -68,11 +68,6 @@ def test_it_becomes_the_nearest_that_is_possible():
             assert np.linalg.norm(second_moments(candidate - inertia)) >= distance - 1e-9
 
 
-def test_a_known_one():
-    """A plate that is a little too flat: 3 > 1 + 1. Its second moments 1.5, 1.5 and -0.5 lose the negative one."""
-    np.testing.assert_allclose(possible_inertia(1e-9, np.diag([1.0, 1.0, 3.0])), np.diag([1.5, 1.5, 3.0]), atol=1e-12)
-
-
 @pytest.mark.parametrize("inertia", [np.zeros((3, 3)), np.diag([1.0, 1.0, 0.0])], ids=["point", "rod"])
 def test_no_principal_moment_is_zero(inertia):
     possible = possible_inertia(3.0, inertia)
@@ -101,11 +96,6 @@ def test_a_link_without_mass(inertial):
     assert is_possible(inertia)
     assert 0 < np.linalg.eigvalsh(inertia)[0] <= np.linalg.eigvalsh(inertia)[2] < 1e-6
     assert links(link, {"b"}).find("link/inertial") is None
-
-
-def test_a_link_that_is_right_stays_as_it_is():
-    text = f"<link name='a'>{SOLID}</link>"
-    assert ET.tostring(links(text, {"a"})) == ET.tostring(ET.fromstring(f"<robot name='r'>{text}</robot>"))
 
 
 def test_a_link_that_is_wrong_keeps_its_centre_of_mass():

@@ -65,18 +65,6 @@ def test_axes_of_a_collada_file_stay_whichever_is_called_up(tmp_path, axis):
     np.testing.assert_allclose(bounds(convert_to_obj(path)), BOX, atol=1e-7)
 
 
-def test_unit_of_a_collada_file_counts(tmp_path):
-    millimetre = ("<up_axis>", '<unit name="millimeter" meter="0.001"/><up_axis>')
-    path = write_dae(tmp_path / "box.dae", a_box(), change=millimetre)
-    np.testing.assert_allclose(bounds(convert_to_obj(path)), 1e-3 * BOX, atol=1e-9)
-
-
-def test_parts_are_where_their_nodes_put_them(tmp_path):
-    up = "<matrix>1 0 0 0  0 1 0 0  0 0 1 2  0 0 0 1</matrix><instance_geometry"
-    path = write_dae(tmp_path / "box.dae", a_box(), change=("<instance_geometry", up))
-    np.testing.assert_allclose(bounds(convert_to_obj(path)), BOX + np.array([0, 0, 2]), atol=1e-7)
-
-
 def test_a_glb_file_stands_as_drake_lets_a_gltf_file_stand(tmp_path):
     exported = trimesh.exchange.gltf.export_gltf(trimesh.Scene(a_box()), embed_buffers=True)
     (tmp_path / "box.gltf").write_bytes(exported["model.gltf"])

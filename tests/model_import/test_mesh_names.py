@@ -74,13 +74,6 @@ def test_the_nearest_package_that_has_the_mesh_counts(urdf, tmp_path):
     assert mesh_file(NAME, urdf) == near
 
 
-def test_files_and_relative_names(urdf, tmp_path):
-    mesh = make_mesh(tmp_path / "src" / "acme_arm")
-    assert mesh_file(f"file://{mesh}", urdf) == mesh
-    assert mesh_file(str(mesh), urdf) == mesh
-    assert mesh_file("../meshes/link.stl", urdf).samefile(mesh)
-
-
 def test_unknown_package_names_the_mesh_and_where_it_was_looked_for(urdf, tmp_path):
     name = "package://nosuch/meshes/link.stl"
     with pytest.raises(InputError) as caught:

@@ -12,7 +12,6 @@ from refusals import refused
 from soft_gripper.errors import InputError
 from soft_gripper.model_import.drake_parsing import add_text, check_inside, check_uris, named_uris
 from soft_gripper.model_import.mesh_names import mesh_file
-from soft_gripper.scenario.model_files import model_path
 
 CLIMBING = ["../a.obj", "b/../../a.obj", "..", "b/../../package_of_another/a.obj", "", "b/.."]
 
@@ -25,12 +24,6 @@ def test_paths_that_climb_out(inside: str) -> None:
 
 def test_paths_inside() -> None:
     check_inside("a.urdf", "package://p/b/../a.obj")
-
-
-@pytest.mark.parametrize("package", ["soft_gripper", "drake_models"])
-def test_models(package: str) -> None:
-    with pytest.raises(InputError, match="leads out of the package"):
-        model_path(f"package://{package}/../../secret.urdf")
 
 
 def test_meshes_of_other_packages(tmp_path: Path) -> None:

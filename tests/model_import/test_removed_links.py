@@ -90,11 +90,6 @@ def test_only_a_jaw():
     assert names["frame"] == ["f", "grasp"]
 
 
-def test_order_of_the_file_does_not_matter():
-    shuffled = urdf(SAID_OF_HAND, DRIVES, HAND, ALONGSIDE, ARM)
-    assert without(shuffled, "hand") == same(urdf(DRIVES, ALONGSIDE, ARM))
-
-
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [

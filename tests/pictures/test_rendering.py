@@ -45,20 +45,6 @@ def test_the_box_is_seen_where_it_is(box_grasp: Scene, shift: tuple[float, ...])
     np.testing.assert_array_equal(picture[0, 0], 255)
 
 
-@pytest.mark.slow
-def test_bending_moves_the_fingertip(box_grasp: Scene) -> None:
-    # The middle of the last link's side before the camera, which is +y in B: the gripper points down. The frame of
-    # the link lies on the neutral axis, near the inner face.
-    inside = (-0.009, 0.0099, 0.0)
-    straight, before = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
-    box_grasp.bend("left_finger", -0.08)
-    bent, after = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
-    renderer = box_grasp.renderer(straight, bent)
-    pictures = [renderer.render(time) for time in (0.0, 1.0)]
-    seen = [[shows(pixel(renderer, picture, p), SKIN) for p in (before, after)] for picture in pictures]
-    assert seen == [[True, False], [False, True]]
-
-
 def test_links_have_the_colour_of_the_torque_where_they_begin(box_grasp: Scene) -> None:
     torques = np.repeat([-0.1, 0.06], 6)
     renderer = box_grasp.renderer(box_grasp.state(), torques=torques, limit=0.1)
@@ -76,13 +62,6 @@ def test_a_time_looks_the_same_whatever_was_rendered_before(box_grasp: Scene) ->
     before, other, after = (renderer.render(time) for time in (0.0, 1.0, 0.0))
     np.testing.assert_array_equal(before, after)
     assert np.abs(before.astype(int) - other).max() > 100
-
-
-@pytest.mark.slow
-def test_a_mesh_without_normals_is_seen() -> None:
-    scene = Scene("irregular_grasp")
-    renderer = scene.renderer(scene.state())
-    assert shows(pixel(renderer, renderer.render(0.0), scene.point("irregular", (0.0, 0.0, -0.02))), IRREGULAR)
 
 
 @pytest.mark.slow

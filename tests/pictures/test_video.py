@@ -1,6 +1,5 @@
 """Films of recordings: so many frames, of the right things, in a whole file or none."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +7,11 @@ import pytest
 from command_line import short, soft_gripper
 from finger_plants import free_bending
 from PIL import Image, ImageSequence
-from refusals import refused
 from scenes import Scene
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.pictures.video import FOOTER, Film, check_video, write_video
+from soft_gripper.pictures.video import FOOTER, Film, write_video
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
@@ -53,15 +51,6 @@ def test_an_animated_picture_shows_the_recording_at_its_own_pace(
         assert np.argmin(distances) == i
         assert distances[i] < 3
     np.testing.assert_allclose(reported, np.arange(1, FRAMES + 1) / 10)
-
-
-def test_an_mp4_has_as_many_frames(run: Run, tmp_path: Path) -> None:
-    ffmpeg = pytest.importorskip("imageio_ffmpeg")
-    path = tmp_path / "film.mp4"
-    write_video(path, *run, None, *SIZE)
-    assert ffmpeg.count_frames_and_secs(str(path)) == (FRAMES, pytest.approx(FRAMES / 10))
-    meta = next(ffmpeg.read_frames(str(path)))
-    assert meta["size"] == (SIZE[0], SIZE[1] + FOOTER)
 
 
 def test_the_scene_moves_and_the_footer_shows_time_and_torques(expected: np.ndarray) -> None:
@@ -107,13 +96,6 @@ def test_a_film_that_fails_leaves_no_file(
     with pytest.raises(RuntimeError, match="no more"):
         write_video(tmp_path / f"film{ending}", *run, None, *SIZE)
     assert not list(tmp_path.iterdir())
-
-
-def test_without_ffmpeg_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with refused("FILE", "film.mp4"):
-        check_video(Path("film.mp4"))
-    check_video(Path("film.gif"))
 
 
 def test_run_writes_a_film(tmp_path: Path) -> None:

@@ -154,13 +154,6 @@ def test_a_row_of_either_table_that_was_changed_does_not_count(tmp_path, caplog)
     assert "2 rows" in caplog.text
 
 
-def test_a_row_with_another_number_of_cells_does_not_count(tmp_path):
-    """Checksums are of the cells with NUL between them, which a cell may hold."""
-    filled(tmp_path)
-    (tmp_path / "a.csv").write_text(WHOLE[::-1].replace(",", "\0", 1)[::-1])
-    assert list(begun(tmp_path, ONE, resume=True).rows) == [("0",), ("1",)]
-
-
 def test_another_study_and_other_columns_are_not_resumed(tmp_path):
     filled(tmp_path)
     for arguments in ({"columns": ONE, "about": "other"}, {"columns": {"a.csv": ["n", "other"]}}):
@@ -168,12 +161,6 @@ def test_another_study_and_other_columns_are_not_resumed(tmp_path):
             begun(tmp_path, resume=True, **arguments)
         assert error.value.field == "--resume"
     assert (tmp_path / "a.csv").read_text() == WHOLE
-
-
-def test_without_resume_everything_is_begun_anew(tmp_path):
-    filled(tmp_path)
-    assert begun(tmp_path, ONE, about="other").rows == {}
-    assert (tmp_path / "a.csv").read_text() == "n,m,error\n"
 
 
 def test_a_full_disk_is_reported_and_the_table_goes_on(tmp_path):

@@ -71,9 +71,3 @@ def test_file_is_named(tmp_path) -> None:
     file.write_text("a: [1")
     with refused("file", "a.yaml"):
         read_yaml(file)
-
-
-def test_data_of_the_same_text_is_the_callers_own() -> None:
-    changed = parse_yaml("a.yaml", "a: {b: [1]}")
-    changed["a"]["b"].append(2)
-    assert parse_yaml("a.yaml", "a: {b: [1]}") == {"a": {"b": [1]}}

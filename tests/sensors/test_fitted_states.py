@@ -60,13 +60,6 @@ def test_local_size_is_that_of_the_errors_nearby():
     assert LINE.nearest(np.array([[0.303, 0.0]])) == [30]
 
 
-def test_states_that_are_all_the_same_are_one_region():
-    same = FittedStates(np.ones((5, 2)), np.ones(2))
-    np.testing.assert_array_equal(same.regions(), 0)
-    np.testing.assert_array_equal(same.halves(), 0)
-    assert spread_of(same.states) == 1.0
-
-
 def test_spread_is_the_standard_deviation_within_columns():
     values = np.random.default_rng(0).normal([0.0, 100.0], 3.0, (20000, 2))
     assert spread_of(values) == pytest.approx(3.0, rel=0.02)

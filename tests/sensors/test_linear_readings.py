@@ -48,12 +48,6 @@ def test_joints_that_bend_alike_are_found_exactly(layout, degrees):
         assert (found.variance < UNKNOWN).all()
 
 
-def test_every_section_has_its_own_bend(layout):
-    theta = np.linspace(-0.5, 0.7, layout.sections)
-    read = readings(layout, layout.shared_equally(theta))
-    np.testing.assert_allclose(layout.linear(read, NOISE).values, theta, rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf])
 def test_a_section_that_reads_nothing_is_unknown_and_no_other(layout, missing):
     read = readings(layout, np.full(12, 0.1))
@@ -64,12 +58,6 @@ def test_a_section_that_reads_nothing_is_unknown_and_no_other(layout, missing):
     assert (found.values[-1], found.variance[-1]) == (0.0, UNKNOWN)
     np.testing.assert_array_equal(found.values[:-1], known.values[:-1])
     np.testing.assert_array_equal(found.variance[:-1], known.variance[:-1])
-
-
-def test_a_finger_that_reads_nothing_is_unknown(layout):
-    found = layout.linear(np.full((3, layout.readings), np.nan), NOISE)
-    np.testing.assert_array_equal(found.values, np.zeros((3, layout.sections)))
-    np.testing.assert_array_equal(found.variance, np.full((3, layout.sections), UNKNOWN))
 
 
 @pytest.mark.parametrize("lost", [None, 0, 1])

@@ -133,22 +133,6 @@ def test_the_side_is_where_the_finger_is_pressed_around_its_link(degrees, first,
     assert np.cos(found["true_contact_side"] - angle) == pytest.approx(1, abs=1e-12)
 
 
-def test_sides_count_by_what_presses():
-    """3 N on the inner side and 3 N on that toward +y: between them. Nothing presses on the side of a tip's end."""
-    inner, side = patch(ONE, THING, X, X, [-3.0, 0, 0]), patch(ONE, THING, Y, Y, [0, -3.0, 0])
-    assert signals(inner, side)["true_contact_side"] == pytest.approx(np.pi / 4)
-    assert np.isnan(signals(patch(ONE, THING, Z, Z, [0, 0, -1.0]))["true_contact_side"])
-
-
-def test_several_samples_are_each_by_itself():
-    one, two = patch(ONE, THING, X, X, [-3.0, 0, 4.0]), patch(TWO, THING, Y, Z, [1.0, 2.0, -1.0])
-    samples = [[], [one], [one, two], [], [two, patch(ONE, OTHER, Z, Y, [0, 3.0, 0])]]
-    found = over_time(samples)
-    for row, sample in enumerate(samples):
-        for name, value in signals(*sample).items():
-            np.testing.assert_allclose(found[name][row], value, rtol=1e-14)
-
-
 def test_fingers_that_press_on_each_other_receive_opposite_forces():
     pressed = patch(ONE, OTHER, [0, 0, 0.01], X, [-2.0, 0, 0])
     assert signals(pressed)["true_contact_force"] == 2

@@ -97,10 +97,6 @@ def test_carried_ball_belongs_to_the_robot(scene):
     assert collision.depth == pytest.approx(0.02, abs=1e-6)
 
 
-def test_what_is_not_the_robot_may_collide(scene):
-    assert scene.first([-1.0], ball=[0.98, 0, 0]) is None
-
-
 @pytest.mark.parametrize(("height", "obstacle"), [(0.09, "wall::wall"), (0.06, "ball::ball")])
 def test_deepest_comes_first(scene, height, obstacle):
     """The sled is 30 mm in the wall, the ball 10 or 40 mm in the sled."""

@@ -167,13 +167,6 @@ def test_a_rescue_is_reported_with_the_phase_that_it_follows(slide):
     assert complaint.startswith("task.phases[1]: name = 'rescue: home': collides: ")
 
 
-def test_a_task_without_an_object(slide):
-    task, slide.scenario.task = slide.scenario.task, TaskConfig()
-    slide.check(phase("free", 0.0, 1.0))
-    assert "'wall::wall'" in slide.complaint(phase("into", 0.0, WALL))
-    slide.scenario.task = task
-
-
 def test_something_thin_is_not_skipped(tmp_path):
     """The balls overlap by more than a touch along 22 mm, which is more than a step, wherever the thing lies."""
     slide = Slide(tmp_path, SMALL)

@@ -174,14 +174,6 @@ def test_rescue_opens_rises_and_goes_home(planned, name):
     assert middle(arm, risen).translation()[:2] == pytest.approx(X_WTool.translation()[:2], abs=1e-5)
 
 
-def test_rescue_from_a_stay_in_the_air_rises_no_further(tmp_path):
-    up = PhaseConfig("up", "object", HIGHEST, opening=0.1)
-    arm, phases = plan(tmp_path, up, PhaseConfig("wait", rest=1.0, holds=True))
-    highest = tool_pose(arm.plant, arm.tool, end_of(phases[0].motion))
-    risen = next(phase for phase in phases if phase.name == RESCUE[1])
-    assert tool_pose(arm.plant, arm.tool, end_of(risen.motion)).IsNearlyEqualTo(highest, 2e-6)
-
-
 def test_half_the_speed_takes_twice_as_long(tmp_path):
     _, phases = plan(
         tmp_path,

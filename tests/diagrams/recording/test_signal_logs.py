@@ -55,12 +55,6 @@ def test_units_of_each_entry():
     assert data["part_units"].values.tolist() == ["m", "rad"]
 
 
-def test_units_that_are_all_the_same_are_one():
-    data = recorded(a__state=(["rad", "rad"], {"part": ("x", "y")}))["a.state"]
-    assert data.attrs["units"] == "rad"
-    assert "part_units" not in data.coords
-
-
 def test_what_is_not_described_is_counted():
     builder = DiagramBuilder()
     ports = {f"own.{i}": builder.AddSystem(ConstantVectorSource(np.ones(i))).get_output_port() for i in (1, 2)}

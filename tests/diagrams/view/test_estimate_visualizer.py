@@ -14,7 +14,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.finger_drawing import SHAPES
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
@@ -137,13 +137,6 @@ def test_arcs_have_their_centre_and_end_where_the_curve_does(scene: MakeScene, l
             np.testing.assert_allclose(drawn[::2].T, [arc[5:], tip], atol=ROUNDING)
 
 
-def test_arcs_are_hidden_together_and_straight_ones_by_themselves(scene: MakeScene, shipped_finger: Finger) -> None:
-    q = np.where(np.arange(12) < 6, 0.0, 0.1)
-    shown = scene(SensorLayout(shipped_finger, 2), q).drawing.properties
-    assert shown[ARCS, "visible"] is False
-    assert [shown[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(2)] == [False, True]
-
-
 def test_behind_a_failed_sensor_nothing_is_drawn(scene: MakeScene, shipped_finger: Finger) -> None:
     seen = scene(SensorLayout(shipped_finger, 3), failed=1, torque=np.full(12, np.nan))
     known = np.isfinite(seen.estimate("joint_positions").reshape(-1, 2)).all(axis=1).sum()
@@ -152,12 +145,6 @@ def test_behind_a_failed_sensor_nothing_is_drawn(scene: MakeScene, shipped_finge
     assert shown == [True] * known + [False] * (13 - known)
     assert [seen.drawing.properties[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(3)] == [True, False, False]
     assert shown_colors(seen) == pytest.approx(np.tile(color(np.nan, LIMIT), (13, 1)), abs=1e-3)
-
-
-def test_a_finger_of_which_nothing_is_known_leaves_finite_poses(scene: MakeScene, layout: SensorLayout) -> None:
-    seen = scene(layout, failed=0)
-    assert not any(seen.drawing.properties[path, "visible"] for path in seen.pieces())
-    assert not any(path.startswith(CURVE) and path != f"{CURVE}/{NAME}" for path in seen.drawing.poses)
 
 
 def shown_colors(seen: Scene) -> Array:
@@ -172,13 +159,6 @@ def shown_colors(seen: Scene) -> Array:
     np.testing.assert_array_equal(*shapes)
     linear = np.array(shapes[0])
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-
-
-def test_links_have_the_color_of_the_torque_where_they_begin(scene: MakeScene, shipped_finger: Finger) -> None:
-    torque = np.linspace(-0.25, 0.15, 12)
-    colors = shown_colors(scene(SensorLayout(shipped_finger, 4), torque=torque))
-    np.testing.assert_allclose(colors[1:], color(torque, LIMIT), atol=1e-3)
-    np.testing.assert_array_equal(colors[0], colors[1])
 
 
 def test_draws_at_its_rate_and_on_demand(scene: MakeScene, shipped_finger: Finger) -> None:

@@ -24,7 +24,6 @@ from soft_gripper.diagrams.view.finger_drawing import (
     drawn_signals,
     estimated_contact,
     estimated_corners,
-    link_frames,
     points_on_links,
     pressed_point,
     to_world,
@@ -40,17 +39,6 @@ def corners_of(finger: Finger, sideways: float = 0.0) -> np.ndarray:
         np.append(0.0, [*finger.joint_arc_lengths, finger.length]) / finger.length,
         [0.0, np.sin(sideways), np.cos(sideways)],
     )
-
-
-def test_frames_point_along_the_links_and_are_rotations() -> None:
-    corners = np.random.default_rng(1).normal(size=(5, 14, 3))
-    frames, along = link_frames(corners), np.diff(corners, axis=-2)
-    np.testing.assert_allclose(
-        frames @ np.swapaxes(frames, -1, -2), np.broadcast_to(np.eye(3), frames.shape), atol=1e-9
-    )
-    np.testing.assert_allclose(np.linalg.det(frames), 1)
-    np.testing.assert_allclose(frames[..., 2] * np.linalg.norm(along, axis=-1, keepdims=True), along)
-    assert np.all(frames[..., 1, 1] >= 0)
 
 
 def test_a_shape_in_space_is_drawn_where_it_is_estimated() -> None:
@@ -80,14 +68,6 @@ def test_many_samples_are_drawn_as_one() -> None:
         np.testing.assert_allclose([*found.force[i], found.side[i]], [*contact.force, contact.side], atol=1e-12)
         np.testing.assert_allclose(points_on_links(every, s)[0][i], points_on_links(alone, s[i])[0], atol=1e-12)
         np.testing.assert_allclose(to_world(X_WB, every)[i], alone @ X_WB[i, :, :3].T + X_WB[i, :, 3], atol=1e-12)
-
-
-def test_points_are_on_their_links() -> None:
-    corners = np.array([[0.0, 0, 0], [0, 0, 1], [2, 0, 1], [3, 3, 1]])
-    points, frames = points_on_links(corners, np.array(1.5))
-    np.testing.assert_allclose(points, [0.5, 0, 1])
-    np.testing.assert_allclose(frames[:, 2], [1, 0, 0])
-    assert np.isnan(points_on_links(corners, np.array(np.nan))[0]).all()
 
 
 @pytest.mark.parametrize(

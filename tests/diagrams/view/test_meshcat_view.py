@@ -49,30 +49,12 @@ def test_meshcat_has_bodies_estimates_and_legend(animation: tuple[Meshcat, str])
 
 
 @pytest.mark.slow
-def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
-    meshcat = Meshcat()
-    short = ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=own_blocks:mean_bend"]
-    run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
-    assert meshcat.HasPath(f"{ARCS}/left_finger/11/unit/circle")
-    assert not meshcat.HasPath(f"{ARCS}/left_finger/12")
-
-
-@pytest.mark.slow
 def test_force_and_uncertainty_are_drawn_where_they_are_estimated(animation: tuple[Meshcat, str]) -> None:
     meshcat, short = Meshcat(), ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=contact"]
     run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
     for path in (f"{CONTACT}/left_finger/arrow/head/left", f"{BAND}/left_finger/12/right"):
         assert meshcat.HasPath(path), path
         assert not animation[0].HasPath(path), "arcs estimate neither"
-
-
-def test_arcs_are_drawn_of_sections_or_of_segments() -> None:
-    unequal = ["sensor.sections=2", "sensor.borders=[0.25]"]
-    for more, sections in (([], 2), (["estimator.type=gaussian"], 12)):  # an arc a section, or a segment
-        station = make_station(load_scenario("free_bending", [*unequal, *more]), Meshcat())
-        visualizer = station.diagram.GetSubsystemByName("estimate_visualizer")
-        for drawn in visualizer.fingers:
-            assert drawn.sections == sections
 
 
 def test_the_recording_holds_colors_poses_and_arcs(animation: tuple[Meshcat, str]) -> None:

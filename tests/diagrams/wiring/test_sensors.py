@@ -30,12 +30,6 @@ def test_layout_of_a_scenario(tapered_finger):
     np.testing.assert_allclose(strain, [-0.1, 0.0, 0.3])
 
 
-def test_the_pressure_is_sampled_with_the_strain():
-    recording = run_station(make_station(short()))
-    pressure, sampled = (recording[f"left_finger.{name}"].values for name in ("pressure", "sampled_pressure"))
-    np.testing.assert_array_equal(sampled[1:], pressure[:-1])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["free_bending", "pick_and_place_box"])
 def test_the_pose_of_the_base_is_known_at_once(name):

@@ -239,16 +239,6 @@ def test_a_function_that_processes_cannot_import_is_named():
         worker_processes.make("mine(3)", b"c__main__\nmine\n.")
 
 
-@pytest.mark.slow
-def test_a_program_without_a_file_has_processes():
-    script = "from soft_gripper.runs.executor import open_executor\ndef mine(number): return number\n"
-    script += "with open_executor(1) as executor: print(executor.submit(abs, -3).result(), flush=True)\n"
-    script += "with open_executor(1) as executor: executor.submit(mine, 3).result()"
-    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=LONG, check=False)
-    assert ended.stdout == "3\n"
-    assert "__main__ = 'mine(3)': import it from a module" in ended.stderr.splitlines()[-1]
-
-
 @pytest.mark.parametrize("jobs", [0, -1, "two", 1.5])
 def test_a_number_of_processes(jobs):
     with pytest.raises(InputError) as caught, open_executor(jobs):

@@ -82,10 +82,6 @@ def test_the_verdict_in_one_word(of, speed, word):
     assert verdict(of, speed) == judged(of, speed).grasp == word
 
 
-def test_without_weight_nothing_rests():
-    assert verdict(signals()._replace(weight=0.0, support=np.zeros(len(TIME))), 0.0) == "held"
-
-
 def test_it_is_held_since_the_fingers_alone_carry_it():
     assert held_since(signals(1.0, np.where(TIME < 1.0, WEIGHT, 0.0))) == 100
     assert held_since(signals()) == 0

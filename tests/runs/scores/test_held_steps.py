@@ -27,15 +27,6 @@ def recording(scenario: Scenario) -> Recording:
     return Recording(xr.Dataset({"sampled_at": ("time", time - period)}, {"time": time}))
 
 
-def test_holds_as_many_samples_as_asked_for(scenario: Scenario, recording: Recording) -> None:
-    assert held_samples(scenario, recording, "sampled_at").shape == (STEPS, scenario.pressure.hold_samples)
-
-
-def test_samples_are_one_period_apart(scenario: Scenario, recording: Recording) -> None:
-    held = held_samples(scenario, recording, "sampled_at")
-    np.testing.assert_allclose(np.diff(held, axis=1), scenario.sensor.period)
-
-
 def test_samples_were_taken_in_their_step_after_it_settled(scenario: Scenario, recording: Recording) -> None:
     """To the nearest sample, where settling is no whole number of periods."""
     period, rounding = scenario.sensor.period, 1e-9

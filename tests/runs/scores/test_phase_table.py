@@ -49,12 +49,6 @@ def test_rescues_follow_where_they_were_gone_through():
     assert ends[-1] == pytest.approx(0.09)
 
 
-def test_a_task_out_of_time_ends_with_the_recording():
-    last = phase_table(STATION, recorded([0, 0, 1, 1, 1]))[-1]
-    assert last.phase == "close"
-    np.testing.assert_allclose(values(last), [0.02, 0.02, 4, -8, 16], atol=1e-12)
-
-
 @pytest.mark.parametrize("ended", Outcome)
 def test_outcome_is_that_at_the_end(ended):
     found = outcome(recorded([0, 1, 2, 5], ended))
