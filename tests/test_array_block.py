@@ -96,12 +96,6 @@ def test_what_is_remembered_follows_if_the_samples_are_its_own(block):
     np.testing.assert_array_equal(found["change"], [[1], [3], [5]])
 
 
-def test_what_a_run_alone_knows_does_not_follow(block):
-    assert not block.follows("total", PERIOD)
-    assert not block.follows("drawn", PERIOD)
-    assert not block.follows("no_port_of_it", PERIOD)
-
-
 def test_samples_are_those_before(block):
     assert block.follows("sampled", PERIOD)
     assert not block.follows("now", PERIOD / 2)

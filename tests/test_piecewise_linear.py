@@ -12,10 +12,6 @@ CURVES = PiecewiseLinear(np.array([X, 2 * X + 1, X**3]), np.array([Y, Y - 4, 3 *
 SIDE_BY_SIDE = [PiecewiseLinear(x, y) for x, y in zip(CURVES.x, CURVES.y, strict=True)]
 
 
-def test_runs_through_its_points():
-    np.testing.assert_allclose(PiecewiseLinear(X, Y)(X), Y, rtol=1e-15)
-
-
 def test_is_straight_from_point_to_point():
     between = np.linspace(-2, 3, 101)
     np.testing.assert_allclose(PiecewiseLinear(X, Y)(between), np.interp(between, X, Y), rtol=1e-13)

@@ -59,9 +59,3 @@ def test_a_diagram_carries_what_the_ports_inside_do():
     assert signal_of(diagram.GetOutputPort("tip")) == Signal("m", {"xz": XZ})
     assert signal_of(diagram.GetOutputPort("again")) == Signal(axes={"entry": range(2)})
     assert signal_of(diagram.GetSubsystemByName("block").get_output_port()) == Signal("m", {"xz": XZ})
-
-
-def test_each_system_has_its_own():
-    described, other = (PassThrough(1) for _ in range(2))
-    describe(described.get_output_port(), "Pa")
-    assert signal_of(other.get_output_port()) == Signal()

@@ -28,17 +28,6 @@ def keep(folder: str, scenario: Scenario) -> None:
     (Path(folder) / "scenario.yaml").write_text(dump_scenario(scenario, Path(folder)))
 
 
-def test_results_go_to_a_folder_of_the_scenarios_name(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_folder(None, "free_bending", settling(1)) == Path("results/free_bending")
-    assert capsys.readouterr().err == ""
-
-
-def test_a_run_of_the_same_scenario_takes_the_place_of_the_last(capsys: pytest.CaptureFixture[str]) -> None:
-    keep("results/free_bending", settling(1))
-    assert run_folder(None, "free_bending", settling(1)) == Path("results/free_bending")
-    assert capsys.readouterr().err == ""
-
-
 def test_other_settings_go_to_the_next_folder_with_a_note(capsys: pytest.CaptureFixture[str]) -> None:
     keep("results/free_bending", settling(1))
     assert run_folder(None, "free_bending", settling(2)) == Path("results/free_bending-2")

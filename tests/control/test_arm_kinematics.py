@@ -114,12 +114,6 @@ def test_out_of_reach(ur5e, place):
     assert solve_posture(*ur5e, RigidTransform(place), HOME) is None
 
 
-def test_out_of_the_joints_limits(load_plant):
-    short = REVOLUTE.replace(str(LIMIT), "1")
-    plant = load_plant(planar_arm(short), "base")
-    assert solve_posture(plant, plant.GetFrameByName("tool"), planar_pose([1.2, 0.5, 0.5]), np.zeros(3)) is None
-
-
 def test_fingers_stay(load_plant):
     finger = (
         '<link name="finger"/><joint name="slide" type="prismatic"><parent link="tool"/><child link="finger"/>'

@@ -68,11 +68,6 @@ def test_a_thing_between_the_tips(gripper):
     assert torque == pytest.approx(FORCE * (0.12 - 0.005), rel=1e-9)
 
 
-def test_one_finger_that_is_pushed_counts_half(gripper):
-    torque = grip_torque(*pushed(gripper, ([0, 0, 0], [FORCE, 0, 0])))
-    assert torque == pytest.approx(FORCE * (0.12 - 0.005) / 2, rel=1e-9)
-
-
 def test_both_pushed_the_same_way_cancel_out(gripper):
     first, second = pushed(gripper, ([FORCE, 0, 0], [FORCE, 0, 0]))
     assert abs(first[0]) > 0.05

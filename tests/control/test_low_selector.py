@@ -25,15 +25,6 @@ LOW, LIMIT, HIGH = 0.5, 1.0, 2.0  # what the first is to follow rises slowly fro
 RISE, TOP, FALL, END = 2.0, 4.0, 6.0, 8.0  # s
 
 
-@pytest.mark.parametrize(("first", "second"), [(1.0, 2.0), (2.0, 1.0), (-3.0, 0.0), (4.0, 4.0)])
-def test_the_smaller_input_is_put_out(first, second):
-    selector = LowSelector()
-    context = selector.CreateDefaultContext()
-    selector.GetInputPort("first").FixValue(context, [first])
-    selector.GetInputPort("second").FixValue(context, [second])
-    assert selector.GetOutputPort("selected").Eval(context) == [min(first, second)]
-
-
 class Course(NamedTuple):
     """Outputs of both PIDs, the lower of them, and the value that it leads to, all at every sample."""
 

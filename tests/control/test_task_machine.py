@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.control.task import QUIET_TIME, Outcome, Phase, Progress, Rules, TaskMachine
+from soft_gripper.control.task import QUIET_TIME, Outcome, Phase, Rules, TaskMachine
 
 T = 0.01  # s
 START, OVER_THERE, HOME = np.array([0.0, 1.0]), np.array([0.3, -0.5]), np.array([-0.2, 0.4])  # rad
@@ -143,12 +143,3 @@ def test_a_task_that_does_not_command_the_gripper_needs_no_inputs():
     assert machine.GetOutputPort("outcome").Eval(context) == [Outcome.DONE]
     assert np.isnan(machine.GetOutputPort("set_point").Eval(context)).all()
     np.testing.assert_allclose(machine.GetOutputPort("desired_state").Eval(context), [*HOME, 0.0, 0.0], atol=1e-12)
-
-
-def test_what_is_remembered_lives_in_the_context():
-    first = Run()
-    second = Run(first.machine)
-    first.sample(samples_of(0.3))
-    assert first.machine.progress(first.context).phase == 1
-    assert second.machine.progress(second.context) == Progress()
-    assert second.sample(samples_of(0.1)).outputs == Run().sample(samples_of(0.1)).outputs

@@ -112,13 +112,6 @@ def test_a_task_that_succeeds():
     assert (script.outcome, script.failed) == (Outcome.DONE, None)
 
 
-def test_before_the_motion_is_over_an_empty_grip_is_no_failure():
-    script = until_close().observe(GRIP, SOFT, lasting=CLOSING - LATE)
-    assert (script.progress.phase, script.outcome) == (CLOSE, Outcome.RUNNING)
-    script.observe(GRIP, HARD)
-    assert script.began[LIFT] - script.began[CLOSE] == pytest.approx(CLOSING, abs=LATE)
-
-
 def test_a_grasp_waits_until_the_tips_are_at_rest():
     """While they close, however slowly, a torque is no grip."""
     slow, stop = 2 * QUIET_BAND / QUIET_TIME, 1.5  # m/s, s
@@ -128,15 +121,6 @@ def test_a_grasp_waits_until_the_tips_are_at_rest():
     # The last time that the tips leave the band is up to a band before they stop.
     waited = script.began[LIFT] - start - stop
     assert QUIET_TIME - QUIET_BAND / slow - LATE <= waited <= QUIET_TIME + LATE
-
-
-@pytest.mark.parametrize("torque", [SOFT, -HARD, NAN])
-def test_nothing_grasped(torque):
-    """At rest without a torque that is known to be a grip."""
-    script = until_close().observe(NARROW, torque)
-    assert script.outcome == Outcome.NOTHING_GRASPED
-    assert script.began[LET_GO] - script.began[CLOSE] == pytest.approx(CLOSING, abs=LATE)
-    assert_rescued(script)
 
 
 @pytest.mark.parametrize(

@@ -68,14 +68,6 @@ def test_where_every_block_runs_it_works_once_a_sample_for_all_who_read_it():
     assert calls["soft_gripper.estimators.arcs.bends_from_readings"] == 2 * 100  # of two fingers
 
 
-def test_what_nothing_reads_is_left_for_the_recording(baseline):
-    """All blocks but that of the true contact, whose patches must be collected."""
-    assert {name.rpartition(".")[0] for name in baseline} == {
-        *("soft_gripper.array_block", "soft_gripper.cached", "soft_gripper.diagrams.signal_logs"),
-        "soft_gripper.truth.contact",
-    }
-
-
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
 def test_steps_of_the_plant_call_no_python(baseline, time_step):
     assert bending(time_step) == baseline

@@ -133,12 +133,6 @@ def test_weight_is_no_load(steep_finger, sections, law):
     assert wrong < (0.01 if law is None else 0.1) * without
 
 
-def test_interpolation_is_exact_for_a_load_at_the_tip(layout):
-    lever = layout.finger.length - layout.finger.joint_arc_lengths
-    means = [lever[layout.joint_sections == i].mean() for i in range(layout.sections)]
-    np.testing.assert_allclose(BendSharing(layout).interpolation @ means, lever, rtol=1e-12)
-
-
 @pytest.mark.slow
 @LAWS
 def test_an_elastic_law_converges(steep_finger, law):
@@ -151,14 +145,6 @@ def test_an_elastic_law_converges(steep_finger, law):
             q = under_load(finger, torque)
             shared = BendSharing(layout).joint_angles(sums(layout, q), finger.pressure_torque(PRESSURE), 0.0)
             np.testing.assert_allclose(shared, q, atol=1e-12)
-
-
-@pytest.mark.parametrize("sections", SECTIONS)
-def test_force_at_the_tip_is_found_exactly(sections):
-    """Its torque falls straight from base to tip, which any number of sensors can report."""
-    finger = uniform_finger(12)
-    layout, torque = SensorLayout(finger, sections), from_force(finger, LENGTH, -0.3)
-    np.testing.assert_allclose(found(layout, sums(layout, under_load(finger, torque))), torque, rtol=1e-10)
 
 
 @pytest.mark.parametrize("where", [0.05, 0.075, 0.1])

@@ -58,18 +58,6 @@ def test_a_single_force_is_found(shipped_finger, sections, side, place):
         assert abs(tips[0] - tips[1]) < 0.2e-3
 
 
-@BOTH
-@pytest.mark.parametrize("pressure", [-40e3, 0.0, 100e3, 200e3])
-def test_where_nothing_presses_nothing_is_found(shipped_finger, sections, pressure):
-    layout, gravity = SensorLayout(shipped_finger, **sections), 9.81 * np.exp(2j)
-    q = in_balance(shipped_finger, pressure, gravity)
-    found = estimated(layout, q, pressure, gravity)
-    assert found.contact.force == 0
-    assert np.isnan(found.contact.arc_length)
-    assert 0 < found.contact.force_std < 0.05
-    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("wrong", "assumed"),
     [
@@ -125,17 +113,6 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
         contact = shape(spoiled, shipped_finger.pressure_torque(80e3), vector(9.81)).contact
         assert contact.force == pytest.approx(0.8, rel=0.02)
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
-
-
-@SIDES
-@pytest.mark.parametrize("along", [-0.4, 0.4])
-def test_a_force_on_the_edge_of_the_tip_may_have_any_direction(shipped_finger, side, along):
-    """From either side, within 0.3 %; friction is that of a cell, which may differ a little."""
-    layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
-    push = Push(tip, side * 1.0, along, face(shipped_finger, tip, side))
-    contact = estimated(layout, in_balance(shipped_finger, 40e3, 9.81, [push]), 40e3, 9.81).contact
-    assert contact.force == pytest.approx(side, rel=3e-3)
-    assert contact.arc_length == pytest.approx(tip, abs=1e-4)
 
 
 @BOTH
@@ -197,22 +174,6 @@ def test_errors_lie_within_two_standard_deviations(shipped_finger, sections):
     z = scores(SensorLayout(shipped_finger, **sections), 0.0)
     assert ((z < 2).mean(axis=1) >= 0.95).all()
     assert (np.median(z, axis=1) > 0.05).all()
-
-
-@BOTH
-def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
-    layout = SensorLayout(shipped_finger, **sections)
-    read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
-    found = [
-        ContactShape(layout, Uncertainty(reading=noise, bend_per_pressure=EXACT, friction=0.05))(
-            read, shipped_finger.pressure_torque(80e3), np.zeros(3)
-        ).contact
-        for noise in (1e-3, 3e-4, 1e-4, 3e-5)
-    ]
-    for name in ("force_std", "arc_length_std"):
-        stds = [float(getattr(contact, name)) for contact in found]
-        assert sorted(stds, reverse=True) == stds
-        assert stds[0] > 1.2 * stds[-1]
 
 
 def test_every_measured_bend_is_met(shipped_finger, bent):

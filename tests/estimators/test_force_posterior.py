@@ -167,17 +167,6 @@ def test_three_answers(shipped_finger, sections):
     assert 0.5 < found[2].force_bounds[0] < 0.8
 
 
-def test_nearer_contacts_excluded_leave_a_smaller_bound(shipped_finger):
-    layout = SensorLayout(shipped_finger, 2)
-    given = read(layout, [Push(0.4 * shipped_finger.length, 0.5)])
-    bounds = [
-        ContactShape(layout, Uncertainty(nearest_contact=near, friction=0.45)).posterior(*given).force_bounds
-        for near in (0.2, 0.3)
-    ]
-    np.testing.assert_array_equal(bounds[0][0], bounds[1][0])
-    assert 0.5 < bounds[1][1] < bounds[0][1] < np.nan_to_num(bounds[0][0], nan=LARGEST)
-
-
 def test_the_largest_force_of_the_scene_bounds_what_is_not_seen(shipped_finger):
     layout = SensorLayout(shipped_finger, 2)
     for largest in (2.0, 8.0):

@@ -34,12 +34,6 @@ def test_variances_along_the_axes_are_those_of_fingers_drawn_in_space(shipped_fi
     np.testing.assert_allclose(places.variance(q, covariance), expected, rtol=0.05, atol=1e-12)
 
 
-def test_places_move_as_joints_do(shipped_finger, bent):
-    places, q, step = Places(yielding(shipped_finger), WAYS), 0.1 * bent(36), 1e-6
-    differences = [(places(q + dq)[0] - places(q - dq)[0]) / (2 * step) for dq in step * np.eye(36)]
-    np.testing.assert_allclose(places.moves(q), differences, atol=1e-9)
-
-
 def test_only_what_lies_before_a_point_moves_it(shipped_finger):
     covariance = np.zeros((12, 12))
     covariance[5, 5] = 1e-4

@@ -312,16 +312,6 @@ def test_a_load_that_jumps_is_believed_to_have_done_so(learner: Learner) -> None
     np.testing.assert_allclose(known.mean[:5], expected, atol=0.02 * np.abs(expected).max())
 
 
-def test_what_is_known_of_the_sensors_is_no_difference(learner: Learner) -> None:
-    """Readings of a free finger with the gain errors and offsets that were learnt."""
-    gains, offsets = np.array([0.1, -0.05, 0.08, 0.02]), 1e-3 * np.array([2.0, -1.0, 1.0, 3.0])
-    begin = learner.shape.begin()
-    mean = np.concatenate([begin.mean[:7], gains, offsets, np.zeros(4)])
-    known = stepped(learner, gains * learner.expected + offsets, begin._replace(mean=mean))
-    np.testing.assert_allclose(known.difference, 0.0, atol=1e-12)
-    np.testing.assert_allclose(known.mean[7:], mean[7:], atol=1e-12)
-
-
 def test_a_difference_that_lasts_is_a_load_though_each_sample_could_be_noise(layout: SensorLayout) -> None:
     """Half as large again as the noise: an average of many samples has a fifth of it."""
     learner = learner_of(layout, Uncertainty(reading=NOISE, bend_per_pressure=0.0))

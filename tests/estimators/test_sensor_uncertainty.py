@@ -34,10 +34,6 @@ def test_pressure_errors_and_the_finger():
     assert (found.pressure, found.bend_per_pressure) == (500.0, pytest.approx(0.1, rel=2e-3))
 
 
-def test_any_reading_has_what_lasts_for_a_minute():
-    assert Uncertainty(reading=2e-3, offset=3e-3, drift=6e-3 / 60**0.5).any_reading() == pytest.approx(7e-3)
-
-
 def test_a_share_of_a_bend_adds_its_variance():
     bends = LinearReadings(np.array([0.0, -0.5]), np.array([1e-4, 1e-4])).uncertain_by(0.04)
     np.testing.assert_allclose(bends.variance, [1e-4, 5e-4])

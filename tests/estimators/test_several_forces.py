@@ -107,17 +107,3 @@ def test_errors_lie_within_two_standard_deviations(shipped_finger):
         fit = found(layout, np.zeros(12), s, forces, noise=rng.standard_normal((200, 4)))
         assert (np.abs(fit.force - sum(forces)) < 2 * fit.force_std).mean() > 0.9
         assert (np.abs(fit.arc_length - s @ forces / sum(forces)) < 2 * fit.arc_length_std).mean() > 0.9
-
-
-def test_a_force_at_one_place_might_press_beside_it(layout, q):
-    """So its place is uncertain, though there is no other; here it presses where one is looked for."""
-    place = (32 + 0.5) / 48 * layout.finger.length
-    fit = found(layout, 0 * q, np.array([place]), [0.8], std=0.02)
-    assert fit.arc_length == pytest.approx(place, abs=1e-3)
-    assert fit.arc_length_std > 1e-3
-
-
-def test_a_load_that_is_spread_has_its_sum_and_its_middle(layout, q):
-    fit = found(layout, q, np.linspace(0.5, 0.9, 9) * layout.finger.length, [0.1] * 9)
-    assert fit.force == pytest.approx(0.9, rel=0.05)
-    assert fit.arc_length == pytest.approx(0.7 * layout.finger.length, rel=0.03)

@@ -64,15 +64,6 @@ def test_a_finger_that_stays_in_its_plane_is_estimated_as_one_that_only_bends(sh
     assert found.arc_length == pytest.approx(planar.arc_length, abs=5e-3)
 
 
-def test_bends_that_readings_hardly_see_do_not_make_a_filter_blind(spatial):
-    """Strands a micrometre off the plane see bending; that they do not see sideways bending tells nothing of faults."""
-    paths = tuple(SensorPath(name, (x,), (1e-6,)) for name, x in (("outer", -8.5e-3), ("inner", 8e-3)))
-    shape = RecursiveShape(PathSensors(spatial, 2, paths=paths), UNCERTAIN)
-    assert shape._of_bends.shape == (4, 2)
-    assert not shape._is_blind(np.ones(4, dtype=bool))
-    assert shape._is_blind(shape._of_bends[:, 1] < 1e-12)
-
-
 def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
     """By differences of the readings: a later sample of a load, about the finger under that of the sample before."""
     layout, driving = sensors(spatial), np.append(spatial.pressure_torque(60e3), np.zeros(24))

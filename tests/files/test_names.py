@@ -9,11 +9,6 @@ from soft_gripper.quantity import is_name
 from soft_gripper.scenario.scenario_file import load_scenario
 
 
-@pytest.mark.parametrize("name", ["a", "left_finger", "Finger-2", "a" * 60])
-def test_names(name):
-    assert is_name(name)
-
-
 @pytest.mark.parametrize("name", ["a.b", "δ", "plant", "logs", "scene_graph", "true_contact", "grip", "all"])
 def test_fingers(tmp_path, name):
     """Refused when the station is built, not after the run."""

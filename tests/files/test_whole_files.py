@@ -46,13 +46,6 @@ def test_place_that_cannot_hold_a_file(tmp_path, place):
     assert repr(str(path)) in str(caught.value)
 
 
-def test_folder_is_made_with_its_parents_and_left_empty(tmp_path):
-    folder = writable_folder(tmp_path / "a/b")
-    assert folder == tmp_path / "a/b"
-    assert list(folder.iterdir()) == []
-    assert writable_folder(folder) == folder
-
-
 def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="cannot be written: it is not a regular file"):

@@ -62,12 +62,6 @@ def test_lengths_are_those_of_lines_in_space():
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # of second order
 
 
-def test_a_parallel_path_of_a_bent_finger_is_an_arc():
-    built, q = finger(tendon(8e-3, 0.0)), equally(12, bending=1.5, sideways=0.0, twist=0.0)
-    length = path_lengths(built.tendon_paths, q)
-    np.testing.assert_allclose(length, LENGTH - 8e-3 * 1.5, rtol=1e-14)
-
-
 @pytest.mark.parametrize("ways", [YIELDS, ("bending", "stretch")], ids=["in space", "in the plane"])
 @pytest.mark.parametrize("path", [SLANTED, tendon(5e-3, 0.0, (0.0, 0.5)), tendon([8e-3, -6e-3], 0.0)])
 def test_gradients_are_the_derivatives_of_lengths(path, ways):

@@ -88,14 +88,6 @@ def test_path_lengths_are_the_distances_along_the_path(bent, offset):
     np.testing.assert_allclose(segment_path_lengths(q, SEGMENT, offset), distances, rtol=1e-13)
 
 
-def test_chain_converges_to_the_circle_with_the_square_of_the_segment():
-    bend, length = np.pi, 0.12
-    exact = length / bend * (np.sin(bend) + 1j * (1 - np.cos(bend)))
-    tips = [forward_kinematics(np.full(n, bend / n), length / n).tip for n in (10, 20, 40)]
-    errors = np.abs(np.array(tips) - exact)
-    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2, atol=0.05)
-
-
 def test_points_are_x_and_z():
     np.testing.assert_array_equal(as_points(np.array(3.0 + 2.0j)), [2.0, 3.0])
     assert as_planar(np.array([2.0, 3.0])) == 3.0 + 2.0j

@@ -66,12 +66,6 @@ def test_every_number_is_linear_from_one_section_to_the_next(varied: Finger) -> 
         assert [getattr(varied.section(one), part.name) for one in s] == getattr(found, part.name).tolist()
 
 
-def test_at_a_step_is_the_section_beyond(varied: Finger) -> None:
-    step, before = 0.5 * varied.length, 0.4999999 * varied.length
-    assert (varied.section(step).width, varied.section(step).youngs_modulus) == (0.015, 1e5)
-    assert varied.section(before).width == pytest.approx(0.02)
-
-
 @pytest.mark.parametrize("segments", [5, 15, 55, 95])
 def test_a_link_with_a_step_in_its_middle_is_of_the_section_beyond(shipped_finger: Finger, segments: int) -> None:
     """However the place of its middle is rounded."""

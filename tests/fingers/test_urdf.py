@@ -59,22 +59,6 @@ def test_fingers_stand_where_their_origins_say(load_plant):
         assert plant.EvalBodyPoseInWorld(context, base).IsNearlyEqualTo(expected, 1e-12)
 
 
-def test_positive_angles_close_the_gripper(load_plant):
-    plant = load_plant(expand_urdf(TWO_FINGER).text, "palm")
-    context = plant.CreateDefaultContext()
-    plant.SetPositions(context, np.full(24, 0.02))
-    left, right = (plant.GetFrameByName(f"{side}_finger_tip").CalcPoseInWorld(context) for side in ("left", "right"))
-    assert -0.0353 < left.translation()[0] < right.translation()[0] < 0.0353
-
-
-def test_expanding_twice_changes_nothing(tmp_path):
-    once = expand_urdf(TWO_FINGER)
-    path = tmp_path / "expanded.urdf"
-    path.write_text(once.text)
-    twice = expand_urdf(path)
-    assert (twice.text, twice.fingers) == (once.text, ())
-
-
 def test_mesh_names_lead_to_the_same_file_from_everywhere(edited):
     meshes = "".join(
         f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'

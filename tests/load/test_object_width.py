@@ -49,14 +49,6 @@ def test_straight_fingers_are_apart_by_the_bases_less_their_inner_faces(tapered_
 
 
 @GRIPPERS
-@pytest.mark.parametrize("lean", [0.1, 0.3])
-def test_straight_fingers_that_lean_inward_are_nearest_at_the_inner_edges_of_their_tips(tapered_finger, lean, count):
-    reach = LENGTH * np.sin(lean) + inner_face(tapered_finger, LENGTH) * np.cos(lean)
-    straight = [(tapered_finger, np.zeros(5))] * count
-    assert gap(around(count, 0.2, lean), *straight) == pytest.approx(0.2 - 2 * reach, abs=1e-12)
-
-
-@GRIPPERS
 @pytest.mark.parametrize("bend", [-0.9, -0.5])
 def test_arcs_that_bulge_inward_are_apart_by_their_centers_less_their_radii(bend, count):
     """Bent open but leaning inward by half their bend, so that the middles of the fingers are nearest."""

@@ -50,11 +50,6 @@ def test_what_a_body_can_have_stays():
         assert possible_inertia(4.0, inertia) is inertia
 
 
-def test_what_no_body_can_have_becomes_possible():
-    for inertia in (symmetric() for _ in range(50)):
-        assert is_possible(possible_inertia(0.01, inertia))
-
-
 def test_it_becomes_the_nearest_that_is_possible():
     """Of 300 possible ones around it none has second moments that are nearer to those of the file."""
     inertia = np.array([[1.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 3.0]])

@@ -33,12 +33,6 @@ def make_mesh(package, name=None):
     return mesh
 
 
-def test_package_is_a_folder_above_the_file(urdf, tmp_path):
-    mesh = make_mesh(tmp_path / "src" / "acme_arm")
-    for name in (NAME, NAME.replace("package", "model"), NAME.replace("//", "///")):
-        assert mesh_file(name, urdf) == mesh
-
-
 def test_package_xml_gives_another_name_to_a_folder(tmp_path):
     clone = tmp_path / "acme_arm-2.0-main"
     mesh = make_mesh(clone, "acme_arm")

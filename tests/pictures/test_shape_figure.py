@@ -70,16 +70,6 @@ def test_true_joints_are_where_drake_has_them(run: Run, panels: list[Axes]) -> N
     np.testing.assert_allclose(drawn(panels[1], "true joints"), 1e3 * p_BJ[:, [0, 2]], atol=1e-6)
 
 
-def test_the_estimate_ends_at_the_estimated_tip(run: Run, panels: list[Axes]) -> None:
-    section = [patch for patch in panels[2].patches if isinstance(patch, Polygon) and not patch.get_fill()][-1]
-    inner, outer = np.split(section.get_xy()[:-1], 2)
-    x, z, heading = recorded(run, "tip_pose")
-    normal, tip = np.array([np.cos(heading), -np.sin(heading)]), layout_of(run).finger.tip
-    np.testing.assert_allclose(inner[-1] - outer[0], 19 * normal)
-    middle = (inner[-1] + outer[0]) / 2
-    np.testing.assert_allclose(middle + 1e3 * tip.neutral_axis * normal, [1e3 * x, 1e3 * z])
-
-
 def test_arcs_are_drawn_about_their_centres(run: Run, panels: list[Axes]) -> None:
     arcs = run[1]["left_finger.arcs"].sel(time=TIME, method="nearest")
     centers = 1e3 * arcs.sel(arc=["center_x", "center_z"]).values

@@ -51,11 +51,6 @@ def study(numbers, ended, failed=None):
     return kept
 
 
-def test_results_are_kept_by_their_keys(ended):
-    assert study([1, 2], ended) == {"job 1": 1.0, "job 2": 0.5}
-    assert sorted(ended) == ["job 1", "job 2"]
-
-
 def test_what_is_kept_when_ctrl_c_comes_is_counted_too(ended):
     kept, before = {}, signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
 
@@ -109,16 +104,6 @@ def filled(folder):
     for row in ROWS.values():
         tables.add(row)
     return tables
-
-
-def test_rows_are_there_as_they_come_and_in_order_at_the_end(tmp_path):
-    tables = begun(tmp_path, ONE)
-    for key in "201":
-        tables.add(ROWS[key])
-        assert len((tmp_path / "a.csv").read_text().splitlines()) == 1 + len(tables.rows)
-    tables.finish([(key,) for key in "012"])
-    assert (tmp_path / "a.csv").read_text() == WHOLE
-    assert {path.name for path in tmp_path.iterdir()} == {"about", "a.csv", "a.csv.sha256"}
 
 
 @pytest.mark.parametrize("length", range(len(WHOLE) + 1))

@@ -35,11 +35,6 @@ def test_rise_time_is_that_of_the_finger_and_its_supply(two_steps):
     assert step_response(slow)[1] == pytest.approx(0.4, abs=0.1)
 
 
-def test_cost_counts_overshoot_beyond_two_percent():
-    table = [StepRow(0, 90, 80, overshoot, 0, settling, 0, 0) for overshoot, settling in ((1.9, 0.5), (5.0, 0.7))]
-    assert step_cost(table) == pytest.approx(0.6 + 0.3 / 2)
-
-
 @pytest.mark.slow
 def test_tuning_lowers_the_cost(two_steps):
     costs = []

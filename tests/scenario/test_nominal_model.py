@@ -10,7 +10,6 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.schema import NominalConfig, SensorConfig
 
@@ -44,12 +43,6 @@ def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name,
         sections = {"base": tapered_finger.base, "tip": tapered_finger.tip}
         ends = {end: replace(section, **{name: change(getattr(section, name))}) for end, section in sections.items()}
         assert nominal(tapered_finger, {name: text}) == replace(tapered_finger, **ends)
-
-
-def test_creep_need_not_be_known(tapered_finger):
-    creeps = replace(tapered_finger, creep=(CreepBranch(0.2, 0.3),))
-    assert nominal(creeps) == creeps
-    assert nominal(creeps, creep=False) == tapered_finger
 
 
 @pytest.mark.parametrize("text", ["10", "0.1"])
@@ -109,11 +102,6 @@ def test_readings_are_those_of_the_simulated_finger(settled):
     )
     for signal in ("strain", "extension_ratio", "sampled_joint_angles"):
         np.testing.assert_array_equal(wrong(signal), true(signal))
-
-
-def test_a_spacing_that_is_believed_larger_bends_the_estimate_less(settled):
-    true, wrong = settled(), settled("finger.sensor_spacing=+10 %")
-    np.testing.assert_allclose(wrong("theta"), true("theta") / 1.1, rtol=1e-3)
 
 
 def test_a_stiffness_that_is_believed_larger_is_taken_for_a_load(settled, shipped_finger):

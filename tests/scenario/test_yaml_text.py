@@ -44,13 +44,6 @@ def test_what_is_no_plain_data(text: str) -> None:
     assert len(str(caught.value)) < 600
 
 
-def test_aliases_that_multiply_are_counted() -> None:
-    lines = ["_a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
-    lines += [f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in zip("abcdefgh", "bcdefghi", strict=True)]
-    with refused("size", 66430):
-        parse_yaml("a.yaml", "\n".join(lines))
-
-
 def test_merges_that_multiply_are_counted() -> None:
     lines = ["_a: &a {k: 1}"]
     lines += [f"_{new}: &{new} {{<<: [{', '.join([f'*{old}'] * 99)}]}}" for old, new in zip("abc", "bcd", strict=True)]

@@ -56,11 +56,3 @@ def test_a_block_gives_what_a_recording_does(layout):
     assert np.isnan(expected[:, 1]).all()
     assert np.isfinite(np.delete(expected, 1, axis=1)).mean() > 0.8
     np.testing.assert_allclose(disturbed, expected, rtol=0, atol=1e-12)
-
-
-def test_readings_depend_on_no_new_draws_between_samples(layout):
-    """The output follows its state and the ideal signal; the random input acts through the state alone."""
-    block = ReadingErrorBlock(layout, ERRORS, PERIOD)
-    ideal, normal = (block.GetInputPort(name).get_index() for name in ("ideal_strain", "standard_normal"))
-    assert block.HasDirectFeedthrough(ideal, 0)
-    assert not block.HasDirectFeedthrough(normal, 0)

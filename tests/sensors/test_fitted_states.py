@@ -15,12 +15,6 @@ def test_distance_is_that_to_the_nearest_state_in_spreads():
     )
 
 
-def test_a_combination_that_was_never_met_is_far():
-    """Each number lies within what was fitted."""
-    cross = FittedStates(np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(2))
-    assert cross.distance(np.array([0.9, 0.9])) == pytest.approx(np.hypot(0.1, 0.9))
-
-
 @pytest.mark.parametrize(("gravity", "distance"), [((0, 0, 9.81), np.sqrt(2)), ((-9.81, 0, 0), 2.0)])
 def test_a_finger_turned_from_its_only_pose_is_as_far_as_gravity_changed_over_g(gravity, distance):
     strains, drive = np.zeros((5, 4)), np.tile([0.02, 9.81, 0.0], (5, 1))

@@ -73,17 +73,6 @@ def test_variance_is_that_of_noisy_readings(shipped_finger, lost):
     np.testing.assert_allclose(found.values.mean(axis=0), layout.sums(np.full(12, 0.01)), atol=2e-4)
 
 
-def test_both_paths_together_are_surer_than_either(shipped_finger):
-    layout = SensorLayout(shipped_finger, 2)
-    read = readings(layout, np.zeros(12))
-    inner, outer = by_path(layout, np.tile(read, (2, 1)))
-    inner[1], outer[0] = np.nan, np.nan
-    both, *either = (
-        layout.linear(values.reshape(-1), NOISE).variance for values in (by_path(layout, read), inner, outer)
-    )
-    np.testing.assert_allclose(1 / both, 1 / either[0] + 1 / either[1], rtol=1e-12)
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.1])
 def test_a_path_on_the_neutral_axis_reads_nothing(shipped_finger, angle):
     layout = SensorLayout(replace(shipped_finger, sensor_spacing=2 * float(shipped_finger.tip.neutral_axis)), 2)

@@ -28,9 +28,3 @@ def test_noise_is_white_and_gain_and_offset_belong_to_a_run():
     found = disturbed(errors, np.full((100, 5000, 1), 1e5), rng())[..., 0] - 1e5
     assert found.mean(axis=0).std() == pytest.approx(math.hypot(1000, 300, 5), rel=0.05)
     assert (found - found.mean(axis=0)).std() == pytest.approx(50, rel=0.02)
-
-
-def test_gain_acts_before_the_offset():
-    errors = PressureErrors(gain_error=0.1, offset=10.0)
-    memory = errors.begin(np.array([[1.0], [2.0]]))
-    assert errors.step(memory, np.array([100.0]), np.zeros((1, 1)))[1] == pytest.approx(130.0)

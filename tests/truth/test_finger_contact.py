@@ -91,12 +91,6 @@ def test_forces_of_both_sides_cancel_and_places_count_by_their_sizes():
     np.testing.assert_allclose(found["contact_center"], [0, 0, 0.015])
 
 
-def test_friction_does_not_move_the_place_of_a_contact():
-    """The one patch rubs along the finger with three times what presses."""
-    found = signals(*(patch(ONE, THING, [0, 0, z], X, [-1.0, 0, rub]) for z, rub in ((0.01, 3.0), (0.03, 0.0))))
-    assert found["true_contact_arc_length"] == pytest.approx(0.02)
-
-
 def test_only_what_is_outside_presses_on_a_finger():
     found = signals(patch(ONE, TWO, X, X, [50, 0, 0]), patch(THING, OTHER, X, X, [7, 0, 0]))
     for name, value in signals().items():
@@ -178,12 +172,6 @@ def test_width_of_a_cylinder_is_its_diameter(count):
     """However high each finger touches it."""
     assert contact_width(on_circle(count, 0.03, np.zeros(count))) == pytest.approx(0.06, rel=1e-12)
     assert contact_width(on_circle(count, 0.03, 0.01 * np.arange(count))) == pytest.approx(0.06, rel=1e-12)
-
-
-def test_width_between_unequal_distances_is_their_mean():
-    """Centres 3, 3 and 2 cm from their centroid, along their normals."""
-    touched = [([0.03, 0, 0], X), ([-0.03, 0, 0], X), ([0, 0.03, 0], Y)]
-    assert contact_width([pressed_at(each) for each in touched]) == pytest.approx(2 * 0.08 / 3, rel=1e-12)
 
 
 def test_width_of_a_box_is_the_distance_of_its_faces():

@@ -83,13 +83,6 @@ def test_touch_is_as_deep_as_allowed(scene):
     assert scene.first([0.92], allowed=0.019).depth == pytest.approx(0.02, abs=1e-6)
 
 
-def test_box_into_free_ball(scene):
-    """The ball's middle is 30 mm above the sled's lid, which lies 50 mm above its middle."""
-    collision = scene.first([-0.5, 0.5], ball=[0.5, 0, 0.08])
-    assert (collision.index, collision.body, collision.obstacle) == (1, "robot::sled", "ball::ball")
-    assert collision.depth == pytest.approx(0.02, abs=1e-6)
-
-
 def test_carried_ball_belongs_to_the_robot(scene):
     robot, ball = ("rail", "sled", "post", "ball"), [0.97, 0, 0.08]
     collision = scene.first([0.88], ball, robot)

@@ -98,12 +98,6 @@ def test_the_phase_that_leads_into_something_is_named(slide):
     assert part == pytest.approx((WALL - BALL + depth - 1.0) / 2.5, abs=0.02)
 
 
-def test_end_of_a_way_counts(slide):
-    slide.check(phase("near", 0.0, WALL - BALL + 0.9 * TOUCH_DEPTH))
-    part, depth = numbers(slide.complaint(phase("into", 0.0, WALL - BALL + 1.9 * TOUCH_DEPTH)))
-    assert (part, depth) == (1.0, pytest.approx(1.9e-3, abs=5.1e-5))
-
-
 def test_what_is_held_sticks_out(slide):
     """It is in the wall where the ball that holds it is not yet."""
     end = WALL - AHEAD
@@ -114,12 +108,6 @@ def test_what_is_held_sticks_out(slide):
     assert complaint.endswith("'wall::wall'")
     part, depth = numbers(complaint)
     assert part == pytest.approx((WALL - BALL + depth - AHEAD - 0.1) / (end - 0.1), abs=0.02)
-
-
-def test_what_is_held_may_touch_the_gripper(slide):
-    slide.scenario.task.X_OG = at(-BALL)
-    slide.check(phase("carry", 0.0, 1.0, holds=True))
-    slide.scenario.task.X_OG = at(-AHEAD)
 
 
 THROUGH_BEGIN, THROUGH_GOAL = (0.0, -2.5), (0.0, 2.5)

@@ -120,11 +120,6 @@ def test_the_object_is_grasped_where_it_is_reported_and_put_down_as_if_that_were
         assert found.IsNearlyEqualTo(pose(place) @ pose(GRASP), 2e-6)
 
 
-@pytest.mark.parametrize(("name", "posture"), [("look", POSTURE), ("return", HOME)])
-def test_postures(planned, name, posture):
-    np.testing.assert_allclose(end_of(planned[1][NAMES.index(name)].motion), posture, atol=1e-12)
-
-
 def middle(arm, phase):
     return tool_pose(arm.plant, arm.tool, phase.motion.value(phase.duration / 2)[:, 0])
 

@@ -40,14 +40,6 @@ def test_every_signal_is_sampled_with_the_period():
     assert len(logs.samples(simulator.get_context()).time) == 5
 
 
-def test_a_vector_is_folded_along_its_axes():
-    data = recorded(a__points=("m", {"joint": range(3), "xz": XZ}))["a.points"]
-    assert data.dims == ("time", "joint", "xz")
-    assert data.attrs == {"units": "m"}
-    assert data[-1].values.tolist() == [[0, 1], [2, 3], [4, 5]]
-    assert data.sel(joint=1, xz="z")[-1] == 3
-
-
 def test_units_of_each_entry():
     data = recorded(a__pose=(["m", "rad"], {"joint": range(2), "part": ("x", "heading")}))["a.pose"]
     assert data.attrs["units"] == "m, rad"

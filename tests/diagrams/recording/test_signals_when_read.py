@@ -52,9 +52,3 @@ def test_an_estimate_without_readings_is_noted_when_it_is_read(signal, caplog):
     assert [record.getMessage() for record in caplog.records] == [said]
     found.data.load()
     assert [record.getMessage() for record in caplog.records if "left_finger" in record.getMessage()] == [said]
-
-
-def test_a_part_is_that_of_all(recording):
-    name = "left_finger.estimated_joint_positions"
-    part = recording.data[name].isel(time=slice(3, 8), joint=2).sel(xyz="z").values
-    np.testing.assert_array_equal(part, recording[name].values[3:8, 2, 2])

@@ -70,22 +70,6 @@ def test_many_samples_are_drawn_as_one() -> None:
         np.testing.assert_allclose(to_world(X_WB, every)[i], alone @ X_WB[i, :, :3].T + X_WB[i, :, 3], atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("side", "axis", "sign"), [(0.0, 0, 1), (np.pi, 0, -1), (np.pi / 2, 1, 1), (-np.pi / 2, 1, -1)]
-)
-def test_the_pressed_point_is_on_its_face(shipped_finger: Finger, side: float, axis: int, sign: int) -> None:
-    section, s = shipped_finger.section(0.07), 0.07
-    faces = {
-        (0, 1): section.inner_face,
-        (0, -1): section.outer_face,
-        (1, 1): section.width / 2,
-        (1, -1): -section.width / 2,
-    }
-    point = pressed_point(shipped_finger, corners_of(shipped_finger), s, side)
-    assert point[2] == pytest.approx(s)
-    assert point[axis] == pytest.approx(float(faces[axis, sign]), abs=1e-9)
-
-
 def drawn(finger: Finger, force: np.ndarray, sideways: float = 0.3) -> Drawing:
     drawing = Drawing()
     shown = DrawnFinger("finger", finger, 12, BodyIndex(0), (), dict.fromkeys(SHAPES[0], 0))

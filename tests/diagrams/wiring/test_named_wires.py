@@ -38,12 +38,6 @@ def evaluate(diagram, **values):
     return {name: port.Eval(context)[0] for name, port in vector_outputs(diagram).items()}
 
 
-def test_inputs_take_what_a_block_before_puts_out():
-    diagram = Wired(("first", Sum("c", "a", "b")), ("second", Sum("d", "c", "b")))
-    assert list(inputs(diagram)) == ["a", "b"]
-    assert evaluate(diagram, a=1.0, b=20.0) == {"c": 21.0, "d": 41.0}
-
-
 def test_a_block_behind_feeds_nothing_before_it():
     diagram = Wired(("first", Sum("d", "c")), ("second", Sum("c", "a")))
     assert list(inputs(diagram)) == ["c", "a"]

@@ -40,15 +40,6 @@ def test_units_of_a_state(grasp):
     assert recording["plant.state"]["state"].values.tolist() == list(units)
 
 
-def test_pose_of_an_object_is_its_part_of_the_state(grasp):
-    _, recording = grasp
-    pose = recording["box.pose"]
-    names = [f"box_box_{name}" for name in ("qw", "qx", "qy", "qz", "x", "y", "z")]
-    np.testing.assert_array_equal(pose, recording["plant.state"].sel(state=names))
-    assert pose["pose_entry"].values.tolist() == ["q_w", "q_x", "q_y", "q_z", "x", "y", "z"]
-    assert pose["pose_entry_units"].values.tolist() == ["1"] * 4 + ["m"] * 3
-
-
 def test_the_contact_wrench_carries_the_object(grasp):
     _, recording = grasp
     wrench = recording["box.contact_wrench"]

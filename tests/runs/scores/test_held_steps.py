@@ -44,11 +44,3 @@ def test_keeps_the_axes_of_a_signal(scenario: Scenario, recording: Recording) ->
     expected = held_samples(scenario, recording, "sampled_at")[..., None, None] * factors
     with_axes = Recording(recording.data.assign(folded=folded))
     np.testing.assert_array_equal(held_samples(scenario, with_axes, "folded"), expected)
-
-
-def test_values_are_taken_as_a_signal_is(scenario: Scenario, recording: Recording) -> None:
-    """What was computed from a recording has no name in it."""
-    values = recording["sampled_at"].values
-    computed = np.column_stack([values, -values])
-    held = held_samples(scenario, recording, "sampled_at")
-    np.testing.assert_array_equal(held_samples(scenario, recording, computed), np.stack([held, -held], axis=-1))

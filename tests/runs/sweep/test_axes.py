@@ -102,10 +102,6 @@ def test_samples_fill_every_axis_evenly(method, number):
     assert found != sweep_points(axes, method, number, 4)
 
 
-def test_a_relative_range_gives_changes():
-    assert all(point["a"].endswith(" %") for point in sweep_points([Range("a", -5, 5, is_relative=True)], "latin", 3))
-
-
 @pytest.mark.parametrize(
     ("axes", "arguments", "field", "value"),
     [
