@@ -5,17 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from pydrake.trajectories import PiecewisePolynomial
 from scenes import Scene
 
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams.contact_forces import contact_forces
-from soft_gripper.diagrams.executed_phases import phase_spans
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.estimators.force_posterior import HERE, NOTHING
 from soft_gripper.pictures import phases as module
-from soft_gripper.pictures.phases import CloseUp, draw_grip_plots, phases_figure, recorded_plots
+from soft_gripper.pictures.phases import phases_figure
 from soft_gripper.pictures.rendering import SceneRenderer
 
 pytestmark = pytest.mark.slow
@@ -62,20 +58,6 @@ def panels(run: Run) -> list[Axes]:
         return phases_figure(scene.scenario, recording, phases).axes
 
 
-def test_the_strip_shows_the_ends_of_all_phases_but_the_way_home(run: Run, panels: list[Axes]) -> None:
-    scene, recording, _ = run
-    strip = panels[1:4]
-    assert [axes.get_title() for axes in strip] == ["1 reach  2.0 s", "2 take  3.0 s", "3 carry  5.0 s"]
-    height, width, _ = np.array(strip[0].images[0].get_array()).shape
-    overview = np.array(panels[0].images[0].get_array())
-    renderer = SceneRenderer(scene.scenario, recording, *overview.shape[:2], 0.05)
-    close_up = CloseUp(renderer, [2.0, 3.0, 5.0], height, width, level=True)
-    for axes, time in zip(strip, (2.0, 3.0, 5.0), strict=True):
-        picture = renderer.render(time, close_up.camera(time))
-        np.testing.assert_array_equal(axes.images[0].get_array(), picture)
-    np.testing.assert_array_equal(overview, renderer.render(3.0))  # when half of the way is gone
-
-
 def test_the_path_is_that_of_the_object(run: Run, panels: list[Axes]) -> None:
     scene, recording, _ = run
     height, width, _ = np.array(panels[0].images[0].get_array()).shape
@@ -103,31 +85,3 @@ def test_the_plots_are_what_was_recorded(run: Run, panels: list[Axes]) -> None:
     levels = {line.get_label(): line.get_ydata()[0] for line in torque.lines}
     assert (levels["limit"], levels["grip threshold"]) == pytest.approx((70, 20))
     assert {axes.get_xlim() for axes in (opening, torque, pressure)} == {(0.0, 7.0)}
-
-
-def test_forces_and_slip_are_shown_where_a_finger_touches(run: Run) -> None:
-    """Slips below a millimetre are not magnified, and the band of what would not be detected is no force."""
-    scene, recording, phases = run
-    force, slips = np.array([0.0, 0, 1, 2, 2, 1, 0, np.nan]), 1e-4 * np.array([np.nan, np.nan, 0, 1, 2, 2, 2, np.nan])
-    found = np.where(force > 0, force + 0.1, force)
-    band, answer = np.multiply.outer(force, [0.5, 1.0, 20.0]), np.where(force > 0, HERE, NOTHING)
-    signals = {"true_transverse_force": force, "transverse_force": found, "contact_answer": answer}
-    forces = contact_forces(
-        recording.data[["time"]].assign(
-            {f"left_finger.{name}": ("time", values) for name, values in signals.items()}
-            | {"left_finger.transverse_force_interval": (("time", "end"), band)}
-        )
-    )
-    assert recorded_plots(recording) == ["opening", "torque", "pressure"]
-    assert recorded_plots(recording, slips, forces)[:2] == ["force", "slip"]
-    plots = Figure().subplots(5)
-    draw_grip_plots(plots, scene.scenario, recording, phase_spans(recording, phases), slips, forces)
-    true, estimated = plots[0].lines
-    np.testing.assert_array_equal([true.get_ydata(), estimated.get_ydata()], [force, found])
-    (band,) = plots[0].collections
-    extents = band.get_paths()[0].get_extents()
-    assert (len(band.get_paths()), extents.xmin, extents.xmax) == (1, 2.0, 5.0)
-    assert extents.ymax == pytest.approx(40)
-    assert plots[0].get_ylim()[1] < 3, "the band ends beyond the plot"
-    np.testing.assert_allclose(plots[1].lines[0].get_ydata(), 1e3 * slips)
-    assert plots[1].get_ylim() == (0, 1)

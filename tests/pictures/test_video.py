@@ -7,7 +7,6 @@ import pytest
 from command_line import short, soft_gripper
 from finger_plants import free_bending
 from PIL import Image, ImageSequence
-from scenes import Scene
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
@@ -62,22 +61,6 @@ def test_the_scene_moves_and_the_footer_shows_time_and_torques(expected: np.ndar
     red, _, blue = np.moveaxis(first[footer, scale], -1, 0)
     assert (red - blue).max() > 100
     assert (blue - red).max() > 100
-
-
-@pytest.fixture(scope="module")
-def task() -> Run:
-    """An arm stands in its home posture for 3 s; the task may take a minute, but the object is lost and it ends."""
-    scene = Scene("pick_and_place_box")
-    states = [scene.state()] * 4
-    signals = {"task.phase": [0, 3, 12, 30], "task.outcome": [0, 0, 3, 3], "left_finger.pressure": 4 * [10e3]}
-    return scene.scenario, scene.recording(*states, signals=signals)
-
-
-def test_a_film_ends_with_the_recording(task: Run) -> None:
-    assert task[0].duration > 10
-    film = Film(*task, *SIZE)
-    assert film.duration == 3
-    np.testing.assert_allclose(film.times, np.arange(30) / 10)
 
 
 @pytest.mark.parametrize("ending", [".gif", ".webp", ".mp4"])

@@ -47,16 +47,6 @@ def test_a_number_that_cannot_be_is_malformed(here):
     assert Recording.load("out/recording.nc").data.sizes["time"] == 30
 
 
-def test_ranges_can_be_given(here):
-    text = Path("bench.yaml").read_text()
-    Path("bench.yaml").write_text(text + "pressure_range: [0, 9]\n")
-    assert "30 malformed" in live().err
-    Path("bench.yaml").write_text(text + "reading_range: [0.01, 0.02]\n")
-    done = live()
-    assert "30 malformed" in done.err
-    assert "left_finger.strain, which is not within 0.01 to 0.02" in done.err
-
-
 ENDS = 15.0  # s, by which a session has ended at the latest
 OWN = """
 def fails_later():

@@ -1,22 +1,20 @@
 """Readings over UDP and serial give the estimates of an offline replay; what goes wrong on the way is counted."""
 
-import json
 import os
 import time
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from live_links import by_entry, feed, pseudo_terminal, udp
+from live_links import feed, pseudo_terminal, udp
 from pydrake.math import RollPitchYaw
-from refusals import refused
 from waiting import LONG
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace, _RecentChanges
-from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
+from soft_gripper.extras.bench.endpoints import LineSource
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
 from soft_gripper.extras.bench.tally import Tally
@@ -258,18 +256,6 @@ def test_zeroed_sensors_are_known_as_well_as_at_first(estimator):
     np.testing.assert_allclose(again[TIP], first[TIP], atol=2e-4)
 
 
-def test_a_sensor_that_is_never_read_is_not_zeroed(messages):
-    live = made(lambda timeout: [])
-    live.driver.zero(60.0)
-    for message in messages[60:100]:
-        silent = by_entry(message) | {"left_finger.strain[3]": None}
-        live.driver._take(json.dumps(silent).encode(), 0.0)
-    live.driver.end_zeroing()
-    offsets = live.driver._offsets["left_finger.strain"]
-    assert offsets[3] == 0.0
-    assert np.isfinite(offsets).all()
-
-
 def test_lines_of_any_length():
     read, write = os.pipe()
     source = LineSource(read)
@@ -293,14 +279,6 @@ def test_the_rest_of_a_line_without_end_is_no_reading():
     os.close(read)
     assert [len(line) for line in found] == [120_000, 4]
     assert found[1] == b"5, 6"
-
-
-@pytest.mark.parametrize(
-    "address", ["udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"]
-)
-def test_addresses_that_cannot_be_opened(address):
-    with Endpoints("bench.yaml") as endpoints, refused("source", address):
-        endpoints.source(address)
 
 
 @pytest.mark.parametrize(

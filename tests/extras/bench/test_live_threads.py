@@ -4,7 +4,7 @@ import threading
 import time
 
 import pytest
-from waiting import LONG, wait_until
+from waiting import LONG
 
 from soft_gripper.extras.bench import threads
 from soft_gripper.extras.bench.threads import ROOM, Inbox, Outbox
@@ -27,15 +27,6 @@ def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
     assert outbox.dropped + len(taken) == 1000
 
 
-def test_where_nothing_is_live_nothing_is_dropped():
-    taken, is_over = [], threading.Event()
-    outbox = Outbox(lambda item: (time.sleep(1e-4), taken.append(item)), is_over.is_set)
-    for i in range(5 * ROOM):
-        outbox.put(i)
-    outbox.close()
-    assert taken == [*range(5 * ROOM)]
-
-
 def test_a_signal_ends_waiting_for_room(monkeypatch):
     monkeypatch.setattr(threads, "LINGER", 0.1)
     is_over = threading.Event()
@@ -45,19 +36,6 @@ def test_a_signal_ends_waiting_for_room(monkeypatch):
         outbox.put(i)
     outbox.close()
     assert outbox.dropped == 2 * ROOM
-
-
-def test_an_error_of_whoever_takes_it_is_told():
-    def fail(_):
-        raise ZeroDivisionError
-
-    outbox = Outbox(fail)
-    outbox.put(1)
-    wait_until(lambda: outbox._error is not None)
-    with pytest.raises(ZeroDivisionError):
-        outbox.put(2)
-    with pytest.raises(ZeroDivisionError):
-        outbox.close()
 
 
 def test_a_generator_that_waits_holds_nothing_up():

@@ -97,11 +97,6 @@ def test_the_known_front(tmp_path):
     assert np.ptp(points[:, 0]) > 0.5  # it is spread over them
 
 
-def test_limits_keep_a_margin(tmp_path):
-    found = designed(tmp_path, limits={"slip_ratio": {"most": 0.7}}, draw={})
-    assert WEIGHT / 0.8 / 0.7 <= found.designs[found.best].score.ends[0] < 1.05 * WEIGHT / 0.8 / 0.7
-
-
 class Interrupted(HereExecutor):
     """Is interrupted at a call."""
 
@@ -138,14 +133,6 @@ def test_thin_walls_are_refused_before_they_are_simulated(tmp_path):
     simulated = [float(row[key]) for row in rows(tmp_path) if int(row["design"]) > 0]
     assert max(simulated) <= 16e-3
     assert any(design.score.refused for design in found.designs)
-
-
-def test_choices_and_whole_numbers(tmp_path):
-    gripper = ["package://soft_gripper/grippers/two_finger.urdf", "package://soft_gripper/grippers/three_finger.urdf"]
-    vary = {"models.gripper.file": gripper, "sensor.sections": "1..4", PRESSURE: "60.0e3..160.0e3"}
-    found = designed(tmp_path, vary=vary, designs=24)
-    assert {design.values["models.gripper.file"] for design in found.designs[1:]} == set(gripper)
-    assert {design.values["sensor.sections"] for design in found.designs[1:]} == {1, 2, 3, 4}
 
 
 def test_objects_of_the_users(tmp_path):

@@ -1,11 +1,8 @@
 """The figure and the tables of a study, also where nothing holds, with one end, and with choices."""
 
 import numpy as np
-import pytest
 from csv_rows import csv_rows
-from matplotlib.figure import Figure
 
-from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Design, DesignScore
 from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
@@ -34,16 +31,6 @@ def found(ends, allowed=True, designs=12):
     compared = [0, 5] if allowed else [0]
     tested = [(row | {"design": str(i), "object": name}, {}) for i in compared for name in ("bottle", "cup")] * 3
     return DesignResult(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
-
-
-@pytest.mark.parametrize("ends", [[FORCE], [FORCE, ENERGY]])
-@pytest.mark.parametrize("allowed", [True, False])
-def test_figure(ends, allowed):
-    figure = design_figure(found(ends, allowed))
-    assert isinstance(figure, Figure)
-    figure.canvas.draw()
-    stars = [line for axes in figure.axes for line in axes.lines if line.get_color() == BEST]
-    assert len(stars) == (3 if allowed else 0)  # in the front, and over each variable
 
 
 def test_tables(tmp_path):

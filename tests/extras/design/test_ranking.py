@@ -51,10 +51,6 @@ def test_front_of_a_quarter_circle():
     assert pareto_front(np.concatenate([on, inside])) == list(range(9))
 
 
-def test_equal_points_are_both_on_the_front_and_nan_is_not():
-    assert pareto_front(np.array([[1.0, 2.0], [1.0, 2.0], [2.0, 2.0], [NAN, 0.0]])) == [0, 1]
-
-
 def test_the_best_is_that_of_the_first_end_then_of_the_next():
     assert best(np.array([[2.0, 0.0], [1.0, 5.0], [1.0, 4.0], [NAN, NAN]])) == 2
     assert best(np.full((2, 1), NAN)) is None

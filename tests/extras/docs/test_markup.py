@@ -5,7 +5,6 @@ No markup is left in what a reader sees, and code is not cut off where it is sho
 
 import json
 import re
-from itertools import takewhile
 
 import pytest
 from links import ROOT
@@ -18,8 +17,6 @@ READMES = sorted(path for folder in ("soft_gripper", "examples", "models") for p
 SHOWN = {**PAGES, **{path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in READMES}}
 CODE_COLUMNS = 76  # of a block of code or output: a page of the site shows 90, in a list fewer
 MARKUP = re.compile(r"\*\*|`|\]\(|^#+ |^[-|] ", re.MULTILINE)
-# Pages without pictures and commands: decisions, and what not to rely on.
-IN_WORDS = {"docs/limitations.md", *(page for page in PAGES if page.startswith("docs/decisions/"))}
 UNSEEN = re.compile(r"<!--.*?-->|</?[a-z][^>]*>", re.DOTALL)  # comments and tags
 
 
@@ -69,11 +66,3 @@ def test_what_a_notebook_shows_is_not_wider_than_a_page(notebook):
             lines = [line for _, line in wide(source)]
         found += [f"{notebook}: cell {i}: {line}" for line in lines if len(line) > CODE_COLUMNS]
     assert not found, "\n".join(found)
-
-
-@pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/") and page not in IN_WORDS])
-def test_a_page_begins_with_a_picture_or_a_command(page):
-    """After two or three lines that say what it is for."""
-    _, *lines = PAGES[page].splitlines()
-    before = takewhile(lambda line: not re.match(r"!\[| {4}\S|```|:::|\|", line), lines)
-    assert len(" ".join(before).split()) <= 75

@@ -85,17 +85,6 @@ def test_what_is_drawn_is_where_it_was(saved):
         np.testing.assert_allclose([list(p.values()) for p in line["points"]], expected, atol=1e-12)
 
 
-def test_a_force_on_the_inner_side_presses_outward(saved):
-    found, _ = messages(saved)
-    (arrow,) = found["/f/shape"][0]["entities"][0]["arrows"]
-    points = Rotation.from_quat(list(arrow["pose"]["orientation"].values())).apply([1, 0, 0])
-    np.testing.assert_allclose(TURN.inv().apply(points), [-1, 0, 0], atol=1e-9)
-    head = np.array(list(arrow["pose"]["position"].values()))
-    head += points * (arrow["shaft_length"] + arrow["head_length"])
-    np.testing.assert_allclose(TURN.inv().apply(head - BASE), [0, 0, 0.04], atol=1e-9)
-    assert found["/f/true_shape"][0]["entities"][0]["arrows"] == []
-
-
 def test_an_estimate_in_space_is_drawn_there(tmp_path):
     made = recording()
     bent, force = np.array([[0, 0, 0.02], [0, 0.01, 0.06]]), np.array([0.0, 0.3, 0.4])

@@ -5,7 +5,6 @@ import json
 import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
-from refusals import refusal
 
 from soft_gripper.extras.grasps.commands import grasp_strength as command
 from soft_gripper.extras.grasps.strength import LOADS, SLID, StrengthRow
@@ -41,12 +40,3 @@ def test_tables_and_figure(shaken, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith(".")) == FILES
     assert [each["direction"] for each in csv_rows(tmp_path / "strength.csv")] == [load.name for load in LOADS]
     assert json.loads(done.out)["strength"][0]["strength"] == 1.25
-
-
-def test_objects_and_limits_that_do_not_exist(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert "--object = 'cup': no such model; known: gripper, table, box" in refusal(
-        "grasp-strength", "box_grasp", "--object", "cup"
-    )
-    assert "free models = 0" in refusal("grasp-strength", "free_bending")
-    assert "slid = 0.0" in refusal("grasp-strength", "box_grasp", "--slid", "0")

@@ -44,12 +44,6 @@ def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_we
         np.testing.assert_array_equal(one, other)
 
 
-def test_episodes_begin_with_the_resting_action():
-    changes = {"variation.grippers": 1, "action.rest": 60e3}
-    env = SoftGripperEnv("soft_reach", changes | {"observation": [{"signal": "finger.pressure_command", "scale": 1e5}]})
-    assert env.reset(seed=0)[0] == pytest.approx([0.6])
-
-
 def test_episodes_take_each_of_the_grippers_and_another_target():
     """The target is what is observed last."""
     env = SoftGripperEnv("soft_reach", {"variation.grippers": 2, "variation.youngs_modulus": 0.1})
@@ -59,24 +53,6 @@ def test_episodes_take_each_of_the_grippers_and_another_target():
         moduli.append(env._station.station.parts.fingers[0].finger.base.youngs_modulus)
     assert len(set(targets)) == 10
     assert max(moduli) == pytest.approx(1.1 / 0.9 * min(moduli))
-
-
-def test_an_episode_is_truncated_after_its_duration(one_gripper):
-    one_gripper.reset(seed=0)
-    ends = [one_gripper.step(np.array([-0.7, -1.0], np.float32))[2:4] for _ in range(5)]
-    assert ends == [(False, False)] * 4 + [(False, True)]
-
-
-def test_a_crushed_object_ends_an_episode():
-    env = SoftGripperEnv("soft_grasp", {"variation.grippers": 1, "grasp.crushing_force": 0.05})
-    env.reset(seed=0)
-    for _ in range(20):
-        _, reward, terminated, _, info = env.step(np.array([0.3, -1.0], np.float32))
-        if terminated:
-            break
-    assert terminated
-    assert info["crushed"]
-    assert reward < -0.9
 
 
 @pytest.mark.parametrize("fault", ["not finite", "solver"])

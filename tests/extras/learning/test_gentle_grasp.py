@@ -11,7 +11,7 @@ from gymnasium.vector import SyncVectorEnv
 from gentle_grasp import learn as module
 from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
 from gentle_grasp.learn import learn, training_seeds
-from gentle_grasp.policies import LATEST_LIFT, STEP, GentleGrasp, GentleParameters, HandTuned
+from gentle_grasp.policies import STEP, GentleGrasp, GentleParameters, HandTuned
 from soft_gripper.extras.learning.config import load_environment
 
 
@@ -122,12 +122,6 @@ def test_what_was_touched_once_is_squeezed_slowly_even_if_the_touch_is_lost():
     assert (np.diff(pressures)[1:] / STEP < KNOWN.squeeze * 1.001).all()
 
 
-def test_the_lift_waits_for_the_grip_but_not_for_ever():
-    policy = GentleGrasp(KNOWN)
-    heights = [height(policy.act(observed(0.0))) for _ in range(60)]
-    assert np.flatnonzero(heights)[0] == pytest.approx(LATEST_LIFT / STEP, abs=1.1)
-
-
 def test_the_hand_tuned_grasp_lifts_when_the_fingers_rest_with_a_grip():
     def first_lift(openings, torque):
         policy = HandTuned()
@@ -164,13 +158,6 @@ def test_the_least_force_that_holds_is_found(learned):
     assert learned[-1][0].target / 0.11 == pytest.approx(heaviest * 9.81 / 2, rel=0.05)
     assert learned[-1][1].cost < learned[0][1].cost
     assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
-
-
-def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper):
-    info = one_gripper.reset(seed=7)[1]
-    assert module.holding_difficulty(7, one_gripper.environment.config.variation) == pytest.approx(
-        info["mass"] / info["friction"]
-    )
 
 
 def test_policies_are_compared_over_the_same_objects():

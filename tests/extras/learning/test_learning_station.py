@@ -22,7 +22,6 @@ from soft_gripper.extras.learning.station import (
     add_observation,
     home,
     make_learning_station,
-    resting_action,
     scaled,
 )
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
@@ -77,10 +76,6 @@ def test_joints_go_to_their_set_points_critically_damped(diagram):
         np.testing.assert_allclose(
             diagram.GetOutputPort("desired").Eval(context), [0.3, position, 0.0, velocity], atol=1e-9
         )
-
-
-def test_a_home_beyond_what_actions_reach_rests_at_the_limit():
-    np.testing.assert_array_equal(resting_action(CONFIG, {"x": 0.3, "z": 0.25}), [-0.5, 1.0])
 
 
 def observe(*observed):

@@ -31,18 +31,6 @@ def test_everybody_gets_what_they_asked_for() -> None:
     assert second.messages == [{"number": 1, "status": status, "values": {"a": [1.0], "b": [2.0, 3.0]}}]
 
 
-def test_a_listener_may_ask_for_others_and_leave() -> None:
-    feed, heard = SignalFeed(KNOWN), Heard()
-    feed.listen(heard)
-    assert feed.wanted_signals == set()
-    feed.listen(heard, ["b"])
-    assert feed.wanted_signals == {"b"}
-    feed.leave(heard)
-    feed.leave(heard)
-    feed.send({}, {})
-    assert (feed.wanted_signals, heard.messages) == (set(), [])
-
-
 def test_who_is_late_is_sent_no_more_until_it_has_seen_what_was_sent() -> None:
     now, quick, slow = [0.0], Heard(), Heard()
     feed = SignalFeed(KNOWN, lambda: now[0])

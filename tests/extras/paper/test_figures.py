@@ -7,13 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from soft_gripper.extras.paper.figures import contact_figure, contact_force_figure, force_figure, free_bending_figure
+from soft_gripper.extras.paper.figures import contact_force_figure, force_figure, free_bending_figure
 from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
-CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
 
 
 def rows_of(scenario: str, scale: float = 1.0) -> list[PoseRow]:
@@ -34,29 +33,6 @@ def lines(axes: Axes) -> list[Line2D]:
 @pytest.fixture
 def figure() -> Figure:
     return free_bending_figure(rows_of("free_bending"))
-
-
-def test_free_bending_has_means_over_the_fingers_and_both_ways_on_one_scale(figure: Figure) -> None:
-    """Pose error on the left, fingertip error on the right, against the bend angle in degrees."""
-    assert [axes.get_title() for axes in figure.axes] == ["Mean pose error", "Fingertip error"]
-    assert len({axes.get_ylim() for axes in figure.axes}) == 1
-    assert [axes.get_ylabel() for axes in figure.axes] == ["error [mm]", ""]
-    for axes, more in zip(figure.axes, (0.1, 0.3), strict=True):
-        assert [line.get_label() for line in lines(axes)] == ["1", "2", "3", "4"]
-        assert len({line.get_marker() for line in lines(axes)}) == len({line.get_color() for line in lines(axes)}) == 4
-        assert (axes.get_ylim()[0], axes.get_yscale()) == (0, "linear")
-        for n, line in enumerate(lines(axes), start=1):
-            assert list(line.get_xdata()) == pytest.approx([0.0, 50.0, 100.0])
-            assert list(line.get_ydata()) == pytest.approx([p / n + more for p in (0.0, 100.0, 200.0)])
-
-
-def test_errors_of_contact_are_on_a_logarithmic_axis_without_what_is_zero() -> None:
-    """The right finger errs at every step; the left one, and so the mean of one finger, not when it is straight."""
-    left = [row for name in CONTACT for row in rows_of(name) if row.finger == "left"]
-    for axes in contact_figure(left, CONTACT, "pose_error_mm").axes:
-        assert axes.get_yscale() == "log"
-        assert axes.get_ylim()[0] > 0.1
-        assert [list(line.get_xdata()) for line in lines(axes)] == [[100.0, 200.0]] * 4
 
 
 SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa
@@ -100,15 +76,6 @@ def test_lines_along_the_finger_are_the_truth_and_the_estimates() -> None:
         for n in (1, 2, 3, 4):
             expected = [1e3 * (true(last, joint) + error(n, last, joint, "left")) for joint in JOINTS]
             assert list(drawn[str(n)].get_ydata()) == pytest.approx(expected)
-
-
-def test_errors_are_means_over_joints_and_fingers() -> None:
-    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
-        for n in (1, 2, 3, 4):
-            line = lines_by_label(axes)[str(n)]
-            mean = [1e-2 * abs(p) / n * (1 + 4 + 7) / 3 * (1 + 2) / 2 for p in line.get_xdata()]
-            assert sorted(line.get_xdata()) == sorted(steps)
-            assert list(line.get_ydata()) == pytest.approx(mean)
 
 
 PRESSING = [

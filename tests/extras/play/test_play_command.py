@@ -106,14 +106,6 @@ def test_a_user_plays_records_and_stops(played: Played, driver: Any) -> None:
     wait_until(lambda: driver.find_element("id", "mode").text == "ended")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_is_a_normal_end(played: Played, number: signal.Signals) -> None:
-    assert played.message()["status"]["factor"] > 0
-    played.process.send_signal(number)
-    code, said = played.end()
-    assert (code, said.splitlines()[-1]) == (0, "Recordings: none.")
-
-
 def attack(played: Played, clients: ExitStack) -> int:
     """Tries what a page from elsewhere can, with 100 connections that stay; how many of its sockets were opened."""
     opened = 0

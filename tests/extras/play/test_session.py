@@ -1,34 +1,26 @@
 """A session, its user's clicks coming between the frames as a browser would send them."""
 
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
-from itertools import pairwise
+from collections.abc import Callable
 from pathlib import Path
-from time import sleep
 
 import pytest
 from live_station import played
 from pydrake.geometry import Meshcat
-from websockets.sync.client import connect
 
 from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.page.panel import ALL_FINGERS, Button
 from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play import simulation_driver
 from soft_gripper.extras.play.commands import play as play_command
-from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.extras.play.station_recorder import StationRecorder
 from soft_gripper.interrupts import held_back
-from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = "left_finger.pressure"
 User = Callable[[Session], object]  # does something
@@ -120,18 +112,6 @@ def test_reset_begins_again(play: Play) -> None:
     assert sent[4][PRESSURE] == sent[0][PRESSURE] == 0
 
 
-def test_what_is_played_for_hours_is_not_kept(play: Play) -> None:
-    session, _ = play(_8=nothing)
-    driver = session.driver
-    assert len(driver.station.recording(driver._simulator.get_context())["time"]) == 5, "of the last frame"
-
-
-def test_a_recording_in_a_pause_is_of_the_sample_that_is_seen(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_1=pause, _2=record, _4=record, _6=nothing)
-    assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
-    assert Recording.load(tmp_path / "1" / "recording.nc")["time"].values.tolist() == [0.0]
-
-
 @pytest.mark.parametrize("error", [InputError("output", "folder", "a", "give another"), OSError("no space")])
 def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, error: Exception) -> None:
     def fail(*_: object) -> None:
@@ -168,42 +148,6 @@ def test_ctrl_c_in_the_middle_of_a_frame_waits_for_its_end(play: Play, tmp_path:
     finally:
         signal.signal(signal.SIGINT, before)
     assert end_time(tmp_path / "1") == pytest.approx(0.15)
-
-
-@pytest.fixture
-def attacked(tmp_path: Path) -> Iterator[tuple[Session, User]]:
-    """A session of its own, and one who ends the thread of its Meshcat, and stays connected."""
-    scenario = open_scenario(load_scenario("free_bending"))
-    with ExitStack() as clients:
-
-        def send_junk(session: Session) -> None:
-            client = clients.enter_context(connect(session.driver.scene.replace("http", "ws"), compression=None))
-            client.send(b"\xc1")
-            while not has_failed(session.driver.meshcat):
-                sleep(0.01)
-
-        yield Session(SimulationDriver(lambda meshcat: make_station(scenario, meshcat)), tmp_path), send_junk
-
-
-@pytest.mark.slow
-def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
-    session, send_junk = attacked
-    first = session.driver.meshcat
-    user = {1: move(ALL_FINGERS, 50.0), 2: record, 8: send_junk, 14: nothing}
-    session.feed = feed = Watched(session, user)
-    session.run(lambda: False)
-    assert session.driver.meshcat is not first
-    assert not has_failed(session.driver.meshcat)
-    times = [each["time"] for each in feed.sent[2:]]
-    assert times[0] == pytest.approx(0.05)
-    assert all(0.04 < later - earlier < 0.11 for earlier, later in pairwise(times)), "a frame is lost at most"
-    pressures = [each[PRESSURE] for each in feed.sent]
-    assert pressures == sorted(pressures), "it goes on from the state in which it was"
-    assert pressures[-1] > 45e3
-    assert feed.sent[-1]["note"].startswith("the view failed and was opened again; written:")
-    assert session.recordings == [tmp_path / "1"]
-    assert end_time(tmp_path / "1") == pytest.approx(0.3, abs=0.07)
-    assert not (tmp_path / "1" / "animation.html").exists()
 
 
 def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> None:

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.extras.play.control_panel import NO_KEYS, SliderCommand, commands_of, pressure_slider, tool_pose
+from soft_gripper.extras.play.control_panel import NO_KEYS, SliderCommand, commands_of, pressure_slider
 from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import PressureConfig
@@ -58,11 +57,3 @@ def test_the_tool_goes_as_far_either_way_as_a_share_of_the_reach(arm: Station) -
     *places, _ = commands_of(arm.parts)[1].sliders
     for slider in places:
         np.testing.assert_allclose([slider.value - slider.low, slider.high - slider.value], reach, atol=2.6)
-
-
-def test_the_tool_turns_about_the_vertical() -> None:
-    R_WHome = RollPitchYaw(np.pi, 0.0, 0.0).ToRotationMatrix()
-    found = tool_pose([100.0, -200.0, 300.0, 90.0], R_WHome)
-    turned = RigidTransform(RollPitchYaw(0, 0, np.pi / 2).ToRotationMatrix() @ R_WHome, [0.1, -0.2, 0.3])
-    assert found.IsNearlyEqualTo(turned, 1e-12)
-    np.testing.assert_allclose(found.rotation().matrix()[:, 2], [0, 0, -1], atol=1e-12)

@@ -86,7 +86,6 @@ SDF = """<sdf version="1.7"><model name="jelly"><link name="jelly">
   <drake:deformable_properties xmlns:drake="http://drake.mit.edu"><drake:youngs_modulus>2e4</drake:youngs_modulus>
     <drake:poissons_ratio>0.3</drake:poissons_ratio><drake:mass_density>150</drake:mass_density>
   </drake:deformable_properties></link>{}</model></sdf>"""
-RIGID_LINK = "<link name='other'/>"
 
 
 def test_an_sdf_file_of_finite_elements_is_a_soft_object(tmp_path):
@@ -96,9 +95,3 @@ def test_an_sdf_file_of_finite_elements_is_a_soft_object(tmp_path):
     assert soft.mass == pytest.approx(150 * 0.044 * 0.04 * 0.06)
     recorded = {f"box.{signal}" for signal in ("pose", "vertices", "squeeze", "largest_strain", "contact_wrench")}
     assert recorded <= set(station.logs.signals)
-
-
-def test_an_sdf_file_with_a_rigid_link_too_is_refused(tmp_path):
-    (tmp_path / "jelly.sdf").write_text(SDF.format(RIGID_LINK))
-    with refused("file"):
-        make_station(load_scenario("box_grasp", [f"models.2.file={tmp_path / 'jelly.sdf'}"]))

@@ -7,7 +7,6 @@ import pytest
 from refusals import refused
 
 from soft_gripper.extras import soft
-from soft_gripper.extras.soft import tetrahedra
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, oriented, read_tetrahedra
 
 CORNER = Tetrahedra(np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float), np.array([[0, 1, 2, 3]]))
@@ -86,10 +85,3 @@ def test_a_mesh_that_is_not_a_solid_is_refused(tmp_path, old, new, field, value)
     assert old in GOOD
     with refused(field, value):
         read_tetrahedra(written(tmp_path, GOOD.replace(old, new)))
-
-
-def test_a_mesh_of_too_many_tetrahedra_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(tetrahedra, "MAX_CELLS", 100)
-    path = Path(soft.__path__[0]) / "objects" / "soft_block.vtk"
-    with refused("cells", 216):
-        read_tetrahedra(path)

@@ -20,7 +20,6 @@ from studies.benchmark.benchmark_task import (
     inputs_of,
     read_tests,
     read_training,
-    unread_files,
 )
 from studies.benchmark.contacts import FOLDER
 from studies.benchmark.estimates import answers
@@ -189,12 +188,6 @@ def test_wrong_answers_and_unknown_ones_are_counted():
     assert row.proper == pytest.approx(np.mean(brier))
 
 
-def test_a_set_of_answers_has_95_percent_of_the_stated_probability():
-    row = recognized([[0.96, 0.04], [0.6, 0.4], [0.5, 0.3], [0.96, 0.0]], [0, 1, 2, 2])
-    assert row.within_band_percent == 75
-    assert row.band == (1 + 2 + 3 + 1) / 4
-
-
 def test_scores_of_a_regression_count_as_probabilities():
     found = with_unknown(np.array([[1.2, -0.2], [0.3, 0.3], [2.0, 2.0]]))
     assert found == pytest.approx(np.array([[1, 0, 0], [0.3, 0.3, 0.4], [0.5, 0.5, 0]]))
@@ -256,17 +249,6 @@ def test_a_further_file_is_another_region(twin, tmp_path):
     assert task.sha256.keys() == {"a.txt", "kept.txt"}
     (kept,) = read_tests(task, tmp_path)["kept"]
     np.testing.assert_allclose(kept.inputs, own.inputs[25:])
-
-
-def test_files_that_no_task_reads_are_named(twin, tmp_path):
-    """Their names do not fit the pattern; what is called like no recording is not looked at."""
-    for name in ("a.txt", "kept.txt", "Kept_2.TXT", "later.csv", "README.txt", ".hidden.csv", "LICENSE", "a.yaml"):
-        (tmp_path / name).write_text("1 2\n")
-    (tmp_path / "folder").mkdir()
-    task = replace(twin, kept_back=Part("*.txt", 0.5)).with_kept_back(tmp_path)
-    other = replace(task, sha256={"later.csv": "0"})
-    assert unread_files([task], tmp_path) == ["Kept_2.TXT", "later.csv"]
-    assert unread_files([task, other], tmp_path) == ["Kept_2.TXT"]
 
 
 def test_the_transverse_force_of_shipped_contacts_is_better_known_than_the_normal_force():

@@ -8,7 +8,7 @@ from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import Contacts, read_finger
 from studies.contacts.estimates import Condition, ContactEstimate
 from studies.contacts.found_contact import FoundContact
-from studies.contacts.trials import contact_errors, error_rows
+from studies.contacts.trials import error_rows
 
 TRUE = Contacts(
     read_finger(),
@@ -34,14 +34,6 @@ CONTACT = ContactForce(
 )
 FOUND = found_contact(CONTACT)
 LAYOUT = SensorLayout(read_finger(), 3, borders=(0.25, 0.5))
-
-
-def test_errors_are_shares_of_force_and_length() -> None:
-    errors = contact_errors(FOUND, TRUE)
-    np.testing.assert_allclose(errors.force[0], [0.1, 0.05, np.nan, np.nan], rtol=1e-9)
-    np.testing.assert_allclose(errors.place[0], [0.05, 0, np.nan, np.nan], atol=1e-12)
-    np.testing.assert_allclose(errors.place[1], [0, 0, 0, 0.1], atol=1e-12)
-    np.testing.assert_array_equal(errors.found, [[True, True, False, False], [True] * 4])
 
 
 def test_a_row_for_both_and_for_each_side() -> None:

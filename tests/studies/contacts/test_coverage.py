@@ -7,7 +7,7 @@ from studies.contacts.contact_coverage import (
     COLUMNS,
     coverage_row,
 )
-from studies.contacts.situations import MODELS, PEG, STATICS, Case, Stated, drawn, pressed
+from studies.contacts.situations import PEG, STATICS, Case, Stated, drawn, pressed
 
 IDEAL = Case(4, realistic=False)
 
@@ -87,11 +87,3 @@ def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
     for each in found.values():
         assert len(each.force) > 3
         assert np.nanmedian(np.abs(each.estimated_force - each.force)) < 0.3 * np.median(each.force)
-
-
-@pytest.mark.parametrize("model", MODELS[:2])
-def test_one_force_with_friction_is_not_taken_for_several(model):
-    """In space, where ideal sensors read more than it takes: of 250 contacts a few leave more than noise."""
-    found = drawn(STATICS["in space"], Case(4, False, model), 500, 1)
-    far = found.place > 0.7
-    assert np.abs(found.estimated_place - found.place)[far].max() < 0.2

@@ -113,12 +113,6 @@ def test_a_held_out_decrement_is_judged_by_the_spread_of_two_repetitions(simulat
     assert failed == [] if holds else failed[0].endswith("within 15 % of two repetitions, 0.40 and 0.46")
 
 
-def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
-    beam = identified(GOOD, replace(GOOD, role="fit"), replace(GOOD, role=UNHELD))
-    found = hardware_claims(beam, identified(GOOD, rms=0.06), ARM)
-    assert [claim.text for claim in found if not claim.holds] == ["segment: fit better than 4 %"]
-
-
 def test_the_modulus_is_the_one_that_creep_leaves():
     (failed,) = failing(share=0.0)
     assert failed.startswith("beam: modulus")

@@ -98,13 +98,6 @@ def test_sensing_is_that_of_our_blocks():
     assert external[4, :, 0] == pytest.approx(task.fingers[0].stiffness[0] * 0.05, rel=0.4)  # and the weight
 
 
-def test_pressure_in_the_chambers_follows_the_command_late():
-    task = load_task(FREE)
-    fine, tau = task.pressures(10), task.scenario.pressure.time_constant
-    times = (np.arange(fine.shape[0] * 10) + 0.5) * 0.001
-    assert fine[..., 0].ravel() == pytest.approx(60e3 * (1 - np.exp(-times / tau)))
-
-
 def test_creep_and_error_are_those_of_the_end():
     config = settings()
     task = load_task(config["tasks"]["box grasp"])

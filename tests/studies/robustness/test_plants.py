@@ -1,12 +1,9 @@
 """Other plants: their files, rubber by closed forms, and held fingers: samples, readings, and points along them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED
@@ -72,16 +69,3 @@ def test_seeds_err_differently_and_every_time_alike(held) -> None:
     np.testing.assert_array_equal(read, held.readings(2, errors, 3))
     assert (read - truth).std(axis=0) == pytest.approx(1e-3, rel=0.4)
     assert np.abs(read[:, 0] - read[:, 1]).min() > 0
-
-
-def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
-    """With the square of the length of the segments: joints lie in their middles."""
-    bend, s = 1.5, np.linspace(0.013, 0.12, 7)
-    arc = (np.exp(1j * bend * s / 0.12) - 1) / (1j * bend / 0.12)
-    errors = []
-    for segments in (12, 24, 48):
-        finger = replace(shipped_finger, segments=segments)
-        chain = forward_kinematics(np.full(segments, bend / segments), finger.segment_length)
-        errors.append(np.abs(chain.at(s).points - arc).max())
-    assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
-    assert errors[1] / errors[2] == pytest.approx(4, rel=0.25)

@@ -11,7 +11,6 @@ from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import softened
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.robustness import rows as module
 from studies.robustness.plants import FINE, RUBBER
 from studies.robustness.rows import (
@@ -36,14 +35,6 @@ def test_noise_is_a_multiple_of_the_preset() -> None:
         assert getattr(one, name) > 0
         assert getattr(four, name) == pytest.approx(4 * getattr(one, name))
     assert four.creep_time == one.creep_time
-
-
-def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -> None:
-    """All sizes of errors; neither times nor steps."""
-    sizes = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency_noise", "noise")
-    preset = StrainErrors(**dict.fromkeys(sizes, 0.01))
-    monkeypatch.setattr("studies.robustness.rows.strain_errors", lambda _: preset)
-    assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
 
 
 def test_a_nominal_model_is_wrong_by_its_size(shipped_finger) -> None:
@@ -92,13 +83,6 @@ def test_a_pressure_that_is_read_wrong_misleads_an_estimator_that_uses_it_and_no
     exact, wrong = (row_of(held, NominalError(pressure=share), "gaussian") for share in (0.0, 0.2))
     assert wrong.mean_mm > 10 * exact.mean_mm
     assert row_of(held, NominalError(pressure=0.2), "arcs").mean_mm == row_of(held, NominalError(), "arcs").mean_mm
-
-
-def test_errors_of_stiffness_and_pressure_add_up_as_their_signs_say(held) -> None:
-    """A finger assumed too soft and a pressure read too high both promise too much bend."""
-    alone = row_of(held, NominalError(-0.1), "gaussian").mean_mm
-    assert row_of(held, NominalError(-0.1, 0.05), "gaussian").mean_mm > 1.2 * alone
-    assert row_of(held, NominalError(-0.1, -0.05), "gaussian").mean_mm < 0.8 * alone
 
 
 def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held, monkeypatch) -> None:
