@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import soft_gripper
-from csv_rows import csv_rows
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
@@ -14,11 +13,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import draw, random_numbers
-from soft_gripper.extras.grasps.trials import trials_together
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
-BRIEF = "task.time_limit=0.5"
 
 
 @pytest.fixture
@@ -70,19 +67,3 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     weight = kept.models[3].mass * 9.81
     assert float(printed["peak_force_n"]) == pytest.approx(np.max(forces), abs=1e-3)
     assert np.max(forces) > weight / 2 / kept.models[3].friction
-
-
-@pytest.mark.slow
-def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path):
-    file = scenario(BRIEF)
-    done = soft_gripper("study", "grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
-    here = [trials_together(str(file), 1, [trial], {})[0] for trial in (2, 0, 1)]
-    found = csv_rows(tmp_path / "trials.csv")
-    assert [list(record.values()) for record in found] == [here[i].rows[0] for i in (1, 2, 0)]
-    cause = found[2]["cause"]
-    assert done.code == 0
-    assert "box: 0 of 3 succeeded" in done.out
-    angles = [trial.result.placed_angle_deg for trial in here]
-    assert f"placed angle     mean {np.mean(angles):.1f} degrees, at most {max(angles):.1f} degrees" in done.out
-    assert f"trial 2: {cause}" in done.out
-    assert f"soft-gripper study grasp-trials --scenario {file} --seed 1 --trial 2" in done.out

@@ -1,7 +1,5 @@
 """The example of a gentle grasp: episodes, intervals, policies on made-up observations, and learning on a formula."""
 
-from itertools import islice
-
 import gymnasium
 import numpy as np
 import pytest
@@ -9,8 +7,7 @@ from gymnasium.spaces import Box
 from gymnasium.vector import SyncVectorEnv
 
 from gentle_grasp import learn as module
-from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
-from gentle_grasp.learn import learn, training_seeds
+from gentle_grasp.episodes import Episode, mean, run_episodes, share
 from gentle_grasp.policies import STEP, GentleGrasp, GentleParameters, HandTuned
 from soft_gripper.extras.learning.config import load_environment
 
@@ -145,27 +142,3 @@ def formula(environments, policies, seeds):
     forces = [policy._parameters.target / 0.11 for policy in policies]
     pairs = zip(seeds, forces, strict=True)
     return [Episode(seed, force > needed(seed) * 9.81 / 2, force) for seed, force in pairs]
-
-
-@pytest.fixture
-def learned(monkeypatch):
-    monkeypatch.setattr(module, "run_episodes", formula)
-    return [*islice(learn(None, 8, 8, 1), 25)]
-
-
-def test_the_least_force_that_holds_is_found(learned):
-    heaviest = max(map(needed, training_seeds(8)))
-    assert learned[-1][0].target / 0.11 == pytest.approx(heaviest * 9.81 / 2, rel=0.05)
-    assert learned[-1][1].cost < learned[0][1].cost
-    assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
-
-
-def test_policies_are_compared_over_the_same_objects():
-    hand = [Episode(seed, True, 0.6 + 0.01 * (seed % 3)) for seed in range(30)]
-    gentle = [Episode(seed, seed != 0, 0.4 + 0.01 * (seed % 3)) for seed in range(30)]
-    found = summary("learned", gentle)
-    assert found.success.value == pytest.approx(29 / 30)
-    assert "0.967" in str(found)
-    assert saved_force(hand, gentle) == pytest.approx((0.2, 0.2, 0.2))
-    with pytest.raises(ValueError, match="same objects"):
-        saved_force(hand, gentle[1:])

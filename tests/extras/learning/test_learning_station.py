@@ -1,9 +1,5 @@
 """The station of an environment: actions, observations, peak forces, and targets; it is freed with its blocks."""
 
-import gc
-import weakref
-from importlib.metadata import version
-
 import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
@@ -173,17 +169,3 @@ def test_it_is_where_the_tip_rests_under_the_pressure_of_that_time(target, shipp
     context.SetTime(time)
     pressure = 50e3 + 40e3 * np.sin(np.pi * time + 0.7)
     np.testing.assert_allclose(target.get_output_port().Eval(context), tip(shipped_finger, pressure), atol=2e-5)
-
-
-OLD = tuple(map(int, version("drake").split(".")[:2])) < (1, 58)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(OLD, reason="older Drakes keep every diagram with blocks in Python")
-def test_a_station_of_an_environment():
-    environment = load_environment("soft_grasp")
-    diagram = make_learning_station(environment.config, environment.scenario).diagram
-    blocks = {block.get_name(): weakref.ref(block) for block in diagram.GetSystems()}
-    del diagram
-    gc.collect()
-    assert [name for name, block in blocks.items() if block() is not None] == []

@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -128,30 +127,6 @@ def test_whatever_an_estimator_does_is_one_line(asked, body, said):
         asked(body)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_ctrl_c_ends_it_with_all_that_it_has_started(tmp_path):
-    (tmp_path / "mine.py").write_text(
-        "import os, subprocess\n"
-        f"others = os.getpid(), subprocess.Popen(['sleep', '60']).pid\nopen({str(tmp_path / 'pids')!r}, 'w').write("
-        "' '.join(map(str, others)))\ndef estimator(task, train): pass\n"
-    )
-    with pytest.raises(KeyboardInterrupt), user_estimator.user_estimator(f"{tmp_path / 'mine.py'}:estimator", []):
-        raise KeyboardInterrupt
-    for pid in map(int, (tmp_path / "pids").read_text().split()):
-        assert has_ended(pid)
-
-
-def has_ended(pid):
-    """Within a second; what nobody waits for remains as a zombie."""
-    for _ in range(100):
-        try:
-            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                return True
-        except OSError:
-            return True
-        time.sleep(0.01)
-    return False
 
 
 HIDE = """

@@ -55,15 +55,6 @@ def test_a_free_finger_moves_as_ours_does(ours, simulator, setting, within):
     assert np.abs(trial.tips - ours.tips).max() < within
 
 
-@pytest.mark.parametrize("simulator", ["MuJoCo", "PyBullet"])
-@pytest.mark.parametrize("task", ["obstructed", "box grasp"])
-def test_what_is_touched_stays_in_place(simulator, task):
-    config = settings()
-    spec = config["tasks"][task] | {"overrides": [*config["tasks"][task]["overrides"], *MOMENT]}
-    trial = run(simulator, spec, config["simulators"][simulator][task]["settings"][0])
-    assert holds(load_task(spec), trial)
-
-
 def test_the_second_engine_ends_where_ours_does(ours):
     late = run(ENGINE, FREE | {"sensed": True}, {"runs": 2})
     assert np.abs(late.tips[1:] - ours.tips[:-1]).max() < 5e-3  # its long steps damp motion
