@@ -9,6 +9,7 @@ from soft_gripper.scenario.scenario_file import load_scenario
 mujoco = pytest.importorskip("mujoco", reason="the extra `mujoco` is not installed")
 # Their kernels are compiled at the first run, for many minutes.
 pytestmark = pytest.mark.slow
+STEPS = 60
 
 
 @pytest.fixture(scope="module")
@@ -17,6 +18,21 @@ def box_grasp(tmp_path_factory):
     folder = tmp_path_factory.mktemp("box_grasp")
     export_mjcf(load_scenario("box_grasp"), folder, 0.002)
     return str(folder / "scenario.xml")
+
+
+def test_mujoco_warp_moves_as_mujoco_does(box_grasp):
+    warp = pytest.importorskip("mujoco_warp", reason="mujoco-warp is not installed: pip install mujoco-warp")
+    model = mujoco.MjModel.from_xml_path(box_grasp)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.ctrl[:] = 100e3
+    of_warp = warp.put_data(model, data, nconmax=64, njmax=512)
+    taken = warp.put_model(model)
+    for _ in range(STEPS):
+        warp.step(taken, of_warp)
+    mujoco.mj_step(model, data, STEPS)
+    assert np.abs(data.qpos[:24]).max() > 0.01
+    np.testing.assert_allclose(of_warp.qpos.numpy()[0], data.qpos, atol=1e-5)
 
 
 def test_newton_takes_masks_pairs_springs_and_chambers(box_grasp):
