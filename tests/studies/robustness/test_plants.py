@@ -1,12 +1,14 @@
 """Other plants: their files, rubber by closed forms, and held fingers: samples, readings, and points along them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
-from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED
+from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED, rubber_moment
 
 
 def test_fingers_differ_as_they_say(shipped_finger) -> None:
@@ -46,6 +48,15 @@ def test_stations_have_these_fingers(tmp_path, shipped_finger, plant) -> None:
     assert {finger.finger.segments for finger in station.fingers} == {plant.finger(shipped_finger).segments}
     assert station.scenario.pressure.steps["all"][-1] == pytest.approx(-50e3 * plant.pressure)
     assert station.scenario.plant_config.time_step == plant.time_step
+
+
+def test_a_solid_strip_meets_the_series(shipped_finger) -> None:
+    """Without layer and chamber the even terms cancel: M = E I k (1 + (4/3) k^2 <x^4> / <x^2>)."""
+    solid = dict.fromkeys(("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"), 0.0)
+    section = replace(shipped_finger.base, **solid)
+    curvature, h = np.array([2.0, 6.0]), section.thickness
+    expected = section.bending_stiffness * curvature * (1 + 4 / 3 * curvature**2 * (h**4 / 80) / (h**2 / 12))
+    np.testing.assert_allclose(rubber_moment(section, curvature), expected, rtol=5e-5)
 
 
 def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
