@@ -8,12 +8,15 @@ import pytest
 import trimesh
 from PIL import Image
 from pydrake.geometry import Mesh
+from pydrake.math import RigidTransform
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import MENDED
 from soft_gripper.model_import import mesh_files as mesh_cache
-from soft_gripper.model_import.mesh_files import cache_folder, convert_to_obj, read_scene
+from soft_gripper.model_import.mesh_files import cache_folder, convert_to_obj, outward, read_scene
+from soft_gripper.model_import.model_file import ModelFile
 
 SIZE = np.array([0.1, 0.2, 0.3])
 CENTER = np.array([0.5, -0.3, 1.0])
@@ -160,3 +163,16 @@ def test_textures_are_not_copied_for_each_smooth_piece(monkeypatch):
     parts.visual = TextureVisuals(uv=np.zeros((len(parts.vertices), 2)), material=material)
     mesh_cache._shade(parts)
     assert len(copies) < 5
+
+
+@pytest.mark.parametrize("is_inside_out", [False, True])
+def test_a_part_that_is_inside_out_is_turned_with_a_note_and_nothing_else(tmp_path, is_inside_out):
+    small = trimesh.creation.box([0.03, 0.02, 0.02], RigidTransform([0.5, 0, 0]).GetAsMatrix4())
+    if is_inside_out:
+        small.invert()
+    path = write(trimesh.util.concatenate([trimesh.creation.box(SIZE), small]), tmp_path / "parts.obj")
+    model = ModelFile(path)
+    turned = outward(model, path, path)
+    assert trimesh.load(turned).volume == pytest.approx(SIZE.prod() + 1.2e-5, rel=1e-6)
+    assert [note.outcome for note in model.notes] == is_inside_out * [MENDED]
+    assert (turned != path) == is_inside_out

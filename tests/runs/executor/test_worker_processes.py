@@ -12,6 +12,7 @@ import pytest
 from refusals import refused
 from waiting import LONG, wait_until
 
+from soft_gripper.child_processes import environment
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.runs import executor as worker_processes
 from soft_gripper.runs.executor import MainScriptError, WorkerProcesses, open_executor
@@ -244,3 +245,10 @@ def test_a_number_of_processes(jobs):
     with pytest.raises(InputError) as caught, open_executor(jobs):
         pass
     assert caught.value.field == "jobs"
+
+
+def test_variables_of_processes_leave_those_of_the_user(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    with environment({"OMP_NUM_THREADS": "1", "OF_A_PROCESS": "1"}):
+        assert os.environ["OMP_NUM_THREADS"] == "1"
+    assert (os.environ["OMP_NUM_THREADS"], os.environ.get("OF_A_PROCESS")) == ("3", None)
