@@ -143,22 +143,6 @@ def test_a_run(run, block):
     np.testing.assert_array_equal(run["sampled"], block.over_time(time, {"y": y}, ["sampled"])["sampled"][:, 0])
 
 
-@pytest.mark.parametrize("begin", [0.2, 10.0])
-def test_a_run_that_begins_later(begin):
-    """Its samples are at multiples of the period; the first of them is the first of the run."""
-    diagram, logs = diagram_of(Summing())
-    simulator = Simulator(diagram)
-    simulator.get_mutable_context().SetTime(begin)
-    first = PERIOD * np.ceil(begin / PERIOD)
-    simulator.AdvanceTo(first + 3 * PERIOD)
-    found, y = logged(logs, simulator.get_context()), 1 + 2 * (first + PERIOD * np.arange(4))
-    at_begin = 1 + 2 * begin
-    np.testing.assert_allclose(found["now"][-4:], [begin, first, first + PERIOD, first + 2 * PERIOD])
-    np.testing.assert_allclose(found["sampled"][-4:], [7, *y[:3]])
-    np.testing.assert_allclose(found["drawn"][-4:], [at_begin, at_begin, *y[1:3]])
-    np.testing.assert_allclose(found["total"][-4:], [y[0], y[1], y[1] + y[2], y[1] + y[2] + y[3]])
-
-
 def counter():
     class Counter(ArrayBlock):
         def __init__(self):

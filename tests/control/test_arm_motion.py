@@ -8,8 +8,6 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.polynomial import Polynomial
-from pydrake.trajectories import PiecewisePolynomial
 from scipy.optimize import brentq
 
 from soft_gripper.control.arm_motion import (
@@ -85,14 +83,6 @@ def use_of_limits(plant, limits, motion):
 def test_a_file_without_a_limit_of_velocity():
     with pytest.raises(LimitError, match=r"joint 'slide': a limit of velocity of 0"):
         ArmLimits.of_plant(one_joint(velocity=0), 10.0)
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_acceleration_is_limited_either_way(direction):
-    """Along the path q = s^2 the slider is slowed down harder than it sets out."""
-    plant, path = one_joint(), PiecewisePolynomial([Polynomial([0.0, 0.0, direction])], [0.0, 1.0])
-    limits = ArmLimits.of_plant(plant, 4.0)
-    assert 0.99 < use_of_limits(plant, limits, timed(plant, path, limits))[1] <= 1
 
 
 def test_duration_under_a_limit_of_effort_with_damping():

@@ -195,20 +195,6 @@ def test_nothing_is_released_while_the_tips_move_or_are_unknown():
     assert (script.progress.phase, script.outcome) == (RETURN, Outcome.RUNNING)
 
 
-def test_rest_after_an_unknown_opening_begins_anew():
-    script = until_close().observe(GRIP, HARD, lasting=CLOSING - LATE).observe(NAN, HARD, lasting=T)
-    known_again = script.time
-    script.observe(GRIP, HARD)
-    assert script.began[LIFT] - known_again == pytest.approx(QUIET_TIME, abs=LATE)
-
-
-def test_what_is_observed_in_phases_without_an_object_is_of_no_account():
-    """The arm reaches and returns in its own time, and does not fail."""
-    script = Script().observe(NAN, NAN)
-    assert (script.progress.phase, script.outcome) == (CLOSE, Outcome.RUNNING)
-    assert script.began[CLOSE] == pytest.approx(0.7, abs=LATE)
-
-
 HOOKED = -0.1  # N m, of fingers that hold each other
 
 

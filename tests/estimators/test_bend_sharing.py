@@ -106,18 +106,6 @@ def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
 
 
 @LAWS
-@pytest.mark.parametrize("sections", [1, 2, 3, 5])
-def test_joints_bear_what_drives_them_and_a_load_that_is_linear_between_sections(tapered_finger, bent, sections, law):
-    layout = SensorLayout(replace(tapered_finger, elastic_law=law), sections)
-    finger, sharing = layout.finger, BendSharing(layout)
-    for theta, driving in zip(bent(20, sections), 0.05 * bent(20, 5), strict=True):
-        q = sharing.joint_angles(theta, driving, 0.0)
-        load = finger.elastic_torque(q) - driving
-        means = np.linalg.lstsq(sharing.interpolation, load, rcond=None)[0]
-        np.testing.assert_allclose(sharing.interpolation @ means, load, atol=1e-13)
-
-
-@LAWS
 @pytest.mark.parametrize("sections", [1, 2, 4])
 def test_weight_is_no_load(steep_finger, sections, law):
     """Of a finger in balance with it; an elastic law takes the weight of the shape that arcs have."""

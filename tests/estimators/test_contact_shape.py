@@ -115,17 +115,6 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
 
 
-@BOTH
-@SIDES
-@pytest.mark.parametrize("place", [0.965, 0.98, 0.99])
-def test_a_force_close_to_the_tip_lies_within_what_is_said_of_it(shipped_finger, sections, side, place):
-    layout, s = SensorLayout(shipped_finger, **sections), place * shipped_finger.length
-    for pressure in (0.0, 120e3):
-        contact = estimated(layout, in_balance(shipped_finger, pressure, 0j, [Push(s, side * 0.8)]), pressure).contact
-        assert abs(contact.force - side * 0.8) < 2 * contact.force_std
-        assert abs(contact.arc_length - s) < 2 * contact.arc_length_std
-
-
 @SIDES
 @pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0)])
 def test_two_forces_are_found_as_their_sum_and_centre(shipped_finger, side, places):

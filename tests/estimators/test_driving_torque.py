@@ -85,16 +85,6 @@ def test_what_is_not_estimated_leaves_the_memory_as_it_is(creeping, bent):
     np.testing.assert_allclose(found[:, 1:6], whole[:, 1:6], rtol=1e-12)
 
 
-def test_a_pressure_that_is_lost_is_lost_for_its_sample_alone(creeping, bent):
-    block, q = Sampled(DrivingTorque(creeping, PERIOD)), bent(12)
-    torques = [
-        block.sample("driving_torque", pressure=[pressure], estimated_joint_angles=q)
-        for pressure in (PRESSURE, np.nan, PRESSURE)
-    ]
-    assert np.isnan(torques[1]).all()
-    np.testing.assert_allclose(torques[2] - creeping.pressure_torque(PRESSURE), memory(creeping, [q] * 3)[-1])
-
-
 def ballooning(finger):
     """The finger, of whose stiffness the pressure leaves a fifth."""
     return replace(finger, pressure_law=PressureLaw((0.0, PRESSURE), (0.0, 0.2 * PRESSURE), (0.0, 0.8)))

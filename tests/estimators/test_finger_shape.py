@@ -37,13 +37,3 @@ def test_arcs_bend_as_the_joints_do_one_for_every_segment(tapered_finger, bent):
     np.testing.assert_array_equal(lengths, length)
     np.testing.assert_allclose(np.hypot(center_x - x, center_z - z), np.abs(1 / kappa), rtol=1e-12)
     assert (x[0], z[0]) == (0.0, 0.0)
-
-
-def test_an_unknown_joint_makes_what_lies_beyond_unknown(shipped_finger, bent):
-    q = bent(12)
-    known, q[4] = shape_of(shipped_finger, q), np.nan
-    outputs = shape_of(shipped_finger, q)
-    joints = outputs["joint_positions"].reshape(12, 2)
-    np.testing.assert_array_equal(joints[:5], known["joint_positions"].reshape(12, 2)[:5])
-    assert np.isnan(joints[5:]).all()
-    assert np.isnan(outputs["tip_pose"]).all()

@@ -32,11 +32,3 @@ def test_variances_along_the_axes_are_those_of_fingers_drawn_in_space(shipped_fi
     places = Places(finger, WAYS)
     expected = ((places(drawn)[0] - places(q)[0]) ** 2).mean(axis=0)
     np.testing.assert_allclose(places.variance(q, covariance), expected, rtol=0.05, atol=1e-12)
-
-
-def test_only_what_lies_before_a_point_moves_it(shipped_finger):
-    covariance = np.zeros((12, 12))
-    covariance[5, 5] = 1e-4
-    found = position_std(shipped_finger, np.zeros(12), covariance)
-    s = np.append(shipped_finger.joint_arc_lengths, shipped_finger.length)
-    np.testing.assert_allclose(found, 1e-2 * np.maximum(s - s[5], 0), atol=1e-15)

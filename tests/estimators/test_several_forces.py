@@ -98,12 +98,3 @@ def test_uncertainty_is_that_of_the_forces_beside_each_other(layout, q):
         (fit.arc_length_std, (s[near] - fit.arc_length) / fit.force),
     ):
         assert std == pytest.approx(np.sqrt(weights @ covariance @ weights), rel=2e-3)
-
-
-def test_errors_lie_within_two_standard_deviations(shipped_finger):
-    """Of one force and of two, between the places where they are looked for, in noise."""
-    layout, rng = SensorLayout(shipped_finger, 4), np.random.default_rng(8)
-    for forces, s in (([0.8], np.array([0.0817])), ([0.8, 0.6], np.array([0.0583, 0.1021]))):
-        fit = found(layout, np.zeros(12), s, forces, noise=rng.standard_normal((200, 4)))
-        assert (np.abs(fit.force - sum(forces)) < 2 * fit.force_std).mean() > 0.9
-        assert (np.abs(fit.arc_length - s @ forces / sum(forces)) < 2 * fit.arc_length_std).mean() > 0.9

@@ -48,17 +48,6 @@ def test_sums_are_those_that_are_read_and_nothing_is_smoother(layout, bent):
     np.testing.assert_allclose(q, [smoothest(layout, bends, known) for bends in theta], atol=1e-6)
 
 
-def test_linear_curvature_is_found_where_it_is_the_smoothest(shipped_finger):
-    """With a section a joint exactly; with fewer it bends less at the ends, which no reading forbids."""
-    q = np.linspace(-0.05, 0.15, 12)
-    for sections, error in ((12, 1e-6), (6, 6e-3), (3, 15e-3)):
-        layout = SensorLayout(shipped_finger, sections)
-        assert np.abs(estimated(layout, readings(layout, q)) - q).max() < error
-    inside = slice(3, 9)
-    layout = SensorLayout(shipped_finger, 4)
-    np.testing.assert_allclose(estimated(layout, readings(layout, q))[inside], q[inside], atol=2e-3)
-
-
 @pytest.mark.parametrize("missing", range(4))
 def test_a_missing_section_is_bridged(shipped_finger, missing):
     layout, q = SensorLayout(shipped_finger, 4), np.linspace(0.0, 0.2, 12)

@@ -138,14 +138,6 @@ def test_what_cannot_be_built_is_refused(paths, field):
         finger(*paths)
 
 
-@pytest.mark.parametrize(("width", "thickness"), [(19.9e-3, 1.9e-3), (1.9e-3, 19.9e-3)])
-def test_a_flat_chamber_may_reach_close_to_all_faces(width, thickness):
-    """Wide ones near the inner and outer face, thick ones near both sides."""
-    x, y = (9e-3, 0.0) if width > thickness else (0.0, 9e-3)
-    made = finger(chamber("one", x, y, width, thickness), chamber("other", -x, -y, width, thickness))
-    assert len(made.chambers) == 2
-
-
 def test_a_section_has_its_own_chamber_or_listed_ones(shipped_finger):
     with refused("chamber"):
         replace(shipped_finger, chambers=(chamber("a", -5e-3, 0.0, 2e-3, 2e-3),))

@@ -120,13 +120,6 @@ def test_expanding_takes_the_guard_alone(edited, load_plant):
     assert load_plant(text).HasFrameNamed("tool")
 
 
-def test_a_file_without_fingers_needs_no_guard(tmp_path, load_plant):
-    path = tmp_path / "bare.urdf"
-    for guard in ("", f'<frame name="{GUARD}"/>'):
-        path.write_text(f'<robot name="bare"><link name="base"/>{guard}</robot>')
-        assert load_plant(expand_urdf(path).text).HasBodyNamed("base")
-
-
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\xfa", b"", b"<sdf/>"])
 def test_no_urdf(tmp_path, content):
     path = tmp_path / "no.urdf"

@@ -102,15 +102,6 @@ def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake
         np.testing.assert_allclose(tolerance, 0.0, atol=1e-11)
 
 
-def test_acceleration_across_the_bending_plane_is_of_no_account(shipped_finger, bent):
-    resting = at_rest(bent(12))
-    push = 5.0 * Y * ((np.arange(5) * 0.01) ** 2)[:, None]
-    pushed = resting._replace(X_WB=np.dstack([resting.X_WB[:, :, :3], push[:, :, None]]))
-    still, moved = (TorqueBalance(shipped_finger).external_torque(m, GRAVITY, 0.01) for m in (resting, pushed))
-    np.testing.assert_allclose(moved.torque, still.torque, atol=1e-11)
-    np.testing.assert_allclose(moved.tolerance, still.tolerance, atol=1e-11)
-
-
 @pytest.mark.parametrize("segments", [1, 5])
 def test_inertia_is_the_mass_matrix_of_the_chain(tapered_finger, segments):
     """Of a straight finger without stiffness, whose joints speed up one after the other, each either way.

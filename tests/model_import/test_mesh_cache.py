@@ -93,15 +93,6 @@ def test_round_things_are_shaded_smoothly_and_edges_stay_sharp(tmp_path, ending)
             np.testing.assert_allclose(np.abs(normals).max(axis=1), 1, atol=1e-6)
 
 
-def test_a_mesh_is_converted_once(tmp_path, monkeypatch, cache):
-    path = write_dae(tmp_path / "box.dae", a_box((255, 0, 0, 255)))
-    kept = convert_to_obj(path)
-    assert {file.suffix for file in cache.iterdir()} == {".obj", ".mtl"}
-    path.rename(tmp_path / "moved.dae")
-    monkeypatch.setattr(mesh_cache, "read_scene", None)
-    assert convert_to_obj(tmp_path / "moved.dae") == kept
-
-
 def test_a_mesh_that_changed_is_converted_again(tmp_path):
     path = write(a_box(), tmp_path / "box.stl")
     convert_to_obj(path)

@@ -61,13 +61,6 @@ def test_package_is_installed(urdf, tmp_path, monkeypatch, variable, folder, ent
     assert mesh_file(NAME, urdf) == mesh
 
 
-def test_the_nearest_package_that_has_the_mesh_counts(urdf, tmp_path):
-    far = make_mesh(tmp_path / "acme_arm")
-    assert mesh_file(NAME, urdf) == far
-    near = make_mesh(tmp_path / "src" / "acme_arm")
-    assert mesh_file(NAME, urdf) == near
-
-
 def test_unknown_package_names_the_mesh_and_where_it_was_looked_for(urdf, tmp_path):
     name = "package://nosuch/meshes/link.stl"
     with pytest.raises(InputError) as caught:

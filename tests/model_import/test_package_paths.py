@@ -41,14 +41,6 @@ def test_names_in_models(line: str) -> None:
     )
 
 
-def test_a_pipe_in_the_place_of_a_mesh(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "a.obj")
-    for line in (f"<mesh filename='file://{tmp_path}/a.obj'/>", "<mesh filename='a.obj'/>", "<uri>a.obj</uri>"):
-        with refused("file"):
-            check_uris(tmp_path / "a.urdf", named_uris(ET.fromstring(f"<robot>{line}</robot>")))
-    check_uris(tmp_path / "a.urdf", named_uris(ET.fromstring("<robot><uri>.</uri><mesh filename='none.obj'/></robot>")))
-
-
 def test_a_pipe_that_took_the_place_of_a_mesh(tmp_path: Path) -> None:
     mesh, before, after = tmp_path / "a.obj", MultibodyPlant(0.01), MultibodyPlant(0.01)
     shape = f'<visual><geometry><mesh filename="file://{mesh}"/></geometry></visual>'

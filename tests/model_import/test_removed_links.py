@@ -66,10 +66,6 @@ def without(text, *names):
     return ET.tostring(robot, encoding="unicode")
 
 
-def same(text):
-    return ET.tostring(ET.fromstring(text), encoding="unicode")
-
-
 WITH_HAND = urdf(
     ARM, HAND, ALONGSIDE, DRIVES, SAID, SAID_OF_HAND, group("upper", "fore", "hand", "left_jaw", "right_jaw", "pad")
 )
@@ -147,12 +143,6 @@ def links_left(text, *names):
 @pytest.mark.parametrize("name", ["hand", "palm", "grasp"])
 def test_a_link_of_sdformat_goes_with_all_that_hangs_on_it(name):
     assert links_left(HAND_IN_SDF, name) == links_left(IN_SDF)
-
-
-def test_a_joint_that_followed_what_is_left_out_is_free():
-    follower = joint("side", "base", "camera", JAW_LIMIT + "<mimic joint='left'/>", "prismatic") + link("camera")
-    alone = joint("side", "base", "camera", JAW_LIMIT, "prismatic") + link("camera")
-    assert without(urdf(ARM, HAND, follower), "hand") == same(urdf(ARM, alone))
 
 
 def test_drake_loads_what_remains_of_nested_sdformat(tmp_path):

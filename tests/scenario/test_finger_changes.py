@@ -43,12 +43,6 @@ def test_all_cross_sections_change_alike():
     assert changed.places == finger.places
 
 
-def test_a_section_changes_by_its_path_on_top_of_all(tapered_finger):
-    changed = changed_finger(tapered_finger, "here", {"tip.width": "0.02", "width": "+10 %"})
-    assert changed.base == replace(tapered_finger.base, width=1.1 * tapered_finger.base.width)
-    assert changed.tip.width == 0.02
-
-
 def test_a_chamber_is_not_put_where_there_is_none():
     (finger, _) = expand_urdf(DIRECTORY / "grippers/conforming.urdf").fingers
     with refused("tip.chamber_width", 8e-3):

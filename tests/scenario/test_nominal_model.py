@@ -11,23 +11,13 @@ from refusals import refused
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.schema import NominalConfig, SensorConfig
+from soft_gripper.scenario.schema import NominalConfig
 
-CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"
 
 
 def nominal(finger, changes=MappingProxyType({}), **config):
     return read_nominal_model(NominalConfig(dict(changes), **config)).finger(finger)
-
-
-def test_nothing_said_is_the_truth(tapered_finger):
-    assert nominal(tapered_finger) == tapered_finger
-    layout = read_nominal_model(NominalConfig()).layout(
-        tapered_finger, SensorConfig(sections=3, one_sided=True, response=CURVE)
-    )
-    assert (layout.finger, layout.sections, layout.one_sided) == (tapered_finger, 3, True)
-    assert [list(point) for point in layout.response.points] == CURVE
 
 
 @pytest.mark.parametrize(
@@ -49,12 +39,6 @@ def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name,
 def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
     with refused("youngs_modulus"):
         nominal(tapered_finger, {"youngs_modulus": text})
-
-
-def test_another_response_is_believed_of_the_same_sensors(tapered_finger):
-    layout = read_nominal_model(NominalConfig(response=CURVE)).layout(tapered_finger, SensorConfig(sections=2))
-    assert [list(point) for point in layout.response.points] == CURVE
-    assert (layout.finger, layout.sections) == (tapered_finger, 2)
 
 
 @pytest.mark.parametrize("file", ["package://soft_gripper/grippers/finger.urdf", TWO])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.sensors.calibrated_states import CalibratedStates, state_spreads
-from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 
 LINE = FittedStates(np.column_stack([np.linspace(0, 1, 101), np.zeros(101)]), np.array([1.0, 2.0]))
 
@@ -52,11 +52,6 @@ def test_local_size_is_that_of_the_errors_nearby():
     np.testing.assert_allclose(size[[0, -1], 0], [1.0, 10.0])
     assert 1 < size[50, 0] < 10
     assert LINE.nearest(np.array([[0.303, 0.0]])) == [30]
-
-
-def test_spread_is_the_standard_deviation_within_columns():
-    values = np.random.default_rng(0).normal([0.0, 100.0], 3.0, (20000, 2))
-    assert spread_of(values) == pytest.approx(3.0, rel=0.02)
 
 
 def test_far_is_where_the_distance_makes_more_of_a_band_than_all_else():

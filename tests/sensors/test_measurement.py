@@ -82,6 +82,13 @@ def test_a_scenario_names_them(kind):
     assert float(noisy["left_finger.pose_error"][-1]) > float(ideal["left_finger.pose_error"][-1])
 
 
+@pytest.mark.parametrize("name", ["arcs", "constant_curvature"])
+def test_arcs_are_made_of_strain(kind, name):
+    with pytest.raises(InputError) as error:
+        run(kind, name)
+    assert (error.value.field, error.value.value) == ("sensor.type", KINDS[kind.partition(":")[2]][0])
+
+
 def test_what_they_do_not_have_is_refused(kind, shipped_finger):
     with pytest.raises(InputError) as error:
         sensor_layout(shipped_finger, SensorConfig(type=kind, one_sided=True))

@@ -134,13 +134,6 @@ def test_fingers_that_press_on_each_other_receive_opposite_forces():
     assert signals(pressed, finger=NEIGHBOUR)["normal_force"] == 2
 
 
-@pytest.mark.parametrize("force", [[0, 0, 0], None])
-def test_without_a_force_there_is_no_place(force):
-    found = signals(*([] if force is None else [patch(ONE, THING, X, X, force)]))
-    assert found["normal_force"] == found["true_contact_total"] == 0
-    assert np.isnan([found["true_contact_side"], found["true_contact_arc_length"], *found["contact_center"]]).all()
-
-
 def pressed_at(*places):
     """A contact of 1 N in every sample, by its centre and normal."""
     count = len(places)
@@ -172,13 +165,6 @@ def test_width_of_a_cylinder_is_its_diameter(count):
     """However high each finger touches it."""
     assert contact_width(on_circle(count, 0.03, np.zeros(count))) == pytest.approx(0.06, rel=1e-12)
     assert contact_width(on_circle(count, 0.03, 0.01 * np.arange(count))) == pytest.approx(0.06, rel=1e-12)
-
-
-def test_width_of_a_box_is_the_distance_of_its_faces():
-    """Wherever on them it is touched."""
-    left = pressed_at(([0.02, 0.01, 0.05], X), ([0.02, 0, 0.05], X))
-    right = pressed_at(([-0.03, -0.01, 0.02], X), ([-0.05, 0, 0.02], X))
-    assert contact_width([left, right]) == pytest.approx([0.05, 0.07], rel=1e-12)
 
 
 def test_the_strongest_patch_gives_the_normal():

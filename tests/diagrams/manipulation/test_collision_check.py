@@ -65,11 +65,6 @@ def scene():
     return Scene()
 
 
-def test_free_way(scene):
-    """Through the robot's own post."""
-    assert scene.first(np.linspace(-1, 0.899, 20)) is None
-
-
 def test_box_into_wall(scene):
     """The sled's nose is 0.1 m ahead of its middle."""
     collision = scene.first([0.5, 0.85, 0.9005, 0.92, 0.95])

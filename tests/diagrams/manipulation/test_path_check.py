@@ -98,18 +98,6 @@ def test_the_phase_that_leads_into_something_is_named(slide):
     assert part == pytest.approx((WALL - BALL + depth - 1.0) / 2.5, abs=0.02)
 
 
-def test_what_is_held_sticks_out(slide):
-    """It is in the wall where the ball that holds it is not yet."""
-    end = WALL - AHEAD
-    slide.check(phase("empty", 0.0, end))
-    complaint = slide.complaint(phase("empty", 0.0, 0.1), phase("carry", 0.1, end, holds=True))
-    assert complaint.startswith("task.phases[1]: name = 'carry': ")
-    assert "'thing::thing' is " in complaint
-    assert complaint.endswith("'wall::wall'")
-    part, depth = numbers(complaint)
-    assert part == pytest.approx((WALL - BALL + depth - AHEAD - 0.1) / (end - 0.1), abs=0.02)
-
-
 THROUGH_BEGIN, THROUGH_GOAL = (0.0, -2.5), (0.0, 2.5)
 
 

@@ -226,13 +226,6 @@ def plan_of_arm(
     return plan_phases(task, scenario.models, arm_of(scenario, add_scene(DiagramBuilder(), scenario)))
 
 
-def test_equal_plans_are_made_once(tmp_path):
-    first, *folders = (tmp_path / name for name in ("one", "other"))
-    first.mkdir()
-    folders[0].mkdir()
-    assert plan_of_arm(first) is plan_of_arm(folders[0])
-
-
 @pytest.mark.parametrize(
     "change",
     [

@@ -19,15 +19,6 @@ def station(tmp_path, *models):
     return make_station(scenario_of(tmp_path, *models))
 
 
-def test_fingers_of_one_model_stand_where_its_file_mounts_them(tmp_path):
-    built = station(tmp_path, f"name: hand, file: '{GRIPPER}', X_PC: {{translation: [0, 0, 1]}}")
-    left, right = built.fingers
-    assert (left.name, right.name) == ("left_finger", "right_finger")
-    assert left.model == right.model == built.plant.GetModelInstanceByName("hand")
-    np.testing.assert_allclose(left.X_WB.translation(), [-0.0353, 0, 1.03], atol=1e-12)
-    np.testing.assert_allclose(right.X_WB.rotation().col(0), [-1, 0, 0], atol=1e-12)
-
-
 def test_segments_of_the_scenario_take_the_place_of_the_files(tmp_path):
     beside = "X_PC: {translation: [0, 1, 0]}"
     built = station(tmp_path, f"name: a, file: '{FINGER}', segments: 5", f"name: b, file: '{FINGER}', {beside}")

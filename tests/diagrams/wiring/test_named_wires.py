@@ -38,12 +38,6 @@ def evaluate(diagram, **values):
     return {name: port.Eval(context)[0] for name, port in vector_outputs(diagram).items()}
 
 
-def test_a_block_behind_feeds_nothing_before_it():
-    diagram = Wired(("first", Sum("d", "c")), ("second", Sum("c", "a")))
-    assert list(inputs(diagram)) == ["c", "a"]
-    assert evaluate(diagram, a=1.0, c=5.0) == {"d": 5.0, "c": 1.0}
-
-
 def test_but_an_input_may_wait_for_a_block_behind():
     diagram = Wired(("first", Sum("d", "c", "a"), None, {"c"}), ("second", Sum("c", "a")))
     assert list(inputs(diagram)) == ["a"]

@@ -36,11 +36,3 @@ def test_samples_were_taken_in_their_step_after_it_settled(scenario: Scenario, r
         assert held[0] >= begin + scenario.pressure.settle - nearest
         assert begin - rounding <= held[0]
         assert end - period - nearest <= held[-1] < end - rounding
-
-
-def test_keeps_the_axes_of_a_signal(scenario: Scenario, recording: Recording) -> None:
-    factors = np.arange(6.0).reshape(2, 3)
-    folded = recording["sampled_at"] * xr.DataArray(factors, dims=["path", "section"])
-    expected = held_samples(scenario, recording, "sampled_at")[..., None, None] * factors
-    with_axes = Recording(recording.data.assign(folded=folded))
-    np.testing.assert_array_equal(held_samples(scenario, with_axes, "folded"), expected)
