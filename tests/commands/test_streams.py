@@ -69,6 +69,13 @@ def test_a_terminal_that_cannot_show_a_character(tmp_path: Path) -> None:
     assert b"5 \\xb0" in found.stdout
 
 
+@pytest.mark.parametrize("stdin", [None, io.StringIO("")])
+def test_no_terminal_to_wait_at(stdin: io.StringIO | None, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "stdin", stdin)
+    wait_for_viewer()
+    assert "no terminal" in capsys.readouterr().out
+
+
 def test_the_end_of_input_ends_waiting(monkeypatch, capsys) -> None:
     class AtEnd(io.StringIO):
         def isatty(self) -> bool:

@@ -48,6 +48,15 @@ def test_meshcat_has_bodies_estimates_and_legend(animation: tuple[Meshcat, str])
     assert meshcat.HasPath("/Cameras/default/rotated/<object>/legend")
 
 
+def test_arcs_are_drawn_of_sections_or_of_segments() -> None:
+    unequal = ["sensor.sections=2", "sensor.borders=[0.25]"]
+    for more, sections in (([], 2), (["estimator.type=gaussian"], 12)):  # an arc a section, or a segment
+        station = make_station(load_scenario("free_bending", [*unequal, *more]), Meshcat())
+        visualizer = station.diagram.GetSubsystemByName("estimate_visualizer")
+        for drawn in visualizer.fingers:
+            assert drawn.sections == sections
+
+
 def test_the_recording_holds_colors_poses_and_arcs(animation: tuple[Meshcat, str]) -> None:
     (animation,) = (data for data in payloads_of(animation[1]) if b"set_animation" in data)
     for track in (b".material.color[r]", b".position", b".quaternion", b".scale", b".rotation[y]", b".visible"):

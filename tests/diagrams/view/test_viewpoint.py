@@ -4,14 +4,33 @@ from itertools import product
 
 import numpy as np
 import pytest
+from pydrake.common.schema import Transform
 from pydrake.geometry import Role
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view
+from soft_gripper.diagrams.view.meshcat_view import box_corners, nearest_eye, upright_view, viewing_direction
 from soft_gripper.scenario.scenario_file import load_scenario
+
+ALONE = np.array([0.2, 1.0, -0.2])
+
+
+def direction_of(name: str, arm_yaw: float = 0.0, shift: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Array:
+    """Into the scene of a scenario, whose arm stands elsewhere."""
+    scenario = load_scenario(name)
+    if scenario.arm is not None:
+        scenario.models[0].X_PC = Transform(RigidTransform(RotationMatrix.MakeZRotation(arm_yaw), shift))
+    plant, _, fingers, *_ = add_scene(DiagramBuilder(), scenario)
+    return viewing_direction(scenario.arm, plant, fingers, ALONE)
+
+
+def test_an_arm_is_seen_from_before_it_from_its_right_and_from_above() -> None:
+    ahead, left, up = -direction_of("pick_and_place_box")  # the arm stands at the origin and reaches toward +x
+    assert ahead > 0.3
+    assert left < -0.3
+    assert up > 0.2
 
 
 def test_an_upright_view_looks_along_its_z_with_the_world_upright() -> None:

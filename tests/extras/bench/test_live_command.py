@@ -54,6 +54,26 @@ def test_a_file_of_readings(tmp_path, monkeypatch):
     assert np.isnan(recording["left_finger.strain"].values).all(axis=(1, 2)).sum() == 2
 
 
+@pytest.mark.parametrize("options", [[], ["--source", "udp://:0"], ["--page"], ["--out", "out"]])
+def test_without_a_description_there_is_no_hardware(tmp_path, monkeypatch, options):
+    """Nothing takes its place."""
+    monkeypatch.chdir(tmp_path)
+    line = refusal("live", "tip_distance_steps", *options)
+    assert all(word in line for word in ("tip_distance_steps", "bench = None", "--bench"))
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_json_a_line_says_what_is_known(tmp_path, monkeypatch):
+    """Ten readings take less than the time between two lines."""
+    monkeypatch.chdir(tmp_path)
+    done = soft_gripper("live", *bench(tmp_path))
+    assert done.code == 0
+    (line,) = done.out.splitlines()
+    assert "live" in line
+    assert "left_finger: tip " in line
+    assert line.endswith("0 lost")
+
+
 def test_json_takes_no_other_sink(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for other in (["--sink", "stdio:"], ["--page"]):
@@ -75,6 +95,11 @@ def test_what_is_refused(tmp_path, monkeypatch, instead, words):
     monkeypatch.chdir(tmp_path)
     line = refusal("live", *bench(tmp_path, instead=instead))
     assert all(word in line for word in words)
+
+
+def test_a_task_that_grips(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "may not command the gripper of a bench" in refusal("live", "pick_and_place_box")
 
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "bench"

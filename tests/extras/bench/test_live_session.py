@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from live_links import feed, pseudo_terminal, udp
 from pydrake.math import RollPitchYaw
+from refusals import refused
 from waiting import LONG
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver, Pace, _RecentChanges
-from soft_gripper.extras.bench.endpoints import LineSource
+from soft_gripper.extras.bench.endpoints import Endpoints, LineSource
 from soft_gripper.extras.bench.messages import MalformedError, decoded, encoded
 from soft_gripper.extras.bench.plausible import check_plausible
 from soft_gripper.extras.bench.tally import Tally
@@ -256,6 +257,13 @@ def test_zeroed_sensors_are_known_as_well_as_at_first(estimator):
     np.testing.assert_allclose(again[TIP], first[TIP], atol=2e-4)
 
 
+def test_zeroing_without_readings():
+    live = made(lambda timeout: [])
+    live.driver.zero(60.0)
+    with refused("--zero", "no reading"):
+        live.driver.end_zeroing()
+
+
 def test_lines_of_any_length():
     read, write = os.pipe()
     source = LineSource(read)
@@ -279,6 +287,23 @@ def test_the_rest_of_a_line_without_end_is_no_reading():
     os.close(read)
     assert [len(line) for line in found] == [120_000, 4]
     assert found[1] == b"5, 6"
+
+
+def test_a_file_with_a_line_without_end_is_refused_by_its_line(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"1, 2\n" + b"3, 4" * 100_000)
+    with Endpoints("bench.yaml") as endpoints:
+        source = endpoints.source(f"file:{tmp_path}/a.csv")
+        assert source.receive(0.1) == [b"1, 2\n"]
+        with refused("line", 2):
+            source.receive(0.1)
+
+
+@pytest.mark.parametrize(
+    "address", ["udp://127.0.0.1", "udp://127.0.0.1:99999", "file:/no/such/file.csv", "nowhere", "tcp://:5"]
+)
+def test_addresses_that_cannot_be_opened(address):
+    with Endpoints("bench.yaml") as endpoints, refused("source", address):
+        endpoints.source(address)
 
 
 @pytest.mark.parametrize(

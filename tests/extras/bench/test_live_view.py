@@ -6,6 +6,7 @@ from live_links import by_entry
 from simulated_hardware import SimulatedHardware
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.extras.bench import live_view
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.hardware.bench_schema import described
@@ -117,3 +118,14 @@ def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, 
     assert recording[OPENING].values[-1] == pytest.approx(float(at_end[0]), abs=2e-3)
     assert (tmp_path / "1" / "scenario.yaml").is_file()
     assert shown.session.recordings == [tmp_path / "1"]
+
+
+def test_a_view_that_fails_stops_nothing(shown, monkeypatch):
+    def fail(_):
+        raise RuntimeError("Meshcat's thread has ended")
+
+    shown.run(0.2)
+    monkeypatch.setattr(live_view, "has_failed", lambda _: True)
+    monkeypatch.setattr(shown.view._estimate_scene, "show", fail)
+    status, _ = shown.run(0.3)
+    assert (status["mode"], status["note"]) == ("live", "the view failed; estimates and commands go on")

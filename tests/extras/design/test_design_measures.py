@@ -4,9 +4,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from soft_gripper.extras.design import measures
-from soft_gripper.extras.design.measures import force_error_n, strength_n
+from soft_gripper.extras.design.measures import force_error_n, sensors, strength_n
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.schema import DRAKE, Scenario, SensorConfig
@@ -38,6 +39,19 @@ def test_force_error_is_that_of_the_end_over_all_fingers():
         signals[f"{name}.transverse_force"] = np.where(time > 2.0, 1.0 + error, 9.0)
     recording = FakeRecording({name: SimpleNamespace(values=values) for name, values in signals.items()})
     assert force_error_n(station(), recording) == pytest.approx(0.3)
+
+
+def test_an_estimator_without_forces_is_refused():
+    with refused("estimator.type", "arcs"):
+        force_error_n(station(), FakeRecording(time=SimpleNamespace(values=np.arange(3.0))))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "count"),
+    [({"sections": 4}, 16), ({"sections": 2, "one_sided": True}, 4), ({"sections": 3, "type": "curvature"}, 6)],
+)
+def test_sensors_of_all_fingers_are_counted(sensor, count):
+    assert sensors(station(**sensor), FakeRecording()) == count
 
 
 def test_strength_is_the_least_of_six_forces_in_drake(monkeypatch):

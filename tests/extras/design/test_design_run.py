@@ -135,6 +135,14 @@ def test_thin_walls_are_refused_before_they_are_simulated(tmp_path):
     assert any(design.score.refused for design in found.designs)
 
 
+def test_choices_and_whole_numbers(tmp_path):
+    gripper = ["package://soft_gripper/grippers/two_finger.urdf", "package://soft_gripper/grippers/three_finger.urdf"]
+    vary = {"models.gripper.file": gripper, "sensor.sections": "1..4", PRESSURE: "60.0e3..160.0e3"}
+    found = designed(tmp_path, vary=vary, designs=24)
+    assert {design.values["models.gripper.file"] for design in found.designs[1:]} == set(gripper)
+    assert {design.values["sensor.sections"] for design in found.designs[1:]} == {1, 2, 3, 4}
+
+
 def test_objects_of_the_users(tmp_path):
     (tmp_path / "can.obj").write_text((DIRECTORY / "objects/cylinder.obj").read_text())
     can = {"models.bottle.file": "can.obj", "models.bottle.X_PC.translation.2": 0.02, FRICTION: "0.3..0.4"}

@@ -27,6 +27,15 @@ def volume(rings):
     return total
 
 
+@pytest.mark.parametrize("name", ["two_finger", "three_finger", "conforming", "three_chambers", "two_finger_tendons"])
+def test_meshes_are_closed(name):
+    of = finger(name)
+    for mesh in (shell(of), *cores(of)):
+        assert mesh.is_watertight
+        assert mesh.is_winding_consistent
+        assert mesh.volume > 0
+
+
 def test_a_core_has_the_volume_of_the_chamber():
     """Tapered in one direction: thickness 10 to 9.5 mm over 120 mm, of which the last wall, 3.8 mm, is left out."""
     (core,) = cores(finger("two_finger"))

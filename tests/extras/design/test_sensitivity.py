@@ -34,3 +34,22 @@ def test_shares_of_independent_variables(drawn):
     assert rows["c"].explained < 0.001
     assert rows["a"].slope_of_ranks == pytest.approx(of_ranks(0.6), abs=0.015)
     assert rows["b"].slope_of_ranks == pytest.approx(-of_ranks(0.8), abs=0.015)
+
+
+def test_choices_without_order():
+    """Two of three choices are alike: a third of the runs has another value."""
+    choices = np.random.default_rng(2).choice(["sides", "faces", "corners"], COUNT)
+    noise = np.random.default_rng(3).standard_normal(COUNT)
+    (kind, other) = sensitivities(
+        "y", (choices == "faces") + 1e-3 * noise, {"kind": choices.tolist(), "n": cells(noise)}
+    )
+    assert np.isnan(kind.slope_of_ranks)
+    assert kind.explained > 0.6  # the ranks of the noise within a choice are the rest
+    assert kind.together > 0.99 * (kind.explained + other.explained)
+
+
+def test_too_few_designs_tell_nothing():
+    assert sensitivities("y", np.arange(3.0), {"a": ["1", "2", "3"]}) == []
+    assert sensitivities("y", np.zeros(0), {"a": []}) == []
+    assert sensitivities("y", np.ones(9), {"a": cells(range(9))}) == []
+    assert len(sensitivities("y", np.arange(9.0), {"a": ["1"] * 9, "b": cells(range(9))})) == 2

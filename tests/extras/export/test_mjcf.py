@@ -120,6 +120,12 @@ def test_what_cannot_be_exported_is_named(name, overrides, part):
     assert part in to_mjcf(load_scenario(name, overrides)).left_out
 
 
+@pytest.mark.parametrize("time_step", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_time_step_is_above_zero(time_step):
+    with pytest.raises(InputError, match=r"export: time_step = .*: give a number of seconds above 0"):
+        to_mjcf(load_scenario("free_bending"), time_step)
+
+
 def test_a_soft_object_is_refused():
     pytest.importorskip("soft_gripper.extras.soft")
     with pytest.raises(InputError, match="export: models = 'sponge': is soft; rigid objects can be exported"):

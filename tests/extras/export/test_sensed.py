@@ -87,3 +87,11 @@ def test_weight_acts_as_the_base_is_posed():
 def test_what_remembers_is_refused(name, overrides, message):
     with pytest.raises(InputError, match=message):
         sensed_fingers(load_scenario(name, overrides))
+
+
+def test_arrays_of_other_sizes_are_refused():
+    finger = sensed_fingers(load_scenario("free_bending"))["left_finger"]
+    with pytest.raises(InputError, match=r"joint positions = \(5, 11\): the last axis must have 12 entries"):
+        finger.read(np.zeros((5, 11)))
+    with pytest.raises(InputError, match=r"pressure = \(5,\): the last axis must have 1 entries"):
+        finger.estimate(finger.read(np.zeros((5, 12))), np.zeros(5))

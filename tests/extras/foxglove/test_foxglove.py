@@ -85,6 +85,15 @@ def test_what_is_drawn_is_where_it_was(saved):
         np.testing.assert_allclose([list(p.values()) for p in line["points"]], expected, atol=1e-12)
 
 
+def test_what_is_not_known_is_not_drawn(tmp_path):
+    made = recording()
+    made.data["f.tip_pose"][0] = np.nan
+    made.save(tmp_path / "a.mcap")
+    found, _ = messages(tmp_path / "a.mcap")
+    assert [len(found[f"/f/{topic}"]) for topic in ("tip_in_world", "shape", "true_shape", "tip_pose")] == [2, 2, 3, 3]
+    assert found["/f/tip_pose"][0]["value"] == {"x": None, "z": None, "heading": None}
+
+
 def test_an_estimate_in_space_is_drawn_there(tmp_path):
     made = recording()
     bent, force = np.array([[0, 0, 0.02], [0, 0.01, 0.06]]), np.array([0.0, 0.3, 0.4])

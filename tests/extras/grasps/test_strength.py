@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import trimesh
+from here_executor import HereExecutor
 from pydrake.math import RigidTransform, RotationMatrix
 from refusals import refused
 
@@ -16,10 +17,12 @@ from soft_gripper.extras.grasps.strength import (
     LoadSample,
     SettledGrasp,
     Shake,
+    StrengthRow,
     _HeldBody,
     _row,
     held_object,
     shortened_scenario,
+    strength_figure,
 )
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario, parse_scenario
@@ -149,6 +152,25 @@ def test_the_object_is_that_of_the_task_or_the_first_free_one():
         held_object(load_scenario("bottle_grasp"), "cup")
     with refused("free models"):
         held_object(load_scenario("free_bending"), None)
+
+
+def made_up(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+    load = LOADS[number]
+    kind, unit = ("torque", "mN m") if load.is_torque else ("force", "N")
+    return StrengthRow(kind, load.name, 1.0 + number, unit, "slid" if number else "not lost", 1.0, 1.0, 1.0)
+
+
+def test_twelve_loads_in_order_and_their_figure(monkeypatch):
+    monkeypatch.setattr(module, "strength_in", made_up)
+    reported: list[int] = []
+    rows = module.grasp_strength(load_scenario("bottle_grasp"), HereExecutor(), report=lambda: reported.append(1))
+    assert [row.direction for row in rows] == ["+x", "-x", "+y", "-y", "+z", "-z"] * 2
+    assert [row.strength for row in rows] == list(range(1, 13))
+    assert len(reported) == 12
+    forces, torques = strength_figure(rows, "title").axes
+    assert (forces.get_xlabel(), torques.get_xlabel()) == ("force [N]", "torque [mN m]")
+    assert [bar.get_width() for bar in forces.patches] == [1, -2, 3, -4, 5, -6]
+    assert [text.get_text() for text in forces.texts] == ["> 1", "2", "3", "4", "5", "6"]
 
 
 def pulled(moved, lost="slid"):

@@ -2,6 +2,7 @@
 
 from dataclasses import fields
 
+import numpy as np
 import pytest
 from csv_rows import csv_rows
 from here_executor import HereExecutor
@@ -97,3 +98,11 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
         assert reported == pytest.approx(true + error, abs=2e-6)
     assert details["placed_tilt_deg"] == details["placed_x_mm"] == "nan"
     assert (tmp_path / "trials.png").stat().st_size > 10_000
+
+
+def test_a_trial_without_a_recording():
+    found = trials._failed_trial("pick_and_place_box", 1, 3, "no arm is so long")
+    assert (found.scenario, found.trial) == ("pick_and_place_box", 3)
+    result = found.result
+    assert (result.success, result.dropped, result.cause) == (False, False, "no arm is so long")
+    assert np.isnan([result.placed_error_mm, result.placed_angle_deg, result.peak_force_n, result.duration_s]).all()

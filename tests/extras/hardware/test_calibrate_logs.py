@@ -140,6 +140,17 @@ def test_descriptions_that_do_not_fit_are_refused(bench, old, new, message):
     assert not (folder / "mine.yaml").exists()
 
 
+def test_logs_that_do_not_fit_are_refused(bench):
+    folder, *_ = bench
+    rows = (folder / "log.csv").read_text().splitlines()
+    (folder / "back.csv").write_text("\n".join([*rows, rows[0]]))
+    assert "times must increase" in calibrate(folder, "back.csv").err
+    (folder / "gap.csv").write_text("\n".join([*rows[:-1], rows[-1].replace(",0,", ",,")]))
+    assert "give a pressure" in calibrate(folder, "gap.csv").err
+    assert "logs need --scenario" in calibrate(folder, scenario=None).err
+    assert "either --bench or --as" in calibrate(folder, **{"as": folder / "bench.yaml"}).err
+
+
 def test_signals_with_rates_of_their_own_are_held(bench):
     """The pressure is in rows of its own, half as often: `hold` of the description brings both together."""
     folder, *_ = bench

@@ -50,6 +50,14 @@ def test_a_glitch_does_not_hide_that_a_reading_is_clipped():
     assert [name for name, _ in stuck(counts, pressure)] == ["reading 1"]
 
 
+@pytest.mark.parametrize("quantum", [1, 20, 100])
+@pytest.mark.parametrize("noise", [0, 2])
+@pytest.mark.parametrize("rest", [0, 300, 3000])
+def test_a_finger_at_rest_is_not_clipped(rest, noise, quantum):
+    """It stays exactly at the end of its range for up to 90 % of a recording, however coarse its readings are."""
+    assert stuck(*bending(rest, noise, quantum)) == []
+
+
 def test_a_reading_that_never_moves_is_questioned():
     counts, pressure = bending()
     counts[:, 2] = 7

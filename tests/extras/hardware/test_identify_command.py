@@ -73,6 +73,20 @@ def test_a_fitted_finger_is_tested_without_a_fit(files):
     assert "youngs_modulus" not in outcome.out
 
 
+@pytest.mark.usefixtures("files")
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ((), "give recordings to fit to, or --test ones"),
+        (("run.csv", "--out", "out/a.urdf"), "--free"),
+        (("run.csv", "--free", "length"), "--out"),
+        (("--test", "run.csv", "--free", "length"), "nothing is fitted"),
+    ],
+)
+def test_options_of_a_fit_need_one(arguments, said):
+    assert said in refusal("identify", *arguments, "--finger", "guess.urdf")
+
+
 @pytest.mark.slow
 def test_says_what_cannot_be_told_apart(files):
     outcome = identify("run.csv", free=("youngs_modulus", "density"))

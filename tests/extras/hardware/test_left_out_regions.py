@@ -29,3 +29,8 @@ def test_a_region_counts_the_same_however_long_it_was_stayed_in():
     )
     assert learned_widths(fitted, [calm, wild]).growth == pytest.approx(5.0)
     assert learned_widths(fitted, [*[calm] * 30, wild]).growth == pytest.approx(1.0)
+
+
+def test_without_regions_the_distance_is_not_taken_to_matter():
+    widths = learned_widths(np.ones((10, 2)), [])
+    np.testing.assert_allclose(widths.band(np.array([[0.0, 5.0]])), 1.0)

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from soft_gripper.extras.hardware.text_pattern import filled, find, pattern_problem
+from soft_gripper.extras.hardware.text_pattern import filled, find, pattern_problem, plain_number_pattern
 
 
 @pytest.mark.parametrize(
@@ -36,6 +36,13 @@ def test_placeholders_are_replaced_and_nothing_else():
         assert "placeholders are" in pattern_problem(f"{pattern}{{marker}}", ("marker", "axis"))
     assert pattern_problem("{marker}", ("marker", "axis")) == "must have {marker} and {axis}"
     assert pattern_problem("{marker}{axis}" + 200 * "x", ("marker", "axis")) == "must have at most 200 characters"
+
+
+def test_numbers_of_earlier_descriptions_are_still_read():
+    assert plain_number_pattern(r"_(\d+)g") == "_{number}g"
+    assert plain_number_pattern(r"(\d+(?:\.\d+)?)kPa") == "{number}kPa"
+    for pattern in (r"load_?(\d+)", r"load.(\d+)", r"(\d+)g|(\d+)kg"):
+        assert plain_number_pattern(pattern) == pattern
 
 
 @pytest.mark.parametrize("pattern", ["{number}x", "{word}x", "{word}{number}{word}{number}x", "a{number}b"])

@@ -219,6 +219,21 @@ def test_a_tare_cancels_what_is_wrong_in_the_model():
     assert narrow < 0.5 * wide
 
 
+def test_a_tare_in_disorder_is_the_same():
+    """What counts is how the tendons were pulled, and not when."""
+    empty, loaded = states_of(0.0, 5), states_of(0.08, 5)
+    order = np.random.default_rng(0).permutation(len(empty.pulled))
+    mixed = replace(empty, pulled=empty.pulled[order], markers=empty.markers[order])
+    found = [weigh(Model(TRUE), loaded, WINDOW, tare) for tare in (empty, mixed)]
+    np.testing.assert_allclose([row.load_g for row in found[0]], [row.load_g for row in found[1]])
+
+
+def test_another_motion_is_no_tare():
+    other = replace(states_of(0.0, 5), pulled=states_of(0.0, 5).pulled + 1.0)
+    with refused("--tare"):
+        weigh(Model(TRUE), states_of(0.08, 5), WINDOW, other)
+
+
 @pytest.mark.slow
 def test_what_is_refused(fitted):
     states = states_of(0.06, 4, rows=40)

@@ -8,6 +8,7 @@ from scipy.special import chdtri
 from scipy.stats import multivariate_normal
 
 from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
@@ -240,6 +241,12 @@ def test_a_run_names_the_faults_of_both_fingers_and_drops_the_sensor():
     assert band[-1] > 1.2 * band[100]
 
 
+def test_it_refuses_a_finger_in_space():
+    changes = ["estimator.health=true", "estimator.type=gaussian", "sensor.layout=four_faces"]
+    with pytest.raises(InputError, match=r"estimator.*health.*bend in their plane"):
+        simulate(load_scenario("turned_box_grasp", changes))
+
+
 def test_errors_of_gains_grow_with_the_strain_and_drift_with_time(layout):
     """A sensor whose gain is off by g errs by g times the change of its strain, and no more at rest."""
     share, torque = 0.03, layout.finger.pressure_torque(60e3)
@@ -378,3 +385,19 @@ def test_a_reading_that_repeats_itself_from_the_first_is_at_fault_after_some_loo
     found = named_fault(probabilities(layout, readings, pressure, errors))
     assert found[0] == 0
     assert FAULTS[int(found[-1])] == "dead"
+
+
+@pytest.mark.parametrize("hostile", [np.nan, np.inf, 1e308])
+@pytest.mark.parametrize("which", [0, 1, 2])  # readings, driving torque, gravity
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_inputs_that_are_not_finite_leave_nothing_behind(layout, hostile, which):
+    """A window later every probability is a number again, and the finger is as healthy as before."""
+    health = HealthFilter(layout, replace(uncertainty_of(REALISTIC), bend_per_pressure=0.005), PERIOD)
+    memory, still = health.begin(), (layout.read(layout.straight), np.zeros(layout.finger.segments), np.zeros(3))
+    for number in range(4 * WINDOW_SAMPLES):
+        sample = [part.copy() for part in still]
+        if number == WINDOW_SAMPLES + 3:
+            sample[which][0] = hostile
+        memory = health.step(memory, *sample)
+    assert np.isfinite(health.sensor_probabilities(memory)).all()
+    assert health.probabilities(memory)[0] > 0.5

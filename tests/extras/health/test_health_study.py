@@ -7,9 +7,13 @@ from command_line import soft_gripper
 
 from soft_gripper.extras.health.commands import health
 from soft_gripper.extras.health.study import (
+    DECLARED,
+    EVERY,
     EXACT,
+    KINDS,
     Belief,
     HealthRun,
+    _jobs,
     health_rows,
     run_health,
 )
@@ -35,6 +39,13 @@ def test_runs_are_counted_by_belief_and_fault():
     assert (every.runs, every.right_percent) == (3, pytest.approx(100 / 3))
     assert rows["exact", "none"].false_alarm_percent == 100
     assert rows["other", "all"].right_percent == 100
+
+
+def test_one_of_some_runs_with_every_fault_is_monitored_with_other_beliefs():
+    jobs = list(_jobs(8 * EVERY, KINDS, DECLARED))
+    chosen = [kind for _, kind, beliefs in jobs if len(beliefs) > 1]
+    assert sorted(chosen) == sorted(KINDS)
+    assert all(beliefs[0] == EXACT for *_, beliefs in jobs)
 
 
 def test_the_command_writes_and_prints_what_the_runs_say(monkeypatch, tmp_path):

@@ -53,6 +53,28 @@ def test_seeds_are_integers_of_64_bits(both, seed):
     assert one == many == ("reset", "seed", "give an integer from 0 to 2^64 - 1, or None")
 
 
+@pytest.mark.parametrize(
+    "seeds", [[1], [], [1, 2], [1, 2, 3, 4], np.array([1]), [1, 2, -1], [1, 2, 1.5], [[1, 2], [3], 4], np.ones(3)]
+)
+def test_there_is_a_seed_for_each_environment(both, seeds):
+    with pytest.raises(InputError, match="reset: seed"):
+        both[1][0].reset(seed=seeds)
+
+
+@pytest.mark.parametrize("options", [{"mass": 1.0}, [], "text", 0, np.zeros(2)])
+def test_there_are_no_options(both, options):
+    one, many = refusals(both, lambda env, _: env.reset(seed=0, options=options))
+    assert one == many == ("reset", "option", "there are none: leave them out")
+
+
+def test_integers_of_numpy_are_seeds(both):
+    (one, _), (many, _) = both
+    expected, all_expected = one.reset(seed=5)[0], many.reset(seed=5)[0]
+    np.testing.assert_array_equal(one.reset(seed=np.int64(5), options={})[0], expected)
+    for seeds in (np.uint8(5), [5, 6, 7], np.array([5, 6, 7]), (np.int64(5), 6, 7)):
+        np.testing.assert_array_equal(many.reset(seed=seeds)[0], all_expected)
+
+
 def test_nothing_is_done_before_a_reset_nor_after_the_end():
     both = (SoftGripperEnv("soft_grasp", PLAIN), list), (SoftGripperVectorEnv(1, "soft_grasp", PLAIN), lambda a: [a])
     acts = {

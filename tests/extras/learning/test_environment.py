@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from refusals import refused
 
 import soft_gripper.extras.learning  # noqa: F401  registers
 from soft_gripper.extras.learning.environment import SoftGripperEnv
@@ -87,3 +88,19 @@ def test_actions_beyond_the_limits_are_those_at_the_limits(one_gripper):
         one_gripper.reset(seed=0)
         seen.append([one_gripper.step(factor * np.array([-1.0, -1.0], np.float32))[0] for _ in range(3)])
     np.testing.assert_array_equal(*seen)
+
+
+def test_a_picture_is_taken():
+    env = SoftGripperEnv("soft_reach", {"variation.grippers": 1}, render_mode="rgb_array")
+    env.reset(seed=0)
+    picture = env.render()
+    assert picture.shape == (360, 480, 3)
+    assert picture.dtype == np.uint8
+    assert picture.std() > 5
+    env.step(np.ones(1, np.float32))
+    assert (env.render() != picture).any()
+
+
+def test_unknown_modes_are_refused():
+    with refused("render_mode", "paper"):
+        SoftGripperEnv("soft_reach", render_mode="paper")

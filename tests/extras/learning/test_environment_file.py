@@ -1,6 +1,7 @@
 """load_environment: files, changes, mistakes."""
 
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.learning.config import environment_names, load_environment
@@ -11,6 +12,12 @@ def test_what_is_shipped_loads(name):
     environment = load_environment(name)
     assert environment.config.description
     assert environment.scenario.external[0] == "pressure"
+
+
+@pytest.mark.parametrize("name", [None, 3, ["free_bending"], float("nan"), "soft_gasp"])
+def test_a_name_is_that_of_a_file_or_shipped(name):
+    with refused("name", name):
+        load_environment(name)
 
 
 def test_changes_reach_the_environment_and_its_scenario():

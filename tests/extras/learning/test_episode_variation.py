@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pydrake.geometry import Box, CalcVolume, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from refusals import refused
 
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.extras.learning.config import VariationConfig
@@ -14,6 +16,7 @@ from soft_gripper.extras.learning.episode_variation import (
     Draw,
     apply_draw,
     draw,
+    scaled_shape,
     set_mass,
     varied_fingers,
 )
@@ -129,6 +132,21 @@ def test_fingers_differ_and_their_estimators_do_not_know(grasp_environment):
     assert float(soft.nominal.finger["youngs_modulus"].rstrip(" %")) == pytest.approx(100 / 0.9 - 100)
     assert hard.nominal.finger["youngs_modulus"].startswith("-")
     assert {model.name: model for model in plain.models}["gripper"].fingers["all"]["youngs_modulus"] == "+0 %"
+
+
+SHAPES = (Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.3), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3))
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: type(shape).__name__)
+def test_volumes_go_with_the_third_power_of_lengths(shape):
+    scaled = scaled_shape(shape, 1.2)
+    assert type(scaled) is type(shape)
+    assert CalcVolume(scaled) == pytest.approx(1.2**3 * CalcVolume(shape))
+
+
+def test_shapes_without_lengths_are_refused():
+    with refused("size", "HalfSpace"):
+        scaled_shape(HalfSpace(), 1.2)
 
 
 def solid_box(mass, size):

@@ -74,6 +74,13 @@ def test_joints_go_to_their_set_points_critically_damped(diagram):
         )
 
 
+def test_a_joint_that_is_not_there_is_refused():
+    builder = DiagramBuilder()
+    desired = builder.AddSystem(PassThrough(2)).get_input_port()
+    with refused("joints", "z"):
+        add_action(builder, CONFIG, [], desired, {"y": 0.0}, 0.01)
+
+
 def observe(*observed):
     builder = DiagramBuilder()
     values = {"finger.tip_pose": [0.1, 0.2, 0.3], "finger.contact_force": [np.nan], "plant.state": [1.0]}

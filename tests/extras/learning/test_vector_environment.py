@@ -7,6 +7,7 @@ pytest.importorskip("mujoco")
 gymnasium = pytest.importorskip("gymnasium")
 
 import soft_gripper.extras.learning  # noqa: E402, F401, registers the environments
+from soft_gripper.errors import InputError  # noqa: E402
 from soft_gripper.extras.learning import SoftGripperEnv  # noqa: E402
 from soft_gripper.extras.learning.vector_environment import SoftGripperVectorEnv  # noqa: E402
 
@@ -64,6 +65,11 @@ def test_episodes_follow_each_other_in_every_task(environment, size):
     assert (env.reset()[0] != first).any()
     np.testing.assert_array_equal(env.reset(seed=1)[0], first)
     assert actions.shape == (2, size)
+
+
+def test_an_environment_without_an_object_is_refused():
+    with pytest.raises(InputError, match="handles no object"):
+        SoftGripperVectorEnv(2, "soft_reach")
 
 
 @pytest.mark.parametrize("speed", [np.nan, 1e6])

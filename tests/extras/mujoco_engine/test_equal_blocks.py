@@ -76,6 +76,12 @@ def test_what_is_made_of_equal_values_is_equal(make):
     assert not is_equal(make(2.0), make(3.0))
 
 
+def test_values_are_equal_to_the_bit():
+    assert not is_equal(0.0, -0.0)
+    assert not is_equal(1, 1.0)
+    assert not is_equal(np.zeros(2), np.zeros((2, 1)))
+
+
 def test_what_holds_a_state_that_is_no_attribute_is_equal_to_itself_alone():
     one, other = Random(1), Random(1)
     assert is_equal(one, one)

@@ -2,7 +2,7 @@ import math
 
 from pydrake.systems.primitives import PassThrough
 
-from soft_gripper.extras.page.live_page import plots_of
+from soft_gripper.extras.page.live_page import first_plots, plots_of
 from soft_gripper.signals import describe
 
 
@@ -24,7 +24,20 @@ def test_units_are_those_that_people_read() -> None:
     assert plots["a.c"]["scale"] == 1
 
 
+def test_mixed_units_stay_as_they_are() -> None:
+    plots = plots_of({"a.pose": port(3, ("m", "m", "rad"), pose=("x", "z", "heading"))}, [])
+    entries = {"a.pose": ["x", "z", "heading"]}
+    assert plots["a.pose"] == {"unit": "m, rad", "scale": 1.0, "axes": "pose", "signals": entries}
+
+
 def test_entries_are_named_by_their_axes_and_a_scalar_is_one_line() -> None:
     plots = plots_of({"a.b": port(4, "m", path=("inner", "outer"), section=(0, 1)), "a.c": port()}, [])
     assert plots["a.b"]["signals"]["a.b"] == ["inner 0", "inner 1", "outer 0", "outer 1"]
     assert plots["a.c"]["signals"]["a.c"] == [""]
+
+
+def test_the_first_plots_are_there() -> None:
+    assert first_plots(["strain", "x", "pressure"]) == ["pressure", "strain"]
+    assert first_plots(["pressure", "normal_force", "strain"]) == ["normal_force", "pressure", "strain"]
+    assert first_plots(["pressure", "normal_force", "transverse_force"]) == ["transverse_force", "pressure"]
+    assert first_plots(["external_torque", "strain", "tension", "theta"]) == ["tension", "external_torque", "theta"]

@@ -118,6 +118,13 @@ def test_the_scene_is_meshcats_with_what_belongs_to_it(served: Served, meshcat: 
         assert any(b"box" in message for message in messages if isinstance(message, bytes))
 
 
+@pytest.mark.parametrize(
+    "path", ["scene/download", "scene/../", "scene/cas-v1/..", "scene/cas-v1/a/../..", "x", "live"]
+)
+def test_there_is_nothing_else(served: Served, path: str) -> None:
+    assert served.get(path).status == 404
+
+
 def test_no_token_leaves_in_a_referer_and_no_page_frames_this_one(served: Served) -> None:
     for path in ("", "page.js", "scene/"):
         answer = served.get(path)
@@ -159,6 +166,20 @@ def test_a_page_from_elsewhere_opens_no_socket_even_with_the_token(served: Serve
     with pytest.raises(InvalidStatus, match="403"):
         served.open(path, origin=origin)
     assert served.panel.messages == []
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:7100", "localhost.evil.example", "[", "[]", "[::1", "", "a b", "@localhost",
+             "localhost@evil.example", "localhost:x", "127.0.0.1.evil.example", "2130706433.example"]
+)  # fmt: skip
+def test_a_foreign_name_for_this_machine_is_refused(served: Served, host: str, capfd) -> None:
+    assert served.get(Host=host).status == 403
+    assert capfd.readouterr().err == ""
+
+
+def test_two_hosts_are_none(served: Served) -> None:
+    request = f"GET /{served.token}/ HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n\r\n".encode()
+    assert raw(served, request).startswith(b"HTTP/1.1 403")
 
 
 def raw(served: Served, request: bytes) -> bytes:

@@ -7,12 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from soft_gripper.extras.paper.figures import contact_force_figure, force_figure, free_bending_figure
+from soft_gripper.extras.paper.figures import contact_figure, contact_force_figure, force_figure, free_bending_figure
 from soft_gripper.extras.paper.forces import ContactForceRow
 from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
 UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
+CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
 
 
 def rows_of(scenario: str, scale: float = 1.0) -> list[PoseRow]:
@@ -33,6 +34,39 @@ def lines(axes: Axes) -> list[Line2D]:
 @pytest.fixture
 def figure() -> Figure:
     return free_bending_figure(rows_of("free_bending"))
+
+
+def test_free_bending_has_means_over_the_fingers_and_both_ways_on_one_scale(figure: Figure) -> None:
+    """Pose error on the left, fingertip error on the right, against the bend angle in degrees."""
+    assert [axes.get_title() for axes in figure.axes] == ["Mean pose error", "Fingertip error"]
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    assert [axes.get_ylabel() for axes in figure.axes] == ["error [mm]", ""]
+    for axes, more in zip(figure.axes, (0.1, 0.3), strict=True):
+        assert [line.get_label() for line in lines(axes)] == ["1", "2", "3", "4"]
+        assert len({line.get_marker() for line in lines(axes)}) == len({line.get_color() for line in lines(axes)}) == 4
+        assert (axes.get_ylim()[0], axes.get_yscale()) == (0, "linear")
+        for n, line in enumerate(lines(axes), start=1):
+            assert list(line.get_xdata()) == pytest.approx([0.0, 50.0, 100.0])
+            assert list(line.get_ydata()) == pytest.approx([p / n + more for p in (0.0, 100.0, 200.0)])
+
+
+@pytest.mark.parametrize(
+    ("error", "label", "more"),
+    [("pose_error_mm", "mean pose error [mm]", 0.1), ("tip_error_mm", "fingertip error [mm]", 0.3)],
+)
+def test_contact_scenarios_have_means_of_the_error_that_is_asked_for_on_one_scale(
+    error: str, label: str, more: float
+) -> None:
+    rows = [row for i, name in enumerate(CONTACT) for row in rows_of(name, scale=i + 1)]
+    figure = contact_figure(rows, CONTACT, error)
+    assert [axes.get_ylabel() for axes in figure.axes] == [label, "", label, ""]
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    for i, axes in enumerate(figure.axes):
+        assert axes.get_title() == CONTACT[i].replace("_", " ").capitalize()
+        for n, line in enumerate(lines(axes), start=1):
+            assert line.get_label() == str(n)
+            assert list(line.get_ydata()) == pytest.approx([(i + 1) * p / n + more for p in (0.0, 100.0, 200.0)])
+            assert axes.get_ylim()[0] < min(line.get_ydata()) <= max(line.get_ydata()) < axes.get_ylim()[1]
 
 
 SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from html import escape
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,10 @@ from soft_gripper.extras.paper.contact_table import ContactRow
 from soft_gripper.extras.paper.differences import PaperDifference, TipErrors
 from soft_gripper.extras.paper.evaluate import CAPTIONS
 from soft_gripper.extras.paper.page import (
+    PAPER,
     Evaluation,
     difference_figure,
+    estimators_figure,
     write_report,
 )
 from soft_gripper.runs.scores.poses import PoseRow
@@ -93,6 +96,32 @@ def test_tables_have_means_over_the_steps_the_most_of_contact_and_phases(tmp_pat
     ):
         assert expected in rows
     assert "Outcome, as estimated: <b>done &amp; well</b>" in page
+
+
+SCENARIOS = ("free_bending", "box_grasp", "irregular_grasp")
+SCALE = {"arcs": 1.0, "gaussian": 0.1}  # mm
+
+
+def estimator_error(scenario: str, estimator: str, sections: int) -> float:
+    return (1 + SCENARIOS.index(scenario)) * SCALE[estimator] / sections
+
+
+ESTIMATOR_ROWS = [
+    PoseRow(s, "finger", name, "as simulated", n, p, 0.0, estimator_error(s, name, n) * p, 99.0)
+    for name, s, n, p in product(SCALE, SCENARIOS, (1, 2, 3), (0.5, 1.5))
+]
+
+
+def test_a_line_an_estimator_and_a_panel_a_scenario() -> None:
+    figure = estimators_figure(ESTIMATOR_ROWS, SCENARIOS)
+    for axes, scenario in zip(figure.axes, SCENARIOS, strict=False):
+        assert axes.get_title() == scenario.replace("_", " ").capitalize()
+        assert axes.get_yscale() == "log"
+        for name in SCALE:
+            (line,) = (line for line in axes.lines if line.get_label() == name)
+            assert list(line.get_xdata()) == [1, 2, 3]
+            assert list(line.get_ydata()) == pytest.approx([estimator_error(scenario, name, n) for n in (1, 2, 3)])
+        assert any(list(line.get_ydata()) == [PAPER, PAPER] for line in axes.lines)
 
 
 BEND = np.radians([0.0, 30.0, 60.0, 30.0])

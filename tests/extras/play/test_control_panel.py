@@ -88,3 +88,16 @@ def test_chambers_and_tendons_have_sliders_of_their_own() -> None:
     context = several.diagram.CreateDefaultContext()
     panel.apply(several, context)
     assert several.diagram.GetOutputPort("finger.pressure_command").Eval(context).tolist() == [0, 30e3, 0]
+
+
+@pytest.mark.parametrize(("kind", "unit", "value", "expected"), [("tension", "N", 2.0, 2.0), ("pull", "mm", 6.0, 6e-3)])
+def test_tendons_are_pulled_by_sliders(kind: str, unit: str, value: float, expected: float) -> None:
+    pulled = played(
+        "tendon_grasp", None, f"tendons.command={kind}", "tendons.steps.all=[0.0]", "plant_config.time_step=0.005"
+    )[0]
+    panel = ControlPanel(pulled)
+    assert ALL_FINGERS not in panel.values
+    assert move(panel, f"right_finger flexor [{unit}]", value)
+    context = pulled.diagram.CreateDefaultContext()
+    panel.apply(pulled, context)
+    assert pulled.diagram.GetOutputPort(f"right_finger.{kind}_command").Eval(context) == pytest.approx([expected])

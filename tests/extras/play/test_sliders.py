@@ -57,3 +57,10 @@ def test_the_tool_goes_as_far_either_way_as_a_share_of_the_reach(arm: Station) -
     *places, _ = commands_of(arm.parts)[1].sliders
     for slider in places:
         np.testing.assert_allclose([slider.value - slider.low, slider.high - slider.value], reach, atol=2.6)
+
+
+def test_the_tool_begins_where_the_arm_holds_it(arm: Station) -> None:
+    plant, context = arm.plant, arm.plant.CreateDefaultContext()
+    gripper = plant.GetModelInstanceByName("gripper")
+    X_WTool = plant.EvalBodyPoseInWorld(context, plant.get_body(plant.GetBodyIndices(gripper)[0]))
+    assert at_start(commands_of(arm.parts)[1]).IsNearlyEqualTo(X_WTool, 1e-9)

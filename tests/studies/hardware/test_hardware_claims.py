@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
+from soft_gripper.extras.hardware.identification.identified_finger import repetitions
 from soft_gripper.extras.hardware.replay.held_out import ALL, ReplayRow
-from soft_gripper.fingers.finger_parts import CreepBranch
+from soft_gripper.fingers.finger_parts import CreepBranch, TipLoad
 from studies.hardware.published import hardware_claims
 
 GOOD = MotionScore(
@@ -123,3 +124,18 @@ def test_claims_of_the_arm_are_those_of_its_last_body():
     middle = [replace(row, body="middle", mean_mm=99.0, percentile_95_mm=99.0) for row in ARM]
     assert failing(arm=[*middle, *ARM]) == []
     assert len(failing(arm=[*ARM, *middle])) == 4
+
+
+def test_recordings_under_the_same_load_say_how_much_they_differ():
+    """A hand that is unknown is another comparison with the same recording, no repetition."""
+    loaded, unloaded = (SimpleNamespace(pressure=None, load=load) for load in (TipLoad(0.1, 0.015, 0.0), None))
+    again = replace(GOOD, recording="b", decrement=0.46, settled_turn_deg=10.5)
+    rows = [
+        (GOOD, loaded),
+        (replace(GOOD, role=UNHELD), loaded),
+        (again, loaded),
+        (replace(GOOD, recording="c"), unloaded),
+    ]
+    scores, motions = zip(*rows, strict=True)
+    (text,) = repetitions(SimpleNamespace(scores=scores, motions=motions))
+    assert text == "a and b repeat each other: settled turn 10.00 to 10.50 degrees, decrement 0.40 to 0.46"

@@ -16,6 +16,7 @@ from studies.verification.soft_bodies import (
     FOAM,
     Material,
     PressedBall,
+    ball,
     ball_rows,
     block_rows,
     hertz,
@@ -42,6 +43,11 @@ def test_the_series_is_linear_far_from_the_contact():
     small, large = (PressedBall(force, MATERIAL).change() for force in (0.001, 0.1))
     assert large.halves / small.halves == pytest.approx(100, rel=0.01)
     assert large.equator / small.equator == pytest.approx(100, rel=0.01)
+
+
+def test_a_ball_of_tetrahedra_has_the_volume_of_a_ball():
+    assert ball(4).volumes.sum() == pytest.approx(4 / 3 * np.pi * 0.022**3)
+    assert ball(4).volumes.min() > 0
 
 
 @pytest.mark.slow

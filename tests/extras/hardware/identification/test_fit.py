@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identified import LET_GO, RELEASE, recorded, release, step
+from refusals import refused
 
 from soft_gripper.extras.hardware.identification import fit as fit_module
 from soft_gripper.extras.hardware.identification.fit import fit, marker_residuals
@@ -67,6 +68,16 @@ def test_residuals_are_parts_of_the_largest_displacement(beam, motion):
     assert abs(off) < 1e-3 * motion.markers.size
     away = marker_residuals(Model(beam), beside)
     assert np.sum(away**2) == pytest.approx((0.1 * motion.largest / beside.largest) ** 2, rel=0.05)
+
+
+def test_search_leaves_what_cannot_be(beam, motion, pool):
+    """Shares of creep of which nothing would be left are far off, not an error."""
+    creep = (CreepBranch(0.2, 0.2), CreepBranch(0.2, 0.3))
+    free = free_parameters(replace(beam, creep=creep), ["creep.share"], [])
+    with refused("residual"):
+        fit(free, [motion], pool.map, starts=np.log([0.55, 0.55]))
+    near = fit(free, [motion], pool.map, starts=np.log([[0.55, 0.55], [0.2, 0.2]]))
+    assert near.error < 0.1
 
 
 @pytest.mark.slow

@@ -68,6 +68,25 @@ def fitted(finger):
     return replace(finger, **ends, **changed, creep=creep, pressure_law=law)
 
 
+def numbers(finger):
+    """All that a fit may change."""
+    of_ends = [
+        getattr(end, name)
+        for end in (finger.base, finger.tip)
+        for name in ("youngs_modulus", "density", "chamber_width", "chamber_thickness")
+    ]
+    creep = [value for branch in finger.creep for value in (branch.share, branch.time)]
+    law = finger.pressure_law
+    of_law = [] if law is None else [*law.pressure, *law.effective]
+    return [*of_ends, finger.length, finger.relaxation_time, finger.shear_factor, *creep, *of_law]
+
+
+def test_fitted_finger_reads_back(file):
+    finger = fitted(read_finger(file))
+    file.write_text(with_finger(file, finger))
+    assert numbers(read_finger(file)) == pytest.approx(numbers(finger), rel=5e-6)
+
+
 def test_all_else_stays(file):
     text = with_finger(file, read_finger(file))
     assert "<!-- a first guess -->" in text

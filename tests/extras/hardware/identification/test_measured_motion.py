@@ -9,7 +9,7 @@ from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion, settled, turned
-from soft_gripper.extras.hardware.recording_schema import load_description
+from soft_gripper.extras.hardware.recording_schema import PoseConfig, load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 
 TIME = np.arange(0, 2, 0.01)
@@ -115,6 +115,12 @@ def test_markers_that_turn_about_their_middle_are_not_displaced(recording):
     np.testing.assert_allclose(still.displacement, 0, atol=1e-12)
 
 
+def test_a_pose_of_the_tip_is_told_how_it_is_read(recording):
+    config = replace(recording(FALLS).config, markers=None, poses={"tip": PoseConfig(["x"] * 3, ["w"] * 4)})
+    with pytest.raises(InputError, match="write points that are fixed to its body"):
+        measured_motion(replace(recording(FALLS), config=config))
+
+
 @pytest.mark.parametrize(("later", "is_refused"), [(10e3, False), (9e3, False), (14e3, True), (np.nan, False)])
 def test_a_pressure_that_changes_while_the_valve_is_open_is_refused(recording, later, is_refused):
     """A tenth of it may be lost; while it rises, it may be anything."""
@@ -126,3 +132,11 @@ def test_a_pressure_that_changes_while_the_valve_is_open_is_refused(recording, l
             measured_motion(stepped)
     else:
         assert measured_motion(stepped).pressure == 10e3
+
+
+def test_a_column_of_pressures_does_not_name_the_pressure(recording):
+    stepped = replace(recording(RISES_AND_FALLS, STEPPED, "run"), pressures=np.zeros((len(TIME), 1)))
+    with pytest.raises(InputError, match="a column is not read instead"):
+        measured_motion(stepped)
+    with pytest.raises(InputError, match="one constant pressure in a file"):
+        measured_motion(replace(stepped, config=replace(stepped.config, event=None)))

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 from refusals import refused
 
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, Model
@@ -97,3 +98,13 @@ def test_states_of_another_finger_are_refused(found):
     with refused("states", 2):
         other = replace(kept, names=kept.names[:2], spread=kept.spread[:2], states=[s[:2] for s in kept.states])
         band_rows(other, compared(found, "near", np.zeros((3, 2))))
+
+
+def test_impossible_states_are_refused(found, tmp_path):
+    file = STATES.file(tmp_path / "finger.urdf")
+    STATES.write(tmp_path / "finger.urdf", learned_band(found))
+    document = yaml.safe_load(file.read_text())
+    for field, value in (("growth", float("nan")), ("spread", [1.0]), ("states", []), ("sizes", [[1.0]])):
+        file.write_text(yaml.safe_dump(document | {field: value}))
+        with refused(field):
+            STATES.read(tmp_path / "finger.urdf")

@@ -21,6 +21,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     predicted_markers,
     resting_positions,
     settled_states,
+    slack_tendons,
     state_errors,
     states_figure,
 )
@@ -253,6 +254,23 @@ def test_published_robots(robot, fitted, left_out):
     assert (round(rms["fit", "all"], 1), round(rms["left out", "all"], 1)) == (fitted, left_out)
 
 
+def test_a_step_to_an_impossible_finger_is_not_taken(monkeypatch):
+    """The search goes on from before it, and ends where it would have."""
+    states, free = states_of(rows=30), free_parameters(TRUE.finger, ["tendon.stiffness"], [])
+    rows, start = [np.arange(30) > 4], 0.9 * free.start
+    expected, tried = fit_states(free, [states], rows, starts=start).x, []
+
+    def impossible_at_first(model, *others):
+        tried.append(model)
+        if len(tried) == 3:
+            raise InputError("finger", "field", 0, "another")
+        return state_errors(model, *others)
+
+    monkeypatch.setattr(module, "state_errors", impossible_at_first)
+    np.testing.assert_allclose(fit_states(free, [states], rows, starts=start).x, expected, rtol=1e-2)
+    assert len(tried) > 3
+
+
 def unbalanced(states, rows):
     """States with a row that no finger is in balance with: tendons that are pulled in by metres."""
     pulled = states.pulled.copy()
@@ -302,3 +320,16 @@ def test_tendons_that_pull_the_other_way_are_refused():
         identify_states(
             GUESS, ["tendon.stiffness"], [replace(states, pulled=-np.abs(states.pulled))], [], HereExecutor()
         )
+
+
+def test_a_tendon_that_no_row_tightens_is_named():
+    """One is let out all the time; or the fit slackens all, because they bend the finger the wrong way."""
+    states, pulled = states_of(rows=30), states_of(rows=30).pulled
+    pulled[:, 2] = -20e-3
+    found = identify_states(GUESS, ["tendon.stiffness"], [replace(states, pulled=pulled)], [], HereExecutor())
+    assert doubts_of_states(found) == ["no row tightens t2: do they pull the other way?"]
+    soft = robot(np.zeros(6), [0.0] * 6, [1e-7] * 6)
+    assert slack_tendons(Model(soft), [states]) == [f"t{i}" for i in range(6)]
+    assert slack_tendons(TRUE, [states]) == []
+    nothing = unbalanced(states, np.arange(30))
+    assert slack_tendons(TRUE, [nothing]) == []

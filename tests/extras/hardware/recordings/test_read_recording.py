@@ -187,6 +187,15 @@ def test_a_clipped_length_is_noted(tmp_path, describe):
     assert whys(found) == [f"length two = 0.094: has its largest value in {share:.0f} % of the samples: is it clipped?"]
 
 
+def test_a_row_alone_is_no_run(tmp_path, describe):
+    columns = paused(runs=2)
+    columns["time_s"][250:] += 1000
+    columns["time_s"][251:] += 1000
+    with refused("time_s") as caught:
+        read_recordings(write_csv(tmp_path / "a.csv", columns), describe("pause: 5"))
+    assert "is a run by itself in row 252" in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("kind", "unit", "size"),
     [

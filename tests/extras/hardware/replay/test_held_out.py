@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from hardware_files import published
+from refusals import refused
 
+from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.replay.arm_estimation import arm_recording, stretched_arm
-from soft_gripper.extras.hardware.replay.held_out import ALL, BAND, FAR, replay_recordings, replay_table
+from soft_gripper.extras.hardware.replay.held_out import ALL, BAND, FAR, estimator_rows, replay_recordings, replay_table
 from soft_gripper.fingers.kinematics import as_points
 
 DOWN = np.array([0.0, 0.0, 9.81])
@@ -64,6 +66,22 @@ def test_zeroed_wires_place_the_bodies_again_and_their_first_seconds_are_not_sco
     errors = [found.table[-1].mean_mm for found in (plain, zeroed)]
     assert errors[0] > 10 > 2 > errors[1]
     assert zeroed.table[-1].within_band_percent > 90
+
+
+def test_what_is_reported_is_not_fitted_to(arms, arm_finger):
+    with pytest.raises(InputError) as caught:
+        replay_recordings(arms[:2], arms[1:], ROWS, arm_finger, DOWN)
+    assert (caught.value.field, caught.value.value) == ("--fit", ["run_1"])
+    with refused("FILE", ["run_0"]):
+        replay_recordings(arms[:1], None, ROWS, arm_finger, DOWN)
+
+
+def test_estimators_by_name():
+    assert list(estimator_rows(["arcs", "gaussian"], 2)) == ["arcs 1", "gaussian 1", "arcs 2", "gaussian 2"]
+    own = "own_blocks:contact_again"
+    assert estimator_rows([own], 2) == {f"{own} 1": (own, 1), f"{own} 2": (own, 2)}
+    with refused("--estimator", "arks"):
+        estimator_rows(["arks"], 2)
 
 
 @pytest.mark.slow

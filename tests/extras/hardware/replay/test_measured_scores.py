@@ -206,3 +206,16 @@ def test_descriptions_that_do_not_fit_are_refused(log, tmp_path, monkeypatch, ol
     assert said in error
     assert "measured_force" in error
     assert not (tmp_path / "results/replay/replay.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scenario", "one.yaml"], "either --bench or --as"),
+        (["--scenario", "one.yaml", "--bench", "bench.yaml", "--fit", "press.csv"], "leave it out with --scenario"),
+        (["--as", "scale.yaml", "--set", "gravity=[0,0,0]"], "give that too"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(log, monkeypatch, arguments, said):
+    monkeypatch.chdir(log.parent)
+    assert said in refusal("replay", "press.csv", *arguments)

@@ -31,6 +31,11 @@ def log(layout):
     return FingerLog("day_2", None, 3.0 + time, pressure, poses, np.array([0, 0, -9.81]), layout.read(q) + OFFSETS)
 
 
+def test_offsets_are_taken_from_all_readings(layout, log):
+    found = zeroed_log(log, layout, 2.0)
+    np.testing.assert_allclose(log.readings - found.readings, np.broadcast_to(OFFSETS, log.readings.shape), atol=1e-5)
+
+
 def test_what_cannot_be_zeroed_is_refused(layout, log):
     with refused("--zero", 6.0):
         zeroed_log(log, layout, 6.0)
