@@ -50,6 +50,14 @@ def test_circle_in_sections_is_exact(bend, shares, axis_at):
     assert arcs.tip_heading == pytest.approx(bend, abs=1e-13)
 
 
+@pytest.mark.parametrize("theta", [[1.0, -1.2], [-0.5, 2.0, -3.0], [0.0, 1.5, 0.0, -1.5]])
+def test_s_shapes_follow_the_integrated_curve(theta):
+    length = np.linspace(0.02, 0.05, len(theta))
+    arcs = sensed(theta, length)
+    for n in range(1, len(theta) + 1):
+        assert arcs.end[n - 1] == pytest.approx(integrated(theta[:n], length[:n]), abs=EXACT)
+
+
 def test_centers_are_equally_far_from_every_point_and_on_the_inner_side():
     theta = np.array([0.7, -1.1, 1e-3])
     arcs = sensed(theta, [0.03, 0.04, 0.05])

@@ -1,4 +1,4 @@
-"""How uncertain joints and tip are: against finite differences, and against fingers drawn at random."""
+"""How uncertain joints and tip are: against fingers drawn at random."""
 
 import numpy as np
 import pytest

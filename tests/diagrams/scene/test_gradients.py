@@ -1,4 +1,4 @@
-"""The plant has gradients, through contact too; a station, with blocks in Python, has none."""
+"""The plant has gradients, through contact too."""
 
 from importlib.metadata import version
 

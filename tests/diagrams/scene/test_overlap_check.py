@@ -1,4 +1,4 @@
-"""Nothing may begin inside something else; what just touches may."""
+"""Nothing may begin inside something else."""
 
 import pytest
 from refusals import refused
