@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
+from refusals import refusal
 from scale_files import GRAM, write_log
 
 from soft_gripper.diagrams.recording import Recording
@@ -63,3 +64,11 @@ frame: { origin: [0, 0, 0] }
     (score,) = csv_rows(tmp_path / "out/scores.csv")
     assert (score["quantity"], score["presses"], score["answered"]) == ("base torque", "6", "6")
     assert float(score["median_error_percent"]) < 10
+
+
+def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    text = (folder / "bench.yaml").read_text().replace("place_column: mm, place_unit: mm", "place: 0.2")
+    (folder / "beyond.yaml").write_text(text)
+    said = refusal("live", folder / "one.yaml", "--bench", folder / "beyond.yaml", "--fast")
+    assert "fingers.finger.measured_force.place = 0.2: must be on the finger: 0 to 0.12 m" in said

@@ -170,6 +170,7 @@ def test_objects_of_the_users(tmp_path):
         ({"objects": {"can": {FRICTION: "0.5..0.5"}}}, f"objects.can.{FRICTION}", "0.5..0.5"),
         ({"draw": {PRESSURE: "1.0..2.0"}}, f"draw.{PRESSURE}", "1.0..2.0"),
         ({"limits": {"slip_ratio": {}}}, "limits.slip_ratio.least", None),
+        ({"limits": {"slip_ratio": {"least": 2.0, "most": 1.0}}}, "limits.slip_ratio.least", 2.0),
         ({"objects": {"a b": {}}}, "objects", "a b"),
         ({"unseen": {"as_in_the_scenario": {}}}, "unseen.as_in_the_scenario", "as_in_the_scenario"),
         ({"objects": {f"o{i}": {} for i in range(1001)}}, "objects", "1001 with unseen"),

@@ -48,6 +48,15 @@ def test_without_errors_everything_is_found(tapered_finger, ratio, one_sided):
     assert found.residual < 1e-5
 
 
+def test_states_are_the_true_strains_of_the_holds(tapered_finger):
+    """Of sensors with an offset: estimators look there how far their own calibrated strains are from them."""
+    layout, pressure = SensorLayout(tapered_finger, 3), 1e3 * np.array(LEVELS)
+    found = calibrate(layout, [free_bending(layout, 1.1, StrainErrors(offset=0.01))[0]])
+    q = resting_angles(softened(tapered_finger, 1.1), pressure, np.full(pressure.shape, GRAVITY))
+    states = found.states.fitted.states[:, : layout.readings]
+    np.testing.assert_allclose(states, extension_ratios(layout, q) - 1, atol=1e-4)
+
+
 def test_errors_of_a_bench_are_found_if_the_tip_is_measured(shipped_finger):
     """Gains of the outer path within 0.5 %, offsets within 1e-3; the inner path hardly stretches, and it says so."""
     layout = SensorLayout(shipped_finger, 2)

@@ -112,6 +112,15 @@ def test_lines_along_the_finger_are_the_truth_and_the_estimates() -> None:
             assert list(drawn[str(n)].get_ydata()) == pytest.approx(expected)
 
 
+def test_errors_are_means_over_joints_and_fingers() -> None:
+    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
+        for n in (1, 2, 3, 4):
+            line = lines_by_label(axes)[str(n)]
+            mean = [1e-2 * abs(p) / n * (1 + 4 + 7) / 3 * (1 + 2) / 2 for p in line.get_xdata()]
+            assert sorted(line.get_xdata()) == sorted(steps)
+            assert list(line.get_ydata()) == pytest.approx(mean)
+
+
 PRESSING = [
     ContactForceRow(
         scenario, finger, "contact", "as simulated", n, p, borders, p / n, p / 100, 9.0, 9.0, 80.0 - n, 80.0
