@@ -34,6 +34,8 @@ def test_tip_twist_and_all_joints_are_estimated(recording):
     for way in ("sideways", "twist"):
         np.testing.assert_allclose(last[f"finger.estimated_{way}_angles"], last[f"finger.true_{way}_angles"], atol=3e-3)
     assert last["finger.estimated_stretch_lengths"].sum() > 2e-4
+    driving = {way: last[f"finger.{way}_driving_torque"].attrs["units"] for way in ("sideways", "twist", "stretch")}
+    assert driving == {"sideways": "N m", "twist": "N m", "stretch": "N"}
     assert last["finger.fingertip_error"] < 4e-4
     assert np.all((last["finger.tip_position_std"] > 0) & (last["finger.tip_position_std"] < 2e-3))
 
