@@ -96,12 +96,6 @@ def test_what_is_remembered_follows_if_the_samples_are_its_own(block):
     np.testing.assert_array_equal(found["change"], [[1], [3], [5]])
 
 
-def test_what_a_run_alone_knows_does_not_follow(block):
-    assert not block.follows("total", PERIOD)
-    assert not block.follows("drawn", PERIOD)
-    assert not block.follows("no_port_of_it", PERIOD)
-
-
 def test_samples_are_those_before(block):
     assert block.follows("sampled", PERIOD)
     assert not block.follows("now", PERIOD / 2)
@@ -147,22 +141,6 @@ def test_a_run(run, block):
     np.testing.assert_array_equal(run["total"], [1, 2, 2 + 3, 2 + 3 + 4])
     time, y = np.arange(4) * PERIOD, np.arange(1.0, 5.0)[:, None]
     np.testing.assert_array_equal(run["sampled"], block.over_time(time, {"y": y}, ["sampled"])["sampled"][:, 0])
-
-
-@pytest.mark.parametrize("begin", [0.2, 10.0])
-def test_a_run_that_begins_later(begin):
-    """Its samples are at multiples of the period; the first of them is the first of the run."""
-    diagram, logs = diagram_of(Summing())
-    simulator = Simulator(diagram)
-    simulator.get_mutable_context().SetTime(begin)
-    first = PERIOD * np.ceil(begin / PERIOD)
-    simulator.AdvanceTo(first + 3 * PERIOD)
-    found, y = logged(logs, simulator.get_context()), 1 + 2 * (first + PERIOD * np.arange(4))
-    at_begin = 1 + 2 * begin
-    np.testing.assert_allclose(found["now"][-4:], [begin, first, first + PERIOD, first + 2 * PERIOD])
-    np.testing.assert_allclose(found["sampled"][-4:], [7, *y[:3]])
-    np.testing.assert_allclose(found["drawn"][-4:], [at_begin, at_begin, *y[1:3]])
-    np.testing.assert_allclose(found["total"][-4:], [y[0], y[1], y[1] + y[2], y[1] + y[2] + y[3]])
 
 
 def counter():

@@ -34,23 +34,10 @@ def test_a_terminal_shows_the_simulated_time(monkeypatch):
     assert text.endswith(" \r")  # it is wiped
 
 
-def test_a_short_run_shows_nothing(monkeypatch):
-    assert shown(monkeypatch, True, delay=100.0) == ""
-
-
-def test_a_run_in_a_child_process_shows_nothing(monkeypatch):
-    monkeypatch.setattr(progress, "parent_process", lambda: "the process with the bar")
-    assert shown(monkeypatch, True) == ""
-
-
 def test_who_takes_the_progress_shows_it(monkeypatch):
     times = []
     assert shown(monkeypatch, True, progress=times.append) == ""
     assert times[-1] == pytest.approx(1.0)
-
-
-def test_a_file_has_no_bar(monkeypatch):
-    assert shown(monkeypatch, False) == ""
 
 
 @pytest.mark.parametrize(("shell", "has_bar"), [({"kernel": "ipykernel"}, True), ({}, False)])

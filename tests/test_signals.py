@@ -20,15 +20,6 @@ def test_unit_and_axes_are_those_declared():
     assert list(signal_of(positions).axes) == ["joint", "xz"]
 
 
-def test_units_of_each_entry_of_the_last_axis():
-    table = describe(port(6), ["m", "rad"], section=range(3), quantity=("x", "heading"))
-    assert signal_of(table).unit == ("m", "rad")
-
-
-def test_meanings_of_a_signal_that_counts_states():
-    assert signal_of(describe(port(1), meanings=["off", "on"])) == Signal(meanings=("off", "on"))
-
-
 def test_what_is_not_declared_has_no_unit_and_is_counted():
     assert signal_of(port(3)) == Signal(axes={"entry": range(3)})
     assert signal_of(port(1)) == Signal()
@@ -68,9 +59,3 @@ def test_a_diagram_carries_what_the_ports_inside_do():
     assert signal_of(diagram.GetOutputPort("tip")) == Signal("m", {"xz": XZ})
     assert signal_of(diagram.GetOutputPort("again")) == Signal(axes={"entry": range(2)})
     assert signal_of(diagram.GetSubsystemByName("block").get_output_port()) == Signal("m", {"xz": XZ})
-
-
-def test_each_system_has_its_own():
-    described, other = (PassThrough(1) for _ in range(2))
-    describe(described.get_output_port(), "Pa")
-    assert signal_of(other.get_output_port()) == Signal()

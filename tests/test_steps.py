@@ -66,10 +66,6 @@ EXPECTED = np.hstack(
 )
 
 
-def test_one_sample_after_the_other():
-    np.testing.assert_array_equal(sample_by_sample(graph(), X), EXPECTED)
-
-
 @pytest.mark.parametrize("many", [Steps.stacked, lambda steps, count: row_by_row([steps] * count)])
 def test_several_at_once(many):
     """Each of three does what it does alone, also where functions take one sample only."""

@@ -4,7 +4,6 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import pytest
 from command_line import short, soft_gripper
 
@@ -28,21 +27,6 @@ def test_document_has_tables_and_files_and_null_for_what_is_no_number(capsys):
     assert json.loads(capsys.readouterr().out) == {"errors": rows, "written": ["out/errors.csv", "out/more.csv"]}
 
 
-def test_document_has_numbers_of_numpy(capsys):
-    console = Console(json=True)
-    with console.speaking():
-        console.document["found"] = {"count": np.int64(3), "held": np.True_, "angles": np.array([0.5, np.nan])}
-    assert json.loads(capsys.readouterr().out) == {"found": {"count": 3, "held": True, "angles": [0.5, None]}}
-
-
-def test_text_comes_without_a_document(capsys):
-    console = Console()
-    with console.speaking():
-        console.table("errors", [Row("a", 0.5)])
-        console.wrote(Path("a"), Path("b"))
-    assert capsys.readouterr().out == "\nWritten: a, b\n"
-
-
 def test_nothing_is_said_by_a_command_that_fails(capsys):
     def fail():
         with Console(json=True).speaking():
@@ -52,13 +36,6 @@ def test_nothing_is_said_by_a_command_that_fails(capsys):
     with pytest.raises(ValueError, match="no"):
         fail()
     assert capsys.readouterr().out == ""
-
-
-@pytest.mark.parametrize(("quiet", "shown"), [(False, True), (True, False)])
-def test_bars_are_for_whoever_looks(quiet, shown, monkeypatch):
-    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    with Console(quiet=quiet).counter(3, "runs") as bar, Console(quiet=quiet).seconds(3.0, "run") as other:
-        assert [bool(bar.disable), bool(other.disable)] == [not shown] * 2
 
 
 def test_a_bar_is_full_when_a_run_ends_before_its_time(monkeypatch, capsys):

@@ -54,27 +54,3 @@ def test_what_fails_is_named_and_decides_the_exit_code(monkeypatch, tmp_path):
     broken = findings(outcome)["mesh cache"]
     assert not broken["works"]
     assert str(mesh_cache.cache_folder()) in broken["found"]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("maps", "works", "found"),
-    [
-        (
-            "7f00 r-xp 0 00:00 1 /usr/lib/libtcmalloc_minimal.so.4.5.10\n7f01 r-xp 0 00:00 2 /a/b.so\n",
-            True,
-            "libtcmalloc_minimal.so.4.5.10",
-        ),
-        ("7f00 r-xp 0 00:00 1 /opt/my libs/libmimalloc.so.3\n", True, "libmimalloc.so.3"),
-        ("7f00 r-xp 0 00:00 1 /home/libjemalloc/libc.so.6\n", None, "LD_PRELOAD"),
-        (None, None, "LD_PRELOAD"),
-    ],
-)
-def test_another_allocator_is_named_and_its_lack_is_no_failure(monkeypatch, tmp_path, maps, works, found):
-    monkeypatch.setattr(doctor, "MAPS", tmp_path / "maps")
-    if maps is not None:
-        (tmp_path / "maps").write_text(maps)
-    outcome = soft_gripper("doctor", "--json")
-    assert outcome.code == 0
-    assert findings(outcome)["allocator"]["works"] is works
-    assert found in findings(outcome)["allocator"]["found"]

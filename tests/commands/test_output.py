@@ -5,11 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import short, soft_gripper
 from refusals import refusal
 
 from soft_gripper.commands.run import run_folder
-from soft_gripper.diagrams.view import meshcat_view as meshcats
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -28,17 +26,6 @@ def keep(folder: str, scenario: Scenario) -> None:
     """What a run leaves in a folder, as far as it counts here."""
     Path(folder).mkdir(parents=True)
     (Path(folder) / "scenario.yaml").write_text(dump_scenario(scenario, Path(folder)))
-
-
-def test_results_go_to_a_folder_of_the_scenarios_name(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_folder(None, "free_bending", settling(1)) == Path("results/free_bending")
-    assert capsys.readouterr().err == ""
-
-
-def test_a_run_of_the_same_scenario_takes_the_place_of_the_last(capsys: pytest.CaptureFixture[str]) -> None:
-    keep("results/free_bending", settling(1))
-    assert run_folder(None, "free_bending", settling(1)) == Path("results/free_bending")
-    assert capsys.readouterr().err == ""
 
 
 def test_other_settings_go_to_the_next_folder_with_a_note(capsys: pytest.CaptureFixture[str]) -> None:
@@ -74,25 +61,6 @@ def test_a_model_beside_the_scenario_is_the_same_from_every_folder() -> None:
     assert run_folder(None, "own", load_scenario("own.yaml")) == Path("results/own")
 
 
-def test_run_keeps_both_results_and_says_where() -> None:
-    first = soft_gripper("run", "free_bending", *short())
-    before = Path("results/free_bending/recording.nc").read_bytes()
-    second = soft_gripper("run", "free_bending", *short("gravity=[0, 0, 0]"))
-    assert (first.err, second.err.count("\n")) == ("", 1)
-    assert "results/free_bending-2/recording.nc" in second.out
-    assert Path("results/free_bending/recording.nc").read_bytes() == before
-    assert Path("results/free_bending-2/recording.nc").is_file()
-
-
-@pytest.mark.slow
-def test_run_in_a_browser_does_not_wait_where_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("builtins.input", lambda *_: pytest.fail("waits for a key"))
-    outcome = soft_gripper("run", "free_bending", *short(), "--meshcat")
-    assert outcome.code == 0
-    assert "--html FILE to keep the animation" in outcome.out
-    assert "Open http://localhost:" in outcome.err
-
-
 @pytest.mark.parametrize("command", [["run", "free_bending"]], ids=" ".join)
 def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
     claim = "from pathlib import Path; from soft_gripper.files.output import lock_folder\n"
@@ -104,11 +72,3 @@ def test_a_folder_to_which_another_process_writes(command: list[str]) -> None:
         assert "output: folder = 'out': another soft-gripper writes there" in refusal(*command, "--out", "out")
         other.communicate(b"\n")
     assert list(Path("out").iterdir()) == []
-
-
-def test_no_port_for_meshcat(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: object) -> None:
-        raise RuntimeError("Meshcat failed to open a websocket port.")
-
-    monkeypatch.setattr(meshcats, "Meshcat", fail)
-    assert "Meshcat: port = 'any': no free port" in refusal("run", "free_bending", "--html", "r.html", "--out", ".")

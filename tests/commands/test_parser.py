@@ -1,31 +1,18 @@
 """The command line: help, examples that can be typed as they are, what options take, and what is refused at once."""
 
 import json
-import os
-import re
 import shlex
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from command_line import complaint, help_of
 
-from soft_gripper.commands.options import Group, number, whole
+from soft_gripper.commands.options import number
 from soft_gripper.commands.parser import command_parser, commands, parse_options
 from soft_gripper.errors import InputError
 
-HELP = command_parser().format_help()
 NAMES = [command.name for command in commands()]
-
-
-def test_help_lists_every_command_once_by_what_it_is_for():
-    listed = re.findall(r"^  ([a-z][a-z -]*?)(?: {2,}|$)", HELP, re.MULTILINE)
-    assert sorted(listed) == sorted(NAMES)
-    assert {"run", "expand", "sweep", "doctor"} <= set(NAMES)
-    titles = re.findall(r"^([a-z].*):$", HELP, re.MULTILINE)
-    used = {command.group for command in commands()} - {Group.OTHER}
-    assert titles == [*(group for group in Group if group in used), "options"], "each has its task"
 
 
 @pytest.mark.parametrize("command", NAMES)
@@ -39,40 +26,10 @@ def test_examples_are_understood_as_they_are_pasted(command):
         assert command_parser().parse_args(arguments).command.name == command
 
 
-@pytest.mark.parametrize(("text", "value"), [("2", 2), ("007", 7), ("40", 40)])
-def test_whole_numbers_within_the_limits(text, value):
-    assert whole(2, 40)(text) == value
-
-
-@pytest.mark.parametrize(
-    "text", ["1", "41", "-2", "+3", "3.0", "1e1", "", " 3", "three", "3" * 11, "\N{ARABIC-INDIC DIGIT THREE}"]
-)
-def test_no_whole_number_within_them(text):
-    with pytest.raises(ValueError, match="from 2 to 40"):
-        whole(2, 40)(text)
-
-
-@pytest.mark.parametrize(("text", "value"), [("0", 0.0), ("1e-3", 1e-3), ("2", 2.0)])
-def test_numbers_from_zero(text, value):
-    assert number(2.0)(text) == value
-
-
 @pytest.mark.parametrize("text", ["-1e-9", "-5e-324", "2.1", "1e308", "inf", "nan", "1e999", "", "x"])
 def test_no_number_from_zero(text):
     with pytest.raises(ValueError, match="from 0 to 2"):
         number(2.0)(text)
-
-
-def test_a_limit_that_is_not_allowed():
-    assert number(100.0, is_most_allowed=False)("99.9") == 99.9
-    with pytest.raises(ValueError, match="below 100"):
-        number(100.0, is_most_allowed=False)("100")
-
-
-def test_values_of_options():
-    options = parse_options(["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--seed", "7", "--out", "here"])
-    assert (options.seed, options.sample, options.out, options.scenario) == (7, None, Path("here"), "box_grasp")
-    assert options.jobs == os.cpu_count()
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,6 @@ from pathlib import Path
 import pytest
 from command_line import soft_gripper
 
-from soft_gripper.commands.parser import path
-
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 
 
@@ -15,11 +13,6 @@ def _work_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "home").mkdir()
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.chdir(tmp_path)
-
-
-def test_home() -> None:
-    assert path("~/results") == Path("home/results").resolve()
-    assert path("a/~b") == Path("a/~b")
 
 
 def test_output_below_home_goes_to_one_place() -> None:

@@ -11,12 +11,6 @@ def printed(capsys: pytest.CaptureFixture[str], *turns: float) -> list[str]:
     return capsys.readouterr().out.splitlines()[1:]
 
 
-def test_a_finger_in_its_plane_has_a_bend_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    heading, _, row = printed(capsys)
-    assert "sideways" not in heading
-    assert row.split() == ["finger", "60.0", "12.00", "0.100", "0.200"]
-
-
 def test_a_finger_in_space_turns_sideways_and_twists(capsys: pytest.CaptureFixture[str]) -> None:
     heading, units, row = printed(capsys, -3.0, -1e-9)
     assert heading.split("  ")[1:] == [

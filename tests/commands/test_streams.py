@@ -197,18 +197,6 @@ def test_a_file_never_takes_the_place_of_a_closed_stream(tmp_path: Path) -> None
     assert file.read_text().rstrip().endswith("</robot>")
 
 
-def test_a_backend_that_matplotlib_does_not_know() -> None:
-    environment = os.environ | {"MPLBACKEND": "nope"}
-    found = subprocess.run([*COMMAND, "list"], capture_output=True, env=environment, check=False)
-    assert (found.returncode, found.stderr) == (0, b"")
-
-
-def test_too_little_memory_to_be_loaded() -> None:
-    command = ["bash", "-c", 'ulimit -v 150000; exec "$@"', "bash", *COMMAND, "show", "box_grasp"]
-    found = subprocess.run(command, capture_output=True, check=False)
-    assert (found.returncode, found.stderr.count(b"\n")) == (2, 1)
-
-
 def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:
     with pytest.raises(SystemExit):
         main(["show", "free_bending", "--" + "x" * 5000 + "\n\n"])

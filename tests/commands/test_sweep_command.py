@@ -1,7 +1,6 @@
 """soft-gripper sweep: the same table from one process, from two, and after SIGKILL; and what it refuses."""
 
 import csv
-import os
 import signal
 import subprocess
 import time
@@ -9,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from command_line import LISTENING, short, soft_gripper
-from waiting import LONG
 
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
@@ -63,22 +61,6 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert done.code == 0
     assert table(tmp_path) == table(whole)
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
-
-
-@pytest.mark.slow
-def test_ctrl_c_says_how_to_go_on(tmp_path):
-    arguments = [*LISTENING, *SWEEP, "--jobs", "1", "--out", tmp_path]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(arguments, start_new_session=True, **pipes) as process:
-        file = tmp_path / "sweep.csv"
-        while not file.exists() or file.read_bytes().count(b"\n") < 2:
-            time.sleep(0.01)
-        os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=LONG)
-    assert process.returncode == 130
-    ended = file.read_bytes().count(b"\n") - 1
-    assert f"{ended} of 8 runs ended; their results are in" in printed
-    assert "Traceback" not in complaint
 
 
 @pytest.mark.slow

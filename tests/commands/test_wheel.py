@@ -16,13 +16,10 @@ from pathlib import Path
 import pytest
 from command_line import short
 
-from soft_gripper.scenario.shipped import scenario_names
-
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 NOT_SOURCE = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "results", "*.egg-info")
-Run = Callable[..., str]
 SCRIPT = (ROOT / "tests" / "helpers" / "user_script.py").read_text(encoding="utf-8")
 MISTAKES = """
 sg.nonsense
@@ -81,22 +78,12 @@ def test_wheel_and_sdist_hold_the_files_of_the_source(wheel: Path) -> None:
     assert of_wheel == {name for name in inside if name.startswith("soft_gripper/")} == shipped
 
 
-def test_takes_no_name_but_its_own(wheel: Path) -> None:
-    tops = {name.split("/")[0].split("-")[0] for name in zipfile.ZipFile(wheel).namelist()}
-    assert tops == {"soft_gripper"}
-
-
 def test_its_code_is_what_runs(fresh_venv: Path, tmp_path: Path) -> None:
     files = "(module.__file__ for name, module in sys.modules.items() if 'soft_g' in name)"
     code = f"import sys, soft_gripper.commands.dispatch; print(*{files})"
     files = run(fresh_venv / "python", "-c", code, cwd=tmp_path).split()
     assert len(files) > 10
     assert [file for file in files if not file.startswith(str(fresh_venv.parent))] == []
-
-
-def test_lists_the_scenarios(fresh_venv: Path, tmp_path: Path) -> None:
-    lines = run(fresh_venv / "soft-gripper", "list", cwd=tmp_path).splitlines()
-    assert [line.split()[0] for line in lines] == scenario_names()
 
 
 def test_runs_a_scenario_in_an_empty_folder(fresh_venv: Path, tmp_path: Path) -> None:

@@ -16,11 +16,6 @@ def grip_force(*forces):
     return found
 
 
-@pytest.mark.parametrize("forces", [(0.5, 0.7), (0.3, 0.6, 0.9), (-0.2, 0.4)])
-def test_is_the_mean(forces):
-    assert grip_force(*forces) == pytest.approx(np.mean(forces))
-
-
 def test_a_force_that_is_not_known_leaves_it_unknown():
     assert np.isnan(grip_force(0.5, np.nan))
 

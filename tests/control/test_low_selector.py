@@ -25,15 +25,6 @@ LOW, LIMIT, HIGH = 0.5, 1.0, 2.0  # what the first is to follow rises slowly fro
 RISE, TOP, FALL, END = 2.0, 4.0, 6.0, 8.0  # s
 
 
-@pytest.mark.parametrize(("first", "second"), [(1.0, 2.0), (2.0, 1.0), (-3.0, 0.0), (4.0, 4.0)])
-def test_the_smaller_input_is_put_out(first, second):
-    selector = LowSelector()
-    context = selector.CreateDefaultContext()
-    selector.GetInputPort("first").FixValue(context, [first])
-    selector.GetInputPort("second").FixValue(context, [second])
-    assert selector.GetOutputPort("selected").Eval(context) == [min(first, second)]
-
-
 class Course(NamedTuple):
     """Outputs of both PIDs, the lower of them, and the value that it leads to, all at every sample."""
 
@@ -109,11 +100,6 @@ def test_the_second_takes_over_without_a_bump(informed):
     changes = np.abs(np.diff(informed.selected))
     assert changes[takes_over - 1 :][: round(1 / T)].max() < 1.1 * changes[begin : takes_over - 1].max()
     assert informed.value[: at(FALL)].max() < 1.05 * LIMIT
-
-
-def test_a_second_that_is_not_informed_winds_up(uninformed):
-    assert uninformed.second[at(RISE)] == 10
-    assert uninformed.value.max() > 1.5 * LIMIT
 
 
 def test_the_first_takes_over_again_at_once(informed, uninformed):

@@ -50,19 +50,8 @@ def test_every_value_lasts_so_many_samples_and_the_last_for_ever(samples):
     assert read == [VALUES[min(k // samples, 3)] for k in range(6 * samples)]
 
 
-def test_a_value_between_samples_waits_for_the_next():
-    run = Run(VALUES, 2.5 * PERIOD)
-    assert [run.read(part * PERIOD) for part in (2.4, 2.6, 2.9, 3.1, 4.9, 5.1)] == [3.0, 3.0, 3.0, -1.0, -1.0, 4.0]
-
-
 def test_what_follows_is_called_once_a_sample():
     run = Run(VALUES, 3 * PERIOD)
     for tenth in range(1, 100):
         run.read(0.1 * tenth * PERIOD)
     assert run.follower.calls == 10
-
-
-def test_one_value_is_constant():
-    run = Run(VALUES[:1], PERIOD)
-    assert [run.read(tenth / 10) for tenth in range(10)] == [3.0] * 10
-    assert run.follower.calls == 1

@@ -5,7 +5,7 @@ import pytest
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.control.task import QUIET_TIME, Outcome, Phase, Progress, Rules, TaskMachine
+from soft_gripper.control.task import QUIET_TIME, Outcome, Phase, Rules, TaskMachine
 
 T = 0.01  # s
 START, OVER_THERE, HOME = np.array([0.0, 1.0]), np.array([0.3, -0.5]), np.array([-0.2, 0.4])  # rad
@@ -98,12 +98,6 @@ def test_the_arm_rests_where_the_task_ends(course):
             np.testing.assert_allclose(desired, [*HOME, 0.0, 0.0], atol=1e-12)
 
 
-def test_before_the_first_sample_the_arm_is_where_it_begins():
-    run = Run()
-    np.testing.assert_array_equal(run["desired_state"][:2], START)
-    assert (run["set_point"], run["phase"], run["outcome"]) == (OPEN, 0, Outcome.RUNNING)
-
-
 def test_set_points_are_those_of_the_phases_and_the_last_one_stays(course):
     for _, phase, _, set_point in course:
         assert set_point == PHASES[min(phase, 2)].opening
@@ -141,13 +135,6 @@ def test_a_simulator_ends_with_the_task_and_goes_on_when_it_is_advanced_again():
     assert run.simulator.AdvanceTo(10.0).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime
 
 
-def test_inputs_that_are_not_finite_do_no_harm():
-    run = Run().observe(np.nan, np.nan).sample(samples_of(4.0))
-    assert run["outcome"] == Outcome.NOTHING_GRASPED
-    assert run.machine.is_over(run.context)
-    assert np.isfinite(run.outputs).all()
-
-
 def test_a_task_that_does_not_command_the_gripper_needs_no_inputs():
     machine = TaskMachine(Rules((Phase("there", THERE, np.nan, 1), Phase("back", BACK, np.nan, 2)), 0.02, 2.0), T)
     simulator = Simulator(machine)
@@ -156,12 +143,3 @@ def test_a_task_that_does_not_command_the_gripper_needs_no_inputs():
     assert machine.GetOutputPort("outcome").Eval(context) == [Outcome.DONE]
     assert np.isnan(machine.GetOutputPort("set_point").Eval(context)).all()
     np.testing.assert_allclose(machine.GetOutputPort("desired_state").Eval(context), [*HOME, 0.0, 0.0], atol=1e-12)
-
-
-def test_what_is_remembered_lives_in_the_context():
-    first = Run()
-    second = Run(first.machine)
-    first.sample(samples_of(0.3))
-    assert first.machine.progress(first.context).phase == 1
-    assert second.machine.progress(second.context) == Progress()
-    assert second.sample(samples_of(0.1)).outputs == Run().sample(samples_of(0.1)).outputs

@@ -112,24 +112,6 @@ def test_a_task_that_succeeds():
     assert (script.outcome, script.failed) == (Outcome.DONE, None)
 
 
-def test_nothing_changes_when_a_task_is_over():
-    over = until_release().observe(OPEN, 0.0).observe(OPEN, 0.0)
-    end = over.progress
-    for observed in ((GRIP, HARD), (NAN, NAN), (0.0, -HARD)):
-        assert over.observe(*observed, lasting=5.0).progress == end
-    lost = until_lift().observe(GRIP, SOFT)
-    assert_rescued(lost)
-    end = lost.progress
-    assert lost.observe(GRIP, HARD, lasting=5.0).progress == end
-
-
-def test_before_the_motion_is_over_an_empty_grip_is_no_failure():
-    script = until_close().observe(GRIP, SOFT, lasting=CLOSING - LATE)
-    assert (script.progress.phase, script.outcome) == (CLOSE, Outcome.RUNNING)
-    script.observe(GRIP, HARD)
-    assert script.began[LIFT] - script.began[CLOSE] == pytest.approx(CLOSING, abs=LATE)
-
-
 def test_a_grasp_waits_until_the_tips_are_at_rest():
     """While they close, however slowly, a torque is no grip."""
     slow, stop = 2 * QUIET_BAND / QUIET_TIME, 1.5  # m/s, s
@@ -139,22 +121,6 @@ def test_a_grasp_waits_until_the_tips_are_at_rest():
     # The last time that the tips leave the band is up to a band before they stop.
     waited = script.began[LIFT] - start - stop
     assert QUIET_TIME - QUIET_BAND / slow - LATE <= waited <= QUIET_TIME + LATE
-
-
-@pytest.mark.parametrize(("swing", "waits"), [(0.9, False), (1.1, True)])
-def test_rest_is_a_band(swing, waits):
-    script = until_close()
-    script.observe(lambda time: GRIP + swing * QUIET_BAND * (round(time / T) % 2), HARD, lasting=1.0)
-    assert (script.progress.phase == CLOSE) == waits
-
-
-@pytest.mark.parametrize("torque", [SOFT, -HARD, NAN])
-def test_nothing_grasped(torque):
-    """At rest without a torque that is known to be a grip."""
-    script = until_close().observe(NARROW, torque)
-    assert script.outcome == Outcome.NOTHING_GRASPED
-    assert script.began[LET_GO] - script.began[CLOSE] == pytest.approx(CLOSING, abs=LATE)
-    assert_rescued(script)
 
 
 @pytest.mark.parametrize(
@@ -187,14 +153,6 @@ def test_object_lost_in_the_air(opening, torque):
     assert script.outcome == Outcome.OBJECT_LOST
     assert script.failed - slipped == pytest.approx(GRIP_GAP, abs=LATE)
     assert script.began[LET_GO] - script.began[LIFT] == pytest.approx(0.6, abs=LATE)
-    assert_rescued(script)
-
-
-def test_object_lost_in_a_later_phase():
-    """The opening is still that of the grasp."""
-    script = until_lift().observe(GRIP, HARD).observe(GRIP - 1.1 * CLOSING_ALLOWANCE, HARD)
-    assert script.outcome == Outcome.OBJECT_LOST
-    assert script.failed - script.began[CARRY] == pytest.approx(GRIP_GAP, abs=LATE)
     assert_rescued(script)
 
 
@@ -235,20 +193,6 @@ def test_nothing_is_released_while_the_tips_move_or_are_unknown():
     assert script.progress.phase == RELEASE
     script.observe(OPEN, 0.0)
     assert (script.progress.phase, script.outcome) == (RETURN, Outcome.RUNNING)
-
-
-def test_rest_after_an_unknown_opening_begins_anew():
-    script = until_close().observe(GRIP, HARD, lasting=CLOSING - LATE).observe(NAN, HARD, lasting=T)
-    known_again = script.time
-    script.observe(GRIP, HARD)
-    assert script.began[LIFT] - known_again == pytest.approx(QUIET_TIME, abs=LATE)
-
-
-def test_what_is_observed_in_phases_without_an_object_is_of_no_account():
-    """The arm reaches and returns in its own time, and does not fail."""
-    script = Script().observe(NAN, NAN)
-    assert (script.progress.phase, script.outcome) == (CLOSE, Outcome.RUNNING)
-    assert script.began[CLOSE] == pytest.approx(0.7, abs=LATE)
 
 
 HOOKED = -0.1  # N m, of fingers that hold each other

@@ -77,22 +77,6 @@ def test_every_finger_bends_under_its_own_pressure(driven):
         assert np.abs(recording[f"{finger.name}.external_torque"].values[-1]).max() < 1e-4
 
 
-def test_every_finger_is_where_its_own_gripper_stands(driven):
-    fingers, recording = driven
-    for finger, x in zip(fingers, (-0.0353, 0.0353, 0.4647, 0.5353), strict=True):
-        assert finger.X_WB.translation() == pytest.approx([x, 0, 0.03], abs=1e-12)
-        np.testing.assert_array_equal(recording[f"{finger.name}.X_WB"].values[-1], finger.X_WB.GetAsMatrix34())
-
-
-def test_names_that_do_not_repeat_stay_as_they_are():
-    plant = MultibodyPlant(0.01)
-    found = fingers_in(plant, segments=5)
-    assert [finger.name for finger in found] == ["left_finger", "right_finger"]
-    assert [finger.model_name for finger in found] == ["two_finger", "two_finger"]
-    plant.Finalize()
-    assert [len(finger.joints) for finger in found] == [5, 5]
-
-
 def expanded(folder, file="grippers/two_finger.urdf"):
     path = folder / "plain.urdf"
     path.write_text(expand_urdf(DIRECTORY / file).text)

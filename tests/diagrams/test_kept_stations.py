@@ -13,7 +13,6 @@ from soft_gripper.diagrams.simulation import MAX_STATIONS, cached_station, run_s
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.sensors.sensor_block import SensorBlock
 
 SHORT = ["pressure.steps.all=[60e3]", "pressure.settle=0.1", "pressure.hold_samples=2"]
 NOISY = [*SHORT, "sensor.errors.preset=realistic", "sensor.errors.dropout=0.1"]
@@ -86,23 +85,6 @@ def test_a_model_of_several_files_is_read_for_every_run(built, tmp_path):
     scenario = free_bending([50e3], 0.1, f"models.0.file={file}")
     cached_station(scenario)
     assert len(kept_stations._stations) == 0
-
-
-class Tired(SensorBlock):
-    """A sensor that remembers on itself how often it has been read."""
-
-    read = 0
-
-    def _sample(self, context, values):
-        super()._sample(context, values)
-        self.read += 1
-        values.set_value(1, values.value(1) + 1e-3 * self.read)
-
-
-def test_blocks_of_the_users_are_built_for_every_run():
-    """They may remember a run."""
-    scenario = load_scenario("free_bending", [*SHORT, f"sensor.type={__name__}:Tired"])
-    xr.testing.assert_identical(simulate(scenario).data, simulate(scenario).data)
 
 
 @pytest.mark.slow

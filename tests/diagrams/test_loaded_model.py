@@ -35,13 +35,6 @@ def refusal(plant, name, file):
     return str(caught.value)
 
 
-@pytest.mark.parametrize("file", [BOX, FINGER, str(DIRECTORY / "objects" / "irregular.obj")])
-def test_a_model_has_its_name_in_the_scenario(plant, file):
-    model, *_ = load_model(plant, ModelConfig("thing", file), "models[0]")
-    assert plant.GetModelInstanceName(model) == "thing"
-    assert plant.GetModelInstanceByName("thing") == model
-
-
 def test_a_file_may_be_loaded_twice(plant):
     for name in ("one", "other"):
         _, (finger,), _ = load_model(plant, ModelConfig(name, FINGER), "models[0]")
@@ -98,7 +91,3 @@ def test_a_missing_file_is_reported_with_its_path(plant):
 def test_a_file_that_is_no_model(plant, tmp_path, name, text, complaint):
     (tmp_path / name).write_text(text)
     assert refusal(plant, "thing", name).startswith(f"models[3]: file = '{name}': {complaint}")
-
-
-def test_a_name_that_drake_takes_itself(plant):
-    assert refusal(plant, "WorldModelInstance", BOX).startswith("models[3]: name = 'WorldModelInstance': is taken")

@@ -100,14 +100,6 @@ def test_an_answer_of_an_estimator(answer, said, cause):
     assert isinstance(error.__cause__, cause or type(None))
 
 
-@pytest.mark.parametrize("update", [boom, missing, leave])
-def test_an_update(update):
-    """No port fails, and the block is found all the same."""
-    error = refused(make_estimator=lambda layout, gravity, period: Estimator(layout, period, np.zeros, update))
-    assert error.field == "estimator.type"
-    assert "at t = 0 s" in error.expected
-
-
 @pytest.mark.parametrize(
     ("answer", "said"),
     [
@@ -124,12 +116,6 @@ def test_an_answer_of_a_sensor(answer, said):
     assert error.field == "sensor.type"
     assert "left_finger: output port 'strain', (8)" in error.expected
     assert said in error.expected
-
-
-def test_an_estimator_beside():
-    error = refused("estimator.alongside=['test_own_blocks:failing_estimator']")
-    assert (error.field, error.value) == ("estimator.alongside", "test_own_blocks:failing_estimator")
-    assert "left_finger.test_own_blocks:failing_estimator: output port" in error.expected
 
 
 def test_nan_for_readings_that_are_missing_is_an_answer(caplog):

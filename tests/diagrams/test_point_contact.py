@@ -104,11 +104,3 @@ def test_the_shipped_irregular_object_is_followed_closely():
     mesh = trimesh.load(path, force="mesh")
     assert volume == pytest.approx(mesh.volume, rel=0.02)
     assert mesh.convex_hull.volume > 1.05 * mesh.volume
-
-
-def test_slices_of_a_gap_are_left_out(tmp_path):
-    """Two boxes above each other, whose faces lie in planes between slices."""
-    lower, upper = trimesh.creation.box((1, 1, 1)), trimesh.creation.box((1, 1, 1))
-    upper.apply_translation([0, 0, 13])
-    hulls = [trimesh.convex.convex_hull(part) for part in parts_of(trimesh.util.concatenate([lower, upper]), tmp_path)]
-    assert sum(hull.volume for hull in hulls) == pytest.approx(2)

@@ -68,21 +68,9 @@ def test_where_every_block_runs_it_works_once_a_sample_for_all_who_read_it():
     assert calls["soft_gripper.estimators.arcs.bends_from_readings"] == 2 * 100  # of two fingers
 
 
-def test_what_nothing_reads_is_left_for_the_recording(baseline):
-    """All blocks but that of the true contact, whose patches must be collected."""
-    assert {name.rpartition(".")[0] for name in baseline} == {
-        *("soft_gripper.array_block", "soft_gripper.cached", "soft_gripper.diagrams.signal_logs"),
-        "soft_gripper.truth.contact",
-    }
-
-
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
 def test_steps_of_the_plant_call_no_python(baseline, time_step):
     assert bending(time_step) == baseline
-
-
-def test_calls_scale_with_the_sensors(baseline):
-    assert bending(0.01, period=0.005) == Counter({name: 2 * n for name, n in baseline.items()})
 
 
 ERRORS = "sensor.errors.preset=realistic", "sensor.pressure_errors.noise=50"
@@ -133,18 +121,6 @@ CALLBACKS = {  # calls in a second, for both fingers at once
 def test_blocks_of_a_task_work_once_a_sample():
     _, calls = handling("pick_and_place_box", 0.01)
     assert {name: calls[f"soft_gripper.{name}"] for name in CALLBACKS} == CALLBACKS
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.002, 0.0])
-@pytest.mark.parametrize(
-    "name",
-    ["pick_and_place_box", "tip_distance_steps"],
-)
-def test_steps_of_the_plant_call_no_python_of_a_task(name, time_step):
-    own, calls = handling(name, time_step)
-    assert own == handling(name, 0.01)[0]
-    assert calls["soft_gripper.truth.contact._collect"] == 100
 
 
 @pytest.mark.slow

@@ -31,11 +31,6 @@ def nested():
     return numbers
 
 
-def test_a_seed_fixes_every_stream(nested):
-    assert nested(4) == nested(4)
-    assert not np.isin(nested(4), nested(5)).any()
-
-
 def test_every_source_has_a_stream_of_its_own(nested):
     first, second = nested(4)
     assert not np.isin(first, second).any()

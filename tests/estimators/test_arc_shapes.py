@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from soft_gripper.estimators.arc_shapes import ArcShape, ConstantCurvatureShape
-from soft_gripper.fingers.kinematics import gravity_torque
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -35,12 +34,3 @@ def test_free_bending_of_an_even_finger_is_no_torque(shipped_finger):
         np.testing.assert_allclose(free.external_torque, np.zeros((3, 12)), atol=1e-4)
         loaded = estimate(estimate.layout.read(even.angle(driving + load)), driving, np.zeros(3))
         np.testing.assert_allclose(loaded.external_torque, np.broadcast_to(load, (3, 12)), atol=1e-4)
-
-
-def test_the_weight_is_taken_out_where_gravity_is_given(layout, bent):
-    strain = layout.read(bent(12))
-    with_weight, without = (
-        ConstantCurvatureShape(layout)(strain, DRIVING, np.array(g)) for g in ((0.0, 0.0, 0.0), (2.0, 0.0, 9.81))
-    )
-    weight = gravity_torque(layout.finger, without.q, 9.81 + 2j)
-    np.testing.assert_allclose(with_weight.external_torque - without.external_torque, weight, atol=1e-15)

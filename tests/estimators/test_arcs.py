@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.arcs import arcs_from_lengths, join_arcs, points_on_arcs
+from soft_gripper.estimators.arcs import arcs_from_lengths, points_on_arcs
 
 LENGTH, SPACING = 0.12, 0.018  # m
 EXACT = 1e-15  # m, rounding on the scale of a finger
@@ -58,12 +58,6 @@ def test_s_shapes_follow_the_integrated_curve(theta):
         assert arcs.end[n - 1] == pytest.approx(integrated(theta[:n], length[:n]), abs=EXACT)
 
 
-@pytest.mark.parametrize("theta", [0.0, 1e-300, 1e-160, 1e-99, 1e-12, 1e-7, -1e-12, -1e-7, -1e-100])
-def test_shape_is_smooth_through_zero(theta):
-    end = join_arcs(np.array([theta]), np.array([LENGTH])).end[0]
-    assert end == pytest.approx(LENGTH * (1 - theta**2 / 6) + 1j * LENGTH * theta / 2, abs=EXACT)
-
-
 def test_centers_are_equally_far_from_every_point_and_on_the_inner_side():
     theta = np.array([0.7, -1.1, 1e-3])
     arcs = sensed(theta, [0.03, 0.04, 0.05])
@@ -72,11 +66,6 @@ def test_centers_are_equally_far_from_every_point_and_on_the_inner_side():
         points = points_on_arcs(arcs, np.arange(3), np.full(3, fraction))
         toward_center = (arcs.centers - points) / np.exp(1j * (arcs.heading + fraction * theta))
         np.testing.assert_allclose(toward_center, 1j * radius, rtol=1e-10)
-
-
-def test_a_straight_arc_has_no_center():
-    centers = sensed([0.5, 0.0], [0.06, 0.06]).centers
-    np.testing.assert_array_equal(np.isnan(centers), [False, True])
 
 
 @pytest.mark.parametrize("unknown", range(4))
@@ -92,15 +81,3 @@ def test_what_hangs_on_an_unknown_arc_is_unknown(unknown, side):
     np.testing.assert_array_equal(np.isnan(arcs.end), index >= unknown)
     np.testing.assert_array_equal(arcs.end[:unknown], known.end[:unknown])
     assert np.isnan(arcs.tip_heading)
-
-
-def test_batch_is_the_loop(bent):
-    theta, length = bent(2, 3, 4) * 5, 0.03 + bent(2, 3, 4) / 100
-    batch = sensed(theta, length)
-    section, fraction = np.array([0, 1, 1, 3]), np.array([0.5, 0.2, 0.9, 1.0])
-    for index in np.ndindex(2, 3):
-        single = sensed(theta[index], length[index])
-        for part, one in zip(batch, single, strict=True):
-            np.testing.assert_array_equal(part[index], one)
-        points = points_on_arcs(batch, section, fraction)[index]
-        np.testing.assert_array_equal(points, points_on_arcs(single, section, fraction))

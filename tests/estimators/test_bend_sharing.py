@@ -59,14 +59,6 @@ def from_force(finger, where, force):
     return force * np.maximum(where - finger.joint_arc_lengths, 0)
 
 
-def test_equal_shares(tapered_finger, bent):
-    layout = SensorLayout(tapered_finger, 2)
-    theta = bent(7, 2)
-    q = layout.shared_equally(theta)
-    np.testing.assert_allclose(sums(layout, q), theta, rtol=1e-15)
-    assert [len(np.unique(row)) for row in q] == [2] * 7
-
-
 @LAWS
 @pytest.mark.parametrize("sections", SECTIONS)
 def test_joints_of_a_section_add_up_to_its_reading(steep_finger, bent, sections, law):
@@ -75,12 +67,6 @@ def test_joints_of_a_section_add_up_to_its_reading(steep_finger, bent, sections,
     theta, gravity = bent(50, sections), 9.81 * np.exp(1j * np.arange(50))[:, None]
     q = BendSharing(layout).joint_angles(theta, 0.05 * bent(50, 12), gravity)
     np.testing.assert_allclose(sums(layout, q), theta, rtol=0, atol=1e-14)
-
-
-def test_a_sensor_a_joint_leaves_nothing_to_share(tapered_finger, bent):
-    layout, theta = SensorLayout(tapered_finger, 5), bent(20, 5)
-    q = BendSharing(layout).joint_angles(theta, 0.05 * bent(20, 5), GRAVITY)
-    np.testing.assert_allclose(q, theta, atol=1e-15)
 
 
 @LAWS
@@ -120,18 +106,6 @@ def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
 
 
 @LAWS
-@pytest.mark.parametrize("sections", [1, 2, 3, 5])
-def test_joints_bear_what_drives_them_and_a_load_that_is_linear_between_sections(tapered_finger, bent, sections, law):
-    layout = SensorLayout(replace(tapered_finger, elastic_law=law), sections)
-    finger, sharing = layout.finger, BendSharing(layout)
-    for theta, driving in zip(bent(20, sections), 0.05 * bent(20, 5), strict=True):
-        q = sharing.joint_angles(theta, driving, 0.0)
-        load = finger.elastic_torque(q) - driving
-        means = np.linalg.lstsq(sharing.interpolation, load, rcond=None)[0]
-        np.testing.assert_allclose(sharing.interpolation @ means, load, atol=1e-13)
-
-
-@LAWS
 @pytest.mark.parametrize("sections", [1, 2, 4])
 def test_weight_is_no_load(steep_finger, sections, law):
     """Of a finger in balance with it; an elastic law takes the weight of the shape that arcs have."""
@@ -147,12 +121,6 @@ def test_weight_is_no_load(steep_finger, sections, law):
     assert wrong < (0.01 if law is None else 0.1) * without
 
 
-def test_interpolation_is_exact_for_a_load_at_the_tip(layout):
-    lever = layout.finger.length - layout.finger.joint_arc_lengths
-    means = [lever[layout.joint_sections == i].mean() for i in range(layout.sections)]
-    np.testing.assert_allclose(BendSharing(layout).interpolation @ means, lever, rtol=1e-12)
-
-
 @pytest.mark.slow
 @LAWS
 def test_an_elastic_law_converges(steep_finger, law):
@@ -165,14 +133,6 @@ def test_an_elastic_law_converges(steep_finger, law):
             q = under_load(finger, torque)
             shared = BendSharing(layout).joint_angles(sums(layout, q), finger.pressure_torque(PRESSURE), 0.0)
             np.testing.assert_allclose(shared, q, atol=1e-12)
-
-
-@pytest.mark.parametrize("sections", SECTIONS)
-def test_force_at_the_tip_is_found_exactly(sections):
-    """Its torque falls straight from base to tip, which any number of sensors can report."""
-    finger = uniform_finger(12)
-    layout, torque = SensorLayout(finger, sections), from_force(finger, LENGTH, -0.3)
-    np.testing.assert_allclose(found(layout, sums(layout, under_load(finger, torque))), torque, rtol=1e-10)
 
 
 @pytest.mark.parametrize("where", [0.05, 0.075, 0.1])

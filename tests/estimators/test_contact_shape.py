@@ -64,18 +64,6 @@ def test_a_single_force_is_found(shipped_finger, sections, side, place):
         assert abs(tips[0] - tips[1]) < 0.2e-3
 
 
-@BOTH
-@pytest.mark.parametrize("pressure", [-40e3, 0.0, 100e3, 200e3])
-def test_where_nothing_presses_nothing_is_found(shipped_finger, sections, pressure):
-    layout, gravity = SensorLayout(shipped_finger, **sections), 9.81 * np.exp(2j)
-    q = in_balance(shipped_finger, pressure, gravity)
-    found = estimated(layout, q, pressure, gravity)
-    assert found.contact.force == 0
-    assert np.isnan(found.contact.arc_length)
-    assert 0 < found.contact.force_std < 0.05
-    np.testing.assert_allclose(found.q, q, rtol=0, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("wrong", "assumed"),
     [
@@ -134,28 +122,6 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
 
 
 @SIDES
-@pytest.mark.parametrize("along", [-0.4, 0.4])
-def test_a_force_on_the_edge_of_the_tip_may_have_any_direction(shipped_finger, side, along):
-    """From either side, within 0.3 %; friction is that of a cell, which may differ a little."""
-    layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
-    push = Push(tip, side * 1.0, along, face(shipped_finger, tip, side))
-    contact = estimated(layout, in_balance(shipped_finger, 40e3, 9.81, [push]), 40e3, 9.81).contact
-    assert contact.force == pytest.approx(side, rel=3e-3)
-    assert contact.arc_length == pytest.approx(tip, abs=1e-4)
-
-
-@BOTH
-@SIDES
-@pytest.mark.parametrize("place", [0.965, 0.98, 0.99])
-def test_a_force_close_to_the_tip_lies_within_what_is_said_of_it(shipped_finger, sections, side, place):
-    layout, s = SensorLayout(shipped_finger, **sections), place * shipped_finger.length
-    for pressure in (0.0, 120e3):
-        contact = estimated(layout, in_balance(shipped_finger, pressure, 0j, [Push(s, side * 0.8)]), pressure).contact
-        assert abs(contact.force - side * 0.8) < 2 * contact.force_std
-        assert abs(contact.arc_length - s) < 2 * contact.arc_length_std
-
-
-@SIDES
 @pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0)])
 def test_two_forces_are_found_as_their_sum_and_centre(shipped_finger, side, places):
     """Within 6 % and 3 % of the length, with four sections; one with more friction may bend the finger alike."""
@@ -203,31 +169,6 @@ def test_errors_lie_within_two_standard_deviations(shipped_finger, sections):
     z = scores(SensorLayout(shipped_finger, **sections), 0.0)
     assert ((z < 2).mean(axis=1) >= 0.95).all()
     assert (np.median(z, axis=1) > 0.05).all()
-
-
-@pytest.mark.parametrize(("sections", "least"), [(TWO, 0.88), (FOUR, 0.75)], ids=["two", "four"])
-def test_errors_under_friction_mostly_lie_within_two_standard_deviations(shipped_finger, sections, least):
-    """Less often with four sections, where friction may look like a second force."""
-    layout = SensorLayout(shipped_finger, **sections)
-    z = scores(layout, 1.0)
-    assert ((z < 2).mean(axis=1) > least).all()
-    assert (np.median(z, axis=1) > 1.5 * np.median(scores(layout, 0.0), axis=1)).all()
-
-
-@BOTH
-def test_less_noise_leaves_less_uncertain(shipped_finger, sections):
-    layout = SensorLayout(shipped_finger, **sections)
-    read = readings(layout, in_balance(shipped_finger, 80e3, 0j, [Push(0.084, 0.8)]))
-    found = [
-        ContactShape(layout, Uncertainty(reading=noise, bend_per_pressure=EXACT, friction=0.05))(
-            read, shipped_finger.pressure_torque(80e3), np.zeros(3)
-        ).contact
-        for noise in (1e-3, 3e-4, 1e-4, 3e-5)
-    ]
-    for name in ("force_std", "arc_length_std"):
-        stds = [float(getattr(contact, name)) for contact in found]
-        assert sorted(stds, reverse=True) == stds
-        assert stds[0] > 1.2 * stds[-1]
 
 
 def test_every_measured_bend_is_met(shipped_finger, bent):

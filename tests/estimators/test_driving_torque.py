@@ -73,14 +73,6 @@ def test_without_creep_it_is_the_torque_of_the_pressure(shipped_finger, law):
     assert signal_of(block.get_output_port()).unit == "N m"
 
 
-def test_angles_that_are_held_are_remembered_by_and_by(creeping, bent):
-    """As every branch relaxes, share (1 - exp(-t / time)), from the first sample on."""
-    q, time = bent(12), PERIOD * np.arange(300)
-    relaxed = sum(branch.share * -np.expm1(-time / branch.time) for branch in BRANCHES)
-    expected = relaxed[:, None] * creeping.stiffness * q
-    np.testing.assert_allclose(memory(creeping, np.tile(q, (300, 1))), expected, atol=1e-12)
-
-
 def test_what_is_not_estimated_leaves_the_memory_as_it_is(creeping, bent):
     """For as long as it lasts, at the joints that it concerns, and no longer."""
     angles = np.tile(bent(12), (200, 1))
@@ -91,16 +83,6 @@ def test_what_is_not_estimated_leaves_the_memory_as_it_is(creeping, bent):
     np.testing.assert_allclose(found[101:151, 6:], np.tile(whole[100, 6:], (50, 1)), rtol=1e-12)
     np.testing.assert_allclose(found[150:, 6:], whole[100:150, 6:], rtol=1e-12)
     np.testing.assert_allclose(found[:, 1:6], whole[:, 1:6], rtol=1e-12)
-
-
-def test_a_pressure_that_is_lost_is_lost_for_its_sample_alone(creeping, bent):
-    block, q = Sampled(DrivingTorque(creeping, PERIOD)), bent(12)
-    torques = [
-        block.sample("driving_torque", pressure=[pressure], estimated_joint_angles=q)
-        for pressure in (PRESSURE, np.nan, PRESSURE)
-    ]
-    assert np.isnan(torques[1]).all()
-    np.testing.assert_allclose(torques[2] - creeping.pressure_torque(PRESSURE), memory(creeping, [q] * 3)[-1])
 
 
 def ballooning(finger):

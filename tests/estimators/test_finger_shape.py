@@ -1,11 +1,9 @@
 """FingerShape: the pose of the chain as a block, with the ports that an estimator of its own pose has."""
 
-from dataclasses import replace
-
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from soft_gripper.estimators.finger_shape import FingerShape, segment_arcs
+from soft_gripper.estimators.finger_shape import FingerShape
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
 
@@ -39,22 +37,3 @@ def test_arcs_bend_as_the_joints_do_one_for_every_segment(tapered_finger, bent):
     np.testing.assert_array_equal(lengths, length)
     np.testing.assert_allclose(np.hypot(center_x - x, center_z - z), np.abs(1 / kappa), rtol=1e-12)
     assert (x[0], z[0]) == (0.0, 0.0)
-
-
-def test_arcs_converge_to_the_chain_with_the_square_of_the_segment(shipped_finger):
-    ends = []
-    for segments in (12, 24, 48):
-        finger = replace(shipped_finger, segments=segments)
-        q = np.full(segments, 2.0 / segments)
-        ends.append(abs(segment_arcs(finger, q).end[-1] - forward_kinematics(q, finger.segment_length).tip))
-    np.testing.assert_allclose(np.log2(np.divide(ends[:-1], ends[1:])), 2, atol=0.1)
-
-
-def test_an_unknown_joint_makes_what_lies_beyond_unknown(shipped_finger, bent):
-    q = bent(12)
-    known, q[4] = shape_of(shipped_finger, q), np.nan
-    outputs = shape_of(shipped_finger, q)
-    joints = outputs["joint_positions"].reshape(12, 2)
-    np.testing.assert_array_equal(joints[:5], known["joint_positions"].reshape(12, 2)[:5])
-    assert np.isnan(joints[5:]).all()
-    assert np.isnan(outputs["tip_pose"]).all()

@@ -25,7 +25,6 @@ from soft_gripper.estimators.force_posterior import (
     whiten,
 )
 from soft_gripper.estimators.mechanics import Mechanics
-from soft_gripper.estimators.shape_estimator import POSTERIOR
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -168,17 +167,6 @@ def test_three_answers(shipped_finger, sections):
     assert 0.5 < found[2].force_bounds[0] < 0.8
 
 
-def test_nearer_contacts_excluded_leave_a_smaller_bound(shipped_finger):
-    layout = SensorLayout(shipped_finger, 2)
-    given = read(layout, [Push(0.4 * shipped_finger.length, 0.5)])
-    bounds = [
-        ContactShape(layout, Uncertainty(nearest_contact=near, friction=0.45)).posterior(*given).force_bounds
-        for near in (0.2, 0.3)
-    ]
-    np.testing.assert_array_equal(bounds[0][0], bounds[1][0])
-    assert 0.5 < bounds[1][1] < bounds[0][1] < np.nan_to_num(bounds[0][0], nan=LARGEST)
-
-
 def test_the_largest_force_of_the_scene_bounds_what_is_not_seen(shipped_finger):
     layout = SensorLayout(shipped_finger, 2)
     for largest in (2.0, 8.0):
@@ -235,24 +223,6 @@ def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shi
         weight = brentq(lambda log, r=r, level=level: drawn(r, log)[1] - level, -6, 6, xtol=1e-13)
         found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, ForcePrior(2.0, 100.0))
         assert found.force_bounds[2] == pytest.approx(drawn(r, weight)[0], rel=1e-8)
-
-
-@pytest.mark.parametrize("lost", [[], [0, 4], list(range(8))])
-def test_a_batch_is_its_samples(shipped_finger, lost):
-    """Of 34 samples, more than are computed together; without a reading any force is possible."""
-    layout, rng = SensorLayout(shipped_finger, 4), np.random.default_rng(4)
-    strain, driving, gravity = read(layout, [Push(0.09, 0.5)])
-    strain = strain + 1e-3 * rng.standard_normal((2, 17, 8))
-    strain[..., lost] = np.nan
-    contact = ContactShape(layout)
-    whole = contact.posterior(strain, np.broadcast_to(driving, (2, 17, 12)), gravity)
-    for index in ((0, 0), (1, 16)):
-        alone = contact.posterior(strain[index], driving, gravity)
-        for name in POSTERIOR:
-            np.testing.assert_allclose(getattr(whole, name)[index], getattr(alone, name), rtol=1e-6, atol=1e-9)
-    if len(lost) == 8:
-        assert (whole.answer == NOTHING).all()
-        np.testing.assert_allclose(whole.force_set, np.broadcast_to([0.0, 10.0], (2, 17, 2)))
 
 
 @pytest.mark.parametrize("sections", [2, 4])

@@ -39,31 +39,6 @@ def test_covariance_is_that_of_forces_drawn_along_the_finger_and_on_the_tip(ship
     np.testing.assert_allclose(in_plane(shipped_finger), expected, rtol=1e-6)
 
 
-def test_a_third_of_the_variance_or_so_is_due_to_the_tip(shipped_finger):
-    """At half of the length: 0.3 u^2 + 0.7 u^3, by hand."""
-    finger = replace(shipped_finger, segments=3)  # the second of three joints lies in the middle
-    usual = LOAD_PRESSURE * finger.pressure_gain[0]
-    assert in_plane(finger)[1, 1] == pytest.approx((0.3 / 4 + 0.7 / 8) * usual**2)
-
-
-@pytest.mark.parametrize("name", ["shipped_finger", "tapered_finger"])
-def test_it_is_a_covariance(request, name):
-    covariance = in_plane(request.getfixturevalue(name))
-    np.testing.assert_array_equal(covariance, covariance.T)
-    assert np.linalg.eigvalsh(covariance).min() > 0
-
-
-def test_that_of_a_straight_finger_is_the_same_across_it_in_both_planes_and_nothing_twists_it(shipped_finger):
-    """By the closed form of twice integrated white noise."""
-    expected = torque_covariance(shipped_finger, LOAD_PRESSURE)
-    np.testing.assert_allclose(in_plane(shipped_finger), expected, rtol=1e-12)
-    covariance = of_load(sensors(yielding(shipped_finger)), np.zeros(36))
-    for way in (0, 1):
-        block = covariance[way * 12 : (way + 1) * 12, way * 12 : (way + 1) * 12]
-        np.testing.assert_allclose(block, expected, rtol=1e-12, atol=1e-20)
-    np.testing.assert_allclose(covariance[24:], 0, atol=1e-20)
-
-
 @pytest.mark.parametrize("in_space", [False, True])
 def test_that_of_a_bent_finger_is_that_of_unit_forces_one_after_the_other(shipped_finger, bent, in_space):
     layout = sensors(yielding(shipped_finger)) if in_space else SensorLayout(shipped_finger, 1)

@@ -94,17 +94,6 @@ def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
 
 
 @pytest.mark.slow
-def test_it_beats_what_is_estimated_from_one_sample(free, layout):
-    """Noise is averaged, and gains and offsets learnt."""
-    readings = read(layout, free, gain_error=0.01, offset=1e-3)
-    found = RecursiveShape(layout, UNCERTAIN)(readings, free.driving, vector(DOWN)).q
-    alone = GaussianShape(layout, UNCERTAIN)(readings, free.driving, vector(DOWN)).q
-    late = slice(600, None)
-    errors = [tip_errors(layout.finger, free.q[late], q[late]).mean() for q in (found, alone)]
-    assert errors[0] < 0.6 * errors[1]
-
-
-@pytest.mark.slow
 def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     found = shape(readings, grasp.driving, vector(DOWN))
@@ -142,16 +131,6 @@ def test_a_drifting_sensor_is_followed(layout, shipped_finger):
         return errors[1] - errors[0]
 
     assert growth(RecursiveShape(layout, UNCERTAIN)) < growth(GaussianShape(layout, UNCERTAIN)) / 3
-
-
-@pytest.mark.slow
-def test_dropouts_cost_little(grasp, layout):
-    """One reading in ten is lost."""
-    shape = RecursiveShape(layout, UNCERTAIN)
-    whole, holes = (shape(read(layout, grasp, dropout=share), grasp.driving, vector(DOWN)).q for share in (0.0, 0.1))
-    errors = [tip_errors(layout.finger, grasp.q[100:], q[100:]).mean() for q in (holes, whole)]
-    assert np.isfinite(holes).all()
-    assert errors[0] < 1.3 * errors[1]
 
 
 @pytest.mark.slow
@@ -331,16 +310,6 @@ def test_a_load_that_jumps_is_believed_to_have_done_so(learner: Learner) -> None
     spread = (learner.columns * variances) @ learner.columns.T + NOISE**2 * np.eye(len(wrong))
     expected = variances[:5] * (learner.columns[:, :5].T @ np.linalg.solve(spread, wrong))
     np.testing.assert_allclose(known.mean[:5], expected, atol=0.02 * np.abs(expected).max())
-
-
-def test_what_is_known_of_the_sensors_is_no_difference(learner: Learner) -> None:
-    """Readings of a free finger with the gain errors and offsets that were learnt."""
-    gains, offsets = np.array([0.1, -0.05, 0.08, 0.02]), 1e-3 * np.array([2.0, -1.0, 1.0, 3.0])
-    begin = learner.shape.begin()
-    mean = np.concatenate([begin.mean[:7], gains, offsets, np.zeros(4)])
-    known = stepped(learner, gains * learner.expected + offsets, begin._replace(mean=mean))
-    np.testing.assert_allclose(known.difference, 0.0, atol=1e-12)
-    np.testing.assert_allclose(known.mean[7:], mean[7:], atol=1e-12)
 
 
 def test_a_difference_that_lasts_is_a_load_though_each_sample_could_be_noise(layout: SensorLayout) -> None:

@@ -13,27 +13,6 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 CURVED = ResponseCurve(((0.7, -0.5), (0.95, -0.1), (1.2, 0.1), (1.4, 0.8)))
 
 
-def test_a_straight_finger_reads_nothing_and_is_found_straight(layout):
-    ratios = extension_ratios(layout, np.zeros(12))
-    np.testing.assert_allclose(ratios, 1, rtol=1e-15)
-    arcs = arcs_from_readings(layout, np.zeros(layout.readings))
-    np.testing.assert_array_equal(arcs.theta, 0)
-    joints = joints_on_arcs(layout, arcs)
-    np.testing.assert_allclose(joints, layout.finger.joint_arc_lengths, rtol=1e-14)
-
-
-@pytest.mark.parametrize("bend", [-3.0, 1.0, 4.0])
-def test_the_readings_of_a_circle_give_the_circle(layout, bend):
-    """Paths beside a circle are circles: their ratios are 1 - offset * curvature."""
-    curvature = bend / 0.12
-    ratios = np.repeat(1 - layout.offsets * curvature, layout.sections)
-    arcs = arcs_from_readings(layout, layout.response.reading(ratios))
-    s = layout.finger.joint_arc_lengths
-    circle = (np.sin(curvature * s) + 1j * (1 - np.cos(curvature * s))) / curvature
-    np.testing.assert_allclose(joints_on_arcs(layout, arcs), circle, atol=1e-15)
-    np.testing.assert_allclose(arcs.kappa, curvature, rtol=1e-12)
-
-
 @pytest.mark.parametrize("one_sided", [False, True])
 def test_estimate_of_a_chain_converges_with_the_square_of_the_segment(shipped_finger, one_sided):
     bend, errors = 2.0, []

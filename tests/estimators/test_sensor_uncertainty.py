@@ -11,10 +11,6 @@ from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 
 
-def test_ideal_sensors_leave_what_is_usual():
-    assert uncertainty_of() == uncertainty_of(StrainErrors(), PressureErrors()) == Uncertainty()
-
-
 @pytest.mark.parametrize(
     ("errors", "field", "expected"),
     [
@@ -36,10 +32,6 @@ def test_strain_errors_are_added_as_variances(errors, field, expected):
 def test_pressure_errors_and_the_finger():
     found = uncertainty_of(None, PressureErrors(gain_error=0.06, offset=300.0, noise=400.0), 0.08)
     assert (found.pressure, found.bend_per_pressure) == (500.0, pytest.approx(0.1, rel=2e-3))
-
-
-def test_any_reading_has_what_lasts_for_a_minute():
-    assert Uncertainty(reading=2e-3, offset=3e-3, drift=6e-3 / 60**0.5).any_reading() == pytest.approx(7e-3)
 
 
 def test_a_share_of_a_bend_adds_its_variance():

@@ -77,13 +77,6 @@ def test_no_force_pulls(layout, q):
     assert fit.force_std > 0
 
 
-def test_friction_widens_the_uncertainty(layout, q):
-    s = np.array([0.6, 0.9]) * layout.finger.length
-    rubbing, smooth = (found(layout, q, s, [-0.8, -0.6], -1, friction, 5e-3) for friction in (0.45, SMOOTH))
-    assert rubbing.force_std > smooth.force_std
-    assert rubbing.arc_length_std > smooth.arc_length_std
-
-
 def test_uncertainty_is_that_of_the_forces_beside_each_other(layout, q):
     """Of what presses and the places beside it, by the information of prior and values; without friction.
 
@@ -105,26 +98,3 @@ def test_uncertainty_is_that_of_the_forces_beside_each_other(layout, q):
         (fit.arc_length_std, (s[near] - fit.arc_length) / fit.force),
     ):
         assert std == pytest.approx(np.sqrt(weights @ covariance @ weights), rel=2e-3)
-
-
-def test_errors_lie_within_two_standard_deviations(shipped_finger):
-    """Of one force and of two, between the places where they are looked for, in noise."""
-    layout, rng = SensorLayout(shipped_finger, 4), np.random.default_rng(8)
-    for forces, s in (([0.8], np.array([0.0817])), ([0.8, 0.6], np.array([0.0583, 0.1021]))):
-        fit = found(layout, np.zeros(12), s, forces, noise=rng.standard_normal((200, 4)))
-        assert (np.abs(fit.force - sum(forces)) < 2 * fit.force_std).mean() > 0.9
-        assert (np.abs(fit.arc_length - s @ forces / sum(forces)) < 2 * fit.arc_length_std).mean() > 0.9
-
-
-def test_a_force_at_one_place_might_press_beside_it(layout, q):
-    """So its place is uncertain, though there is no other; here it presses where one is looked for."""
-    place = (32 + 0.5) / 48 * layout.finger.length
-    fit = found(layout, 0 * q, np.array([place]), [0.8], std=0.02)
-    assert fit.arc_length == pytest.approx(place, abs=1e-3)
-    assert fit.arc_length_std > 1e-3
-
-
-def test_a_load_that_is_spread_has_its_sum_and_its_middle(layout, q):
-    fit = found(layout, q, np.linspace(0.5, 0.9, 9) * layout.finger.length, [0.1] * 9)
-    assert fit.force == pytest.approx(0.9, rel=0.05)
-    assert fit.arc_length == pytest.approx(0.7 * layout.finger.length, rel=0.03)

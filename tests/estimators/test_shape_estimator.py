@@ -1,14 +1,9 @@
 """ShapeEstimator: a function of arrays as a block, with a port for everything that the function estimates."""
 
-from unittest.mock import Mock
-
 import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance
 from pydrake.math import RigidTransform, RollPitchYaw
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LogVectorOutput
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
 from soft_gripper.estimators.finger_shape import Places, position_std
@@ -16,7 +11,6 @@ from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.plane import pose_entries, to_base
 from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator, contact_port
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 GRAVITY, PRESSURE = np.array([0.5, -1.0, -9.0]), 80e3  # m/s^2, Pa
@@ -101,32 +95,6 @@ def test_what_is_not_read_lasts_no_longer_than_it_is_not(kind, layout, strain, d
     assert np.isfinite(angles.Eval(context)).all() == (kind != "arcs")
     block.GetInputPort("strain").FixValue(context, strain)
     np.testing.assert_array_equal(angles.Eval(context), before)
-
-
-def test_each_sample_is_estimated_once_for_all_ports(layout):
-    """Of a block whose ports are all logged, ten steps of the simulator a sample."""
-    function = Mock(wraps=SHAPE_FUNCTIONS["contact"](layout, Uncertainty()))
-    builder = DiagramBuilder()
-    sensor = builder.AddSystem(SensorBlock(layout, 0.01))
-    block = builder.AddSystem(ShapeEstimator(function, layout, GRAVITY))
-    for port in (sensor.GetInputPort("joint_angles"), block.GetInputPort("driving_torque"), block.GetInputPort("X_WB")):
-        builder.ExportInput(port, port.get_name())
-    builder.Connect(sensor.GetOutputPort("strain"), block.GetInputPort("strain"))
-    for port in vector_outputs(block).values():
-        LogVectorOutput(port, builder, 0.001)
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
-    context = simulator.get_mutable_context()
-    for name, value in (
-        ("joint_angles", np.full(12, 0.05)),
-        ("driving_torque", np.full(12, 0.05)),
-        ("X_WB", pose_entries(X_WB)),
-    ):
-        diagram.GetInputPort(name).FixValue(context, value)
-    simulator.Initialize()
-    function.reset_mock()
-    simulator.AdvanceTo(0.0955)
-    assert function.call_count == 10
 
 
 def test_the_base_turns_gravity(layout, strain, driving):

@@ -56,16 +56,6 @@ def test_standard_deviations_are_those_that_were_promised(spatial):
     np.testing.assert_allclose(np.sqrt(np.diag(sums @ found.covariance @ sums.T)), promised, rtol=1e-6)
 
 
-def test_what_is_not_seen_is_uncertain(spatial):
-    layout = sensor_layout(spatial, SensorConfig(layout="four_faces", sections=1))
-    found = estimate(layout, layout.read(np.zeros(36)))
-    twist = np.sqrt(found.covariance[24:, 24:].sum())
-    assert twist == pytest.approx(0.5, rel=0.01)
-    lost = layout.read(np.zeros(36))
-    lost[:] = np.nan
-    assert np.isfinite(estimate(layout, lost).q).all()
-
-
 def test_sensors_that_drift_are_zeroed_and_less_certain_with_time(spatial):
     """Readings of a finger that is open for ten minutes; it may be known to be."""
     layout = sensor_layout(spatial, SensorConfig(layout="four_faces_and_diagonal", sections=2))

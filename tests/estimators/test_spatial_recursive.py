@@ -64,15 +64,6 @@ def test_a_finger_that_stays_in_its_plane_is_estimated_as_one_that_only_bends(sh
     assert found.arc_length == pytest.approx(planar.arc_length, abs=5e-3)
 
 
-def test_bends_that_readings_hardly_see_do_not_make_a_filter_blind(spatial):
-    """Strands a micrometre off the plane see bending; that they do not see sideways bending tells nothing of faults."""
-    paths = tuple(SensorPath(name, (x,), (1e-6,)) for name, x in (("outer", -8.5e-3), ("inner", 8e-3)))
-    shape = RecursiveShape(PathSensors(spatial, 2, paths=paths), UNCERTAIN)
-    assert shape._bend_information.shape == (4, 2)
-    assert not shape._is_blind(np.ones(4, dtype=bool))
-    assert shape._is_blind(shape._bend_information[:, 1] < 1e-12)
-
-
 def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
     """By differences of the readings: a later sample of a load, about the finger under that of the sample before."""
     layout, driving = sensors(spatial), np.append(spatial.pressure_torque(60e3), np.zeros(24))
@@ -146,19 +137,6 @@ def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_
     assert np.mean(np.abs(force - 0.3) < 2 * std) > 0.9
     assert np.median(force) == pytest.approx(0.3, rel=0.15)
     assert not np.any(found.contact.vector[:20]), "free"
-
-
-def test_samples_side_by_side_are_as_one_by_one(spatial):
-    layout, pressure = sensors(spatial), np.linspace(0, 60e3, 12)
-    true = pushed(spatial, pressure, np.linspace([0, 0, 0], [0, 0.3, 0], 12))
-    noise = NOISE * np.random.default_rng(2).standard_normal((12, 2, layout.readings))
-    driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((12, 24))], axis=-1)
-    shape, readings = RecursiveShape(layout, UNCERTAIN), layout.read(true)[:, None] + noise
-    together = shape(readings, np.repeat(driving[:, None], 2, axis=1), GRAVITY)
-    for i in range(2):
-        alone = shape(readings[:, i], driving, GRAVITY)
-        np.testing.assert_allclose(together.q[:, i], alone.q, atol=1e-12)
-        np.testing.assert_allclose(together.contact.vector[:, i], alone.contact.vector, atol=1e-9)
 
 
 @pytest.mark.parametrize("lost", ["outer", "left", "rising"])

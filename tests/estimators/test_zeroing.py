@@ -91,18 +91,6 @@ def test_noise_is_averaged_and_lost_readings_stay_as_they_were(layout, grasp):
     assert zeros.offset[-1, :, 1:].std() == pytest.approx(2e-3 / np.sqrt(19), rel=0.1)
 
 
-@pytest.mark.parametrize("period", [0.02, 0.7, 3.0])
-def test_zeros_are_found_however_long_a_period_is(layout, period):
-    """At least 0.7 s after the first sample at which the finger was free, from readings that settle."""
-    driving, gravity = np.zeros((200, layout.finger.segments)), np.zeros((200, 3))
-    readings = np.broadcast_to(layout.read(layout.straight) + 0.01, (200, layout.readings))
-    zeroing = GaussianShape(layout, ZEROED, period).zeroing
-    zeros = zeroing.over_time(readings + 0.1 * np.exp(-np.arange(200) * period / 0.1)[:, None], driving, gravity)
-    found = zeros.offset.any(axis=-1).argmax()
-    assert 0.7 <= found * period < 0.7 + 2 * period
-    np.testing.assert_allclose(zeros.offset[-1], 0.01, rtol=0.02)
-
-
 def test_without_a_pressure_that_means_free_nothing_is_zeroed(layout, grasp):
     ideal, driving, gravity = grasp
     zeros = zeros_of(layout, uncertainty_of(ERRORS), ideal + 0.01, driving, gravity)

@@ -65,9 +65,3 @@ def test_inputs_by_other_names(tmp_path):
         with pytest.raises(InputError) as error:
             check_file(tmp_path / name, [tmp_path / "other", tmp_path / "in"])
         assert error.value.value == str(tmp_path / name)
-
-
-def test_what_is_not_lost(tmp_path):
-    (tmp_path / "in").touch()
-    for name in ("/dev/null", "new", "in.csv"):
-        check_file(tmp_path / name, [tmp_path / "in", "a\0b", "/dev/null"])

@@ -8,18 +8,6 @@ from soft_gripper.models import DIRECTORY
 from soft_gripper.quantity import is_name
 from soft_gripper.scenario.scenario_file import load_scenario
 
-WRONG = ["", "a.b", "a b", "a/b", "a::b", "δάχτυλο", "1a", "-a", "_a", "a\n", "$a$", "<b>", "a" * 61]
-
-
-@pytest.mark.parametrize("name", ["a", "left_finger", "Finger-2", "a" * 60])
-def test_names(name):
-    assert is_name(name)
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_no_names(name):
-    assert not is_name(name)
-
 
 @pytest.mark.parametrize("name", ["a.b", "δ", "plant", "logs", "scene_graph", "true_contact", "grip", "all"])
 def test_fingers(tmp_path, name):

@@ -1,8 +1,6 @@
 """Notes on files: collected, logged once, in as few lines as they need, and kept in recordings."""
 
-import pytest
-
-from soft_gripper.files.notes import LEFT_OUT, MENDED, READ, Note, as_text, collect_notes, note, summarize
+from soft_gripper.files.notes import LEFT_OUT, MENDED, Note, as_text, collect_notes, note, summarize
 
 
 def test_notes_are_collected_once_and_logged_at_the_end(caplog) -> None:
@@ -18,22 +16,6 @@ def test_notes_are_collected_once_and_logged_at_the_end(caplog) -> None:
         "arm.urdf: left out joint 'a': dynamics.friction = 0.5, joint 'b': dynamics.friction = 0.5: Drake has none",
         "arm.urdf: mended link 'x': inertia: it was impossible",
     ]
-
-
-def test_a_note_outside_of_a_collection_is_logged_at_once(caplog) -> None:
-    note(READ, "a.csv", "column 't'", "us", "as time in microseconds")
-    assert caplog.messages == ["a.csv: read column 't' = us: as time in microseconds"]
-
-
-def test_what_is_refused_is_not_explained(caplog) -> None:
-    def refuse() -> None:
-        with collect_notes():
-            note(READ, "a.csv", "column 't'", "us", "as time in microseconds")
-            raise ValueError("no")
-
-    with pytest.raises(ValueError, match="no"):
-        refuse()
-    assert not caplog.messages
 
 
 def test_notes_are_short_and_stay_in_a_line() -> None:

@@ -29,13 +29,6 @@ def test_what_is_written_is_read_again(tmp_path, rows):
     assert read_csv(tmp_path / "table.csv", type(rows[0])) == rows
 
 
-def test_columns_have_the_names_of_the_fields(tmp_path):
-    write_csv(tmp_path / "table.csv", FORCES)
-    header, row = (tmp_path / "table.csv").read_bytes().decode().split("\n")[:2]
-    assert header == "scenario,finger,estimator,nominal,sections,pressure_kpa,joint,estimated_nm,true_nm"
-    assert row == "free_bending,finger,arcs,as simulated,2,150.000000,11,-0.139409,0.000001"
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [
@@ -87,11 +80,6 @@ def test_a_table_is_printed_under_headings_with_units(capsys):
         "left         1.23              0.0",
         "right       12.50              3.1",
     ]
-
-
-def test_a_printed_row_is_read_again(tmp_path):
-    write_csv(tmp_path / "table.csv", [Printed("left", 1.25, 10)])
-    assert read_csv(tmp_path / "table.csv", Printed) == [Printed("left", 1.25, 10)]
 
 
 def test_what_is_unknown_is_a_dash_and_a_column_of_nothing_else_is_left_out(capsys):

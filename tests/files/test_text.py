@@ -5,13 +5,7 @@ import os
 import pytest
 
 from soft_gripper.errors import InputError
-from soft_gripper.files.text import check_regular, read_bytes, read_text
-
-
-def test_text_with_and_without_a_mark(tmp_path):
-    for name, mark in (("plain", b""), ("marked", b"\xef\xbb\xbf")):
-        (tmp_path / name).write_bytes(mark + "ü\n".encode())
-        assert read_text(tmp_path / name) == "ü\n"
+from soft_gripper.files.text import read_bytes, read_text
 
 
 def test_what_cannot_be_read(tmp_path):
@@ -45,14 +39,6 @@ def test_file_that_grows_while_it_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "stat", lambda path: os.stat_result([0o100644, *[0] * 9]))
     with pytest.raises(InputError, match="size = 11: give a file of at most 10 bytes"):
         read_bytes(tmp_path / "a", max_bytes=10)
-
-
-def test_pointers_of_git_lfs(tmp_path):
-    """Every kind of file says what it is before anything looks for what it holds."""
-    for suffix in ("csv", "nc", "c3d", "bag", "mcap", "db3"):
-        (file := tmp_path / f"a.{suffix}").write_text("version https://git-lfs.github.com/spec/v1\nsize 5\n")
-        with pytest.raises(InputError, match="is a pointer of Git LFS"):
-            check_regular(file)
 
 
 def test_a_file_that_waits_for_data(tmp_path, monkeypatch):

@@ -21,15 +21,6 @@ from soft_gripper.files.output import (
 )
 
 
-def test_file_appears_when_the_block_ends(tmp_path):
-    path = tmp_path / "out.txt"
-    with atomic_file(path) as partial:
-        partial.write_text("new")
-        assert not path.exists()
-    assert path.read_text() == "new"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def write_half(path, interruption):
     with atomic_file(path) as partial:
         partial.write_text("half")
@@ -53,28 +44,6 @@ def test_place_that_cannot_hold_a_file(tmp_path, place):
     with refused("file") as caught, atomic_file(path) as partial:
         partial.write_text("new")
     assert repr(str(path)) in str(caught.value)
-
-
-def test_a_folder_in_the_place_of_the_file(tmp_path):
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    with refused("file"), atomic_file(folder) as partial:
-        partial.write_text("new")
-    assert list(tmp_path.iterdir()) == [folder]
-
-
-def test_folder_is_made_with_its_parents_and_left_empty(tmp_path):
-    folder = writable_folder(tmp_path / "a/b")
-    assert folder == tmp_path / "a/b"
-    assert list(folder.iterdir()) == []
-    assert writable_folder(folder) == folder
-
-
-@pytest.mark.parametrize("inside", ["", "below"])
-def test_folder_in_the_place_of_a_file(tmp_path, inside):
-    (tmp_path / "a_file").touch()
-    with refused("folder"):
-        writable_folder(tmp_path / "a_file" / inside)
 
 
 def test_a_pipe_is_not_waited_for(tmp_path):
@@ -117,11 +86,6 @@ def test_what_cannot_be_a_file(tmp_path):
     with refused("file"), atomic_file(tmp_path / "loop") as partial:
         partial.write_text("new")
     assert (tmp_path / "loop").is_symlink()
-
-
-def test_what_can_be_a_file_leaves_nothing_but_its_folder(tmp_path):
-    check_file(tmp_path / "new" / "a.txt")
-    assert list((tmp_path / "new").iterdir()) == []
 
 
 def test_folder_is_whole_while_nothing_in_it_changes(tmp_path):
@@ -226,11 +190,6 @@ def test_every_name_that_a_file_may_have(tmp_path, name):
         assert partial.suffix == ".csv"
         partial.touch()
     assert [path.name for path in tmp_path.iterdir()] == [name]
-
-
-def test_every_name_that_a_folder_may_have(tmp_path):
-    write_folder(tmp_path / ("x" * 255), {"1": b"1"})
-    assert [path.name for path in tmp_path.iterdir()] == ["x" * 255]
 
 
 def test_a_folder_is_read_and_written_whole(tmp_path):

@@ -31,15 +31,6 @@ def test_internal_angles_are_exact_where_angles_are_linear_between_samples(perio
         assert z[branch, joint] == pytest.approx(sum(pieces), abs=1e-12)
 
 
-@pytest.mark.parametrize("period", [1e-3, 1.0])
-def test_a_held_angle_is_approached_exponentially(period):
-    z0, held = np.array([[0.3, -0.1], [0.0, 0.2]]), np.array([0.5, -0.4])
-    z = z0
-    for _ in range(5):
-        z = advance(BRANCHES, z, held, held, period)
-    np.testing.assert_allclose(z, held + (z0 - held) * np.exp(-5 * period / TIMES), atol=1e-12)
-
-
 def test_the_step_is_right_from_a_ten_millionth_of_a_time_to_a_million_times():
     branches = tuple(CreepBranch(0.1, time) for time in (1e-6, 1e7))
     z = advance(branches, np.zeros((2, 1)), np.array([0.0]), np.array([1.0]), 1.0)
@@ -56,8 +47,3 @@ def test_leading_axes_are_free(tapered_finger):
     np.testing.assert_array_equal(later[2, 3], advance(BRANCHES, z[2, 3], before[2, 3], after[2, 3], 0.2))
     expected = (0.2 * later[2, 3, 0] + 0.1 * later[2, 3, 1]) * finger.stiffness
     np.testing.assert_allclose(torque[2, 3], expected, rtol=1e-12)
-
-
-def test_a_finger_that_does_not_creep_has_no_memory(tapered_finger):
-    later = advance((), np.zeros((0, 5)), np.ones(5), np.ones(5), 0.01)
-    np.testing.assert_array_equal(memory_torque(tapered_finger, later), np.zeros(5))

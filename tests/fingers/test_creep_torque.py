@@ -14,7 +14,7 @@ from refusals import refused
 from scipy.linalg import expm
 
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
-from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, SoftenedProduct, advance, memory_torque
+from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, advance, memory_torque
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
@@ -106,14 +106,6 @@ def test_a_step_of_pressure_is_followed_as_by_the_equation_of_motion(time_step, 
 
 
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
-def test_a_finger_that_begins_relaxed_stays(time_step):
-    finger = creeping(1)
-    relaxed = (finger.pressure_torque(PRESSURE) / finger.stiffness)[0] / (1 - 0.2 - 0.1)
-    angles = Creeping(finger, time_step, q=relaxed, z=relaxed, pressure=PRESSURE).angles(TIMES)
-    np.testing.assert_allclose(angles, relaxed, rtol=1e-4)
-
-
-@pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_a_widening_chamber_multiplies_what_creeps_too(time_step):
     """Held, by the share of a linear finger; emptied, what stays is of the pressure and not of the bend."""
     share, time, widens = 0.2, 1.0, 3.0
@@ -138,15 +130,6 @@ def test_softening_is_that_of_the_law_at_every_pressure():
         block.get_input_port().FixValue(context, [pressure])
         found.append(block.get_output_port().Eval(context)[0])
     np.testing.assert_allclose(found, law.softening(pressures), rtol=1e-11)  # at 1 Pa, of what 50 kPa round off
-
-
-@pytest.mark.parametrize(("divides", "expected"), [(True, [0.5, -1.0]), (False, [2.0, -4.0])])
-def test_a_vector_is_softened_or_freed_of_it(divides, expected):
-    block = SoftenedProduct(2, divides)
-    context = block.CreateDefaultContext()
-    block.GetInputPort("softening").FixValue(context, [2.0])
-    block.GetInputPort("factor").FixValue(context, [1.0, -2.0])
-    np.testing.assert_allclose(block.get_output_port().Eval(context), expected, rtol=1e-15)
 
 
 def test_output_is_the_memory_torque_of_angles_that_are_linear_between_steps(finger_plant):

@@ -83,22 +83,6 @@ def test_any_number_of_segments_bends_alike(gripper):
 
 
 @pytest.mark.slow
-def test_a_law_that_is_the_linear_spring_changes_nothing(tmp_path, shipped_finger):
-    text = (DIRECTORY / "grippers" / "finger.urdf").read_text()
-    for tip, base in (('"0.019"', '"0.02"'), ('"9.5e-3"', '"10e-3"'), ('"-0.95e-3"', '"-1e-3"')):
-        text = text.replace(tip, base)
-    stiffness = shipped_finger.base.bending_stiffness / 0.01  # of that uniform finger
-    torque = [-0.1 * stiffness, 0.1 * stiffness]
-    texts = {"linear": text, "law": with_law(text, ([-0.1, 0.1], torque, torque))}
-    angles = []
-    for name, urdf in texts.items():
-        (tmp_path / f"{name}.urdf").write_text(urdf)
-        recording, _ = run(tmp_path / f"{name}.urdf")
-        angles.append([recording[f"{finger}.sampled_joint_angles"].values for finger in FINGERS])
-    np.testing.assert_allclose(*angles, atol=1e-9)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.005, 0.0])
 def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
     file = gripper("finger.urdf", STIFFENING)

@@ -190,9 +190,3 @@ def test_what_does_not_fit_is_named(old, new, field, value):
 def test_a_finger_has_a_name(name):
     with refused("finger.name", None if not name else ""):
         read(PLANAR.replace('name="left"', name, 1))
-
-
-def test_a_hint_is_given():
-    with refused("element", "sensor") as caught:
-        read(PLANAR.replace("<sensors", "<sensor", 1))
-    assert "did you mean 'sensors'?" in caught.value.expected

@@ -62,12 +62,6 @@ def test_lengths_are_those_of_lines_in_space():
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)  # of second order
 
 
-def test_a_parallel_path_of_a_bent_finger_is_an_arc():
-    built, q = finger(tendon(8e-3, 0.0)), equally(12, bending=1.5, sideways=0.0, twist=0.0)
-    length = path_lengths(built.tendon_paths, q)
-    np.testing.assert_allclose(length, LENGTH - 8e-3 * 1.5, rtol=1e-14)
-
-
 @pytest.mark.parametrize("ways", [YIELDS, ("bending", "stretch")], ids=["in space", "in the plane"])
 @pytest.mark.parametrize("path", [SLANTED, tendon(5e-3, 0.0, (0.0, 0.5)), tendon([8e-3, -6e-3], 0.0)])
 def test_gradients_are_the_derivatives_of_lengths(path, ways):
@@ -142,14 +136,6 @@ def test_chambers_weaken_the_section_where_they_are():
 def test_what_cannot_be_built_is_refused(paths, field):
     with refused(field):
         finger(*paths)
-
-
-@pytest.mark.parametrize(("width", "thickness"), [(19.9e-3, 1.9e-3), (1.9e-3, 19.9e-3)])
-def test_a_flat_chamber_may_reach_close_to_all_faces(width, thickness):
-    """Wide ones near the inner and outer face, thick ones near both sides."""
-    x, y = (9e-3, 0.0) if width > thickness else (0.0, 9e-3)
-    made = finger(chamber("one", x, y, width, thickness), chamber("other", -x, -y, width, thickness))
-    assert len(made.chambers) == 2
 
 
 def test_a_section_has_its_own_chamber_or_listed_ones(shipped_finger):

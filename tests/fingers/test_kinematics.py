@@ -88,38 +88,6 @@ def test_path_lengths_are_the_distances_along_the_path(bent, offset):
     np.testing.assert_allclose(segment_path_lengths(q, SEGMENT, offset), distances, rtol=1e-13)
 
 
-@pytest.mark.parametrize("offset", OFFSETS)
-def test_path_keeps_its_distance_from_the_axis(bent, offset):
-    chain = forward_kinematics(bent(12), SEGMENT)
-    path = sensor_path(chain, offset)
-    np.testing.assert_allclose(np.abs(path[0::2] - chain.segment_ends), abs(offset), atol=1e-16)
-    np.testing.assert_allclose(np.abs(path[1::2] - chain.joints), abs(offset), atol=1e-16)
-
-
-def test_closing_bends_toward_x_and_shortens_the_inner_path():
-    q = np.full(12, 0.1)
-    x, z = as_points(forward_kinematics(q, SEGMENT).tip)
-    assert x > 0
-    assert 0 < z < 0.12
-    inner, axis, outer = (segment_path_lengths(q, SEGMENT, offset).sum() for offset in (0.009, 0.0, -0.009))
-    assert inner < axis < outer
-    assert axis == pytest.approx(0.12, rel=1e-14)
-
-
-def test_chain_converges_to_the_circle_with_the_square_of_the_segment():
-    bend, length = np.pi, 0.12
-    exact = length / bend * (np.sin(bend) + 1j * (1 - np.cos(bend)))
-    tips = [forward_kinematics(np.full(n, bend / n), length / n).tip for n in (10, 20, 40)]
-    errors = np.abs(np.array(tips) - exact)
-    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), 2, atol=0.05)
-
-
 def test_points_are_x_and_z():
     np.testing.assert_array_equal(as_points(np.array(3.0 + 2.0j)), [2.0, 3.0])
     assert as_planar(np.array([2.0, 3.0])) == 3.0 + 2.0j
-
-
-@pytest.mark.parametrize("shape", [(), (4,), (3, 4)])
-def test_points_and_planar_are_inverse(bent, shape):
-    points = bent(*shape, 2)
-    np.testing.assert_array_equal(as_points(as_planar(points)), points)

@@ -45,12 +45,6 @@ def test_fingers_of_two_models_have_the_model_in_their_names(crowded):
     assert [finger.name for finger in carried] == ["carried.left_finger", "carried.right_finger"]
 
 
-def test_a_finger_whose_name_no_other_has_goes_by_it_alone():
-    plant = MultibodyPlant(0.01)
-    gripper, (single,) = (add_fingers(Parser(plant), file) for file in (TWO_FINGER, FINGER))
-    assert [finger.name for finger in (*gripper, single)] == ["left_finger", "right_finger", "finger"]
-
-
 def test_links_and_joints_are_those_of_its_model_from_base_to_tip(crowded):
     for finger in (*crowded[1], *crowded[2]):
         own = finger.finger.name

@@ -37,12 +37,6 @@ def at_base(size):
     return THRESHOLD * np.array([1.5 * size, 0.5 * size, 70.0, -90.0])
 
 
-def test_residual_is_the_mean_torque_at_the_base(bent):
-    detector = Detector()
-    for torque in bent(10, 4):
-        assert detector.sample(torque)[1] == pytest.approx((torque[0] + torque[1]) / 2, rel=1e-14)
-
-
 def test_contact_begins_beyond_the_threshold_and_ends_below_half_of_it():
     detector = Detector()
     sizes = np.interp(np.arange(1600), [0, 200, 400, 800, 1000, 1600], [0, 0.9, 0.6, 1.4, 0.6, -1.4])

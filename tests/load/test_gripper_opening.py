@@ -31,12 +31,6 @@ def random_tips(*shape):
     return np.random.default_rng(3).uniform(-0.1, 0.1, (*shape, 3))
 
 
-def around(count, radius):
-    """A palm whose bases stand on a circle and face its middle."""
-    turns = [RigidTransform(RollPitchYaw(0, 0, angle), [0, 0, 0]) for angle in 2 * np.pi * np.arange(count) / count]
-    return Gripper.of_bases([turn @ RigidTransform(RollPitchYaw(0, 0, np.pi), [radius, 0, 0]) for turn in turns])
-
-
 def test_of_two_fingers_it_is_the_distance_of_their_tips():
     """Negative against the line from base to base."""
     gripper, along = Gripper.of_bases(X_WB[:2]), X_WB[1].translation() - X_WB[0].translation()
@@ -44,22 +38,6 @@ def test_of_two_fingers_it_is_the_distance_of_their_tips():
         from_first_to_second = np.diff(in_world(X_WB[:2], tips), axis=0)[0]
         distance = np.sign(from_first_to_second @ along) * np.linalg.norm(from_first_to_second)
         assert gripper.opening(tips) == pytest.approx(distance, abs=1e-15)
-
-
-@BASES
-def test_leading_axes_are_a_batch(bases):
-    tips = 5 * random_tips(4, 5, len(bases))
-    openings = Gripper.of_bases(bases).opening(tips)
-    np.testing.assert_allclose(openings, [[world_opening(bases, one) for one in row] for row in tips], atol=1e-15)
-    assert openings.min() < 0 < openings.max()
-
-
-@pytest.mark.parametrize("count", [2, 3, 5])
-@pytest.mark.parametrize("bend", [0.01, 0.044, 0.046, 0.06])
-def test_tips_that_have_passed_the_middle_are_open_by_less_than_nothing(bend, count):
-    """Fingers around a circle of 90 mm: the opening, its diameter, goes on falling as they cross."""
-    tips = np.tile([bend, 0.0, 0.1], (count, 1))
-    assert around(count, 0.045).opening(tips) == pytest.approx(0.09 - 2 * bend, abs=1e-12)
 
 
 def test_curves_and_points_lie_where_drake_puts_them():

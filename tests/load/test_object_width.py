@@ -49,14 +49,6 @@ def test_straight_fingers_are_apart_by_the_bases_less_their_inner_faces(tapered_
 
 
 @GRIPPERS
-@pytest.mark.parametrize("lean", [0.1, 0.3])
-def test_straight_fingers_that_lean_inward_are_nearest_at_the_inner_edges_of_their_tips(tapered_finger, lean, count):
-    reach = LENGTH * np.sin(lean) + inner_face(tapered_finger, LENGTH) * np.cos(lean)
-    straight = [(tapered_finger, np.zeros(5))] * count
-    assert gap(around(count, 0.2, lean), *straight) == pytest.approx(0.2 - 2 * reach, abs=1e-12)
-
-
-@GRIPPERS
 @pytest.mark.parametrize("bend", [-0.9, -0.5])
 def test_arcs_that_bulge_inward_are_apart_by_their_centers_less_their_radii(bend, count):
     """Bent open but leaning inward by half their bend, so that the middles of the fingers are nearest."""
@@ -122,14 +114,6 @@ def test_there_is_no_width_unless_all_fingers_touch(shipped_finger, contacts):
     assert np.isnan(measured(gripper, fingers, straight, contacts)).all()
     expected = 0.09 - 2 * inner_face(shipped_finger, 0)
     assert measured(gripper, fingers, straight, [1.0] * count) == pytest.approx([expected], abs=1e-12)
-
-
-@GRIPPERS
-def test_unknown_shape_makes_the_width_unknown(shipped_finger, count):
-    straight = np.zeros(12)
-    for broken in (np.full(12, np.nan), np.where(np.arange(12) == 7, np.nan, 0.0)):
-        shapes = [*[straight] * (count - 1), broken]
-        assert np.isnan(measured(around(count, 0.09), [shipped_finger] * count, shapes, [1.0] * count)).all()
 
 
 @pytest.mark.slow

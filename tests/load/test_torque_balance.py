@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from finger_motion import TILTED, Y, at_rest, bend, chamber_pressure, moving, position, turn
-from finger_plants import uniform_finger
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.math import SpatialVelocity
 from pydrake.multibody.tree import MultibodyForces
@@ -76,13 +75,6 @@ def test_converges_to_drakes_inverse_dynamics(tapered_finger, inverse_dynamics, 
     np.testing.assert_allclose(errors[:-1] / errors[1:], 4.0, rtol=0.02)
 
 
-def test_damping_converges_with_the_period(tapered_finger, inverse_dynamics):
-    truth = inverse_dynamics(tapered_finger, Y)
-    errors = [external(tapered_finger, Y, period).torque - truth for period in (5e-5, 2.5e-5)]
-    np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.01)
-    assert (np.abs(errors[1]) < 1e-4 * np.abs(truth)).all()
-
-
 def test_damping_is_taken_a_quarter_of_a_period_late_and_tolerated_as_much_both_ways(tapered_finger):
     period, undamped = 1e-3, replace(tapered_finger, relaxation_time=0.0)
     damped, free = external(tapered_finger, Y, period), external(undamped, Y, period)
@@ -98,17 +90,6 @@ def test_turning_about_any_axis_is_found_but_for_the_thickness_of_the_links(ship
     np.testing.assert_allclose(external(shipped_finger, TILTED, 2e-4).torque, truth, atol=1e-4)
 
 
-def test_free_sway_leaves_nothing():
-    """All terms are smoothed alike: without damping, elastic torque and inertia cancel at any phase."""
-    finger, period = replace(uniform_finger(1), relaxation_time=0.0), 0.01
-    (stiffness,), ((inertia,),) = finger.stiffness, finger.mass_matrix()
-    rate, size = np.sqrt(stiffness / inertia), 0.01  # rad/s, rad
-    for phase in np.linspace(0, np.pi, 5):
-        q = size * np.cos(rate * period * np.arange(-2, 3) + phase)[:, None]
-        torque = TorqueBalance(finger).external_torque(at_rest([0.0])._replace(q=q), NO_GRAVITY, period).torque
-        assert torque == pytest.approx(0, abs=1e-3 * stiffness * size)
-
-
 @pytest.mark.parametrize("law", [None, LAW], ids=["linear", "law"])
 def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake_weight, law):
     """Whatever the shape: elastic torque less what drives the finger and Drake's weight."""
@@ -119,28 +100,6 @@ def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake
         torque, tolerance = found.torque, found.tolerance
         np.testing.assert_allclose(torque, finger.elastic_torque(q) - known, atol=1e-11)
         np.testing.assert_allclose(tolerance, 0.0, atol=1e-11)
-
-
-def test_free_fall_takes_weight_away(shipped_finger):
-    """Of a straight finger; the tolerance is then a tenth of the weight's torque."""
-    balance, period, resting = TorqueBalance(shipped_finger), 0.01, at_rest(np.zeros(12))
-    fall = 0.5 * GRAVITY * (np.arange(5) * period)[:, None] ** 2
-    falling = resting._replace(X_WB=np.dstack([resting.X_WB[:, :, :3], fall[:, :, None]]))
-    weight = balance.external_torque(resting, GRAVITY, period).torque
-    found = balance.external_torque(falling, GRAVITY, period)
-    torque, tolerance = found.torque, found.tolerance
-    assert abs(weight[0]) > 5e-4
-    np.testing.assert_allclose(torque, 0, atol=1e-12)
-    np.testing.assert_allclose(tolerance, 0.1 * np.abs(weight), rtol=1e-9)
-
-
-def test_acceleration_across_the_bending_plane_is_of_no_account(shipped_finger, bent):
-    resting = at_rest(bent(12))
-    push = 5.0 * Y * ((np.arange(5) * 0.01) ** 2)[:, None]
-    pushed = resting._replace(X_WB=np.dstack([resting.X_WB[:, :, :3], push[:, :, None]]))
-    still, moved = (TorqueBalance(shipped_finger).external_torque(m, GRAVITY, 0.01) for m in (resting, pushed))
-    np.testing.assert_allclose(moved.torque, still.torque, atol=1e-11)
-    np.testing.assert_allclose(moved.tolerance, still.tolerance, atol=1e-11)
 
 
 @pytest.mark.parametrize("segments", [1, 5])

@@ -78,16 +78,6 @@ def test_a_transmission_that_drake_leaves_aside_or_refuses_is_replaced(unfit, ca
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_joint_has_one_actuator_and_an_actuator_one_joint():
-    twice = transmission(["a"], ["motor"]) + transmission(["a"], ["spare"]) + transmission(["b"], ["motor"])
-    assert actuators(joint("a") + joint("b") + twice) == {"motor": ("a", 7, 1), "b_actuator": ("b", 7, 1)}
-
-
-def test_the_kind_of_a_transmission_may_be_an_attribute():
-    old = "<transmission type='pr2_mechanism_model/SimpleTransmission' name='t'>"
-    assert list(actuators(joint("a") + f"{old}<actuator name='motor'/><joint name='a'/></transmission>")) == ["motor"]
-
-
 SDF_LIMIT = "<limit><lower>-1</lower><upper>2</upper><velocity>3</velocity><effort>{}</effort></limit>"
 SDF = """<sdf version='1.7'><model name='r'><link name='base'/><link name='la'/><joint name='elbow' type='revolute'>
 <parent>base</parent><child>la</child><axis><xyz>0 0 1</xyz>{}</axis></joint></model></sdf>"""

@@ -4,12 +4,11 @@ from pathlib import Path
 
 import pytest
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.multibody.plant import MultibodyPlant
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.model_import.drake_parsing import add_text, drake_reads, original_message
+from soft_gripper.model_import.drake_parsing import add_text, drake_reads
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a\nb"), ValueError("a"), IndexError("a"), SystemExit("a")])
@@ -26,10 +25,6 @@ def test_what_is_not_drakes() -> None:
         with pytest.raises(type(error)) as caught, drake_reads("models[0]", "file", "a.urdf"):
             raise error
         assert caught.value is error
-
-
-def test_temporary_files_are_named_as_those_they_come_from() -> None:
-    assert original_message("/tmp/soft-gripper-x1_y/o.expanded.urdf:10: error: bad") == "o.urdf:10: error: bad"
 
 
 URDF_JOINT = '<joint name="{0}{1}" type="{2}"><parent link="{0}"/><child link="{1}"/></joint>'
@@ -54,9 +49,3 @@ def test_a_ring_of_links_is_refused(joints: list[str], kind: str, suffix: str) -
         add_text(Parser(MultibodyPlant(0.01)), model(joints, kind, suffix), Path("a" + suffix), suffix)
     assert error.value.field == "parent, child"
     assert error.value.value == ", ".join(joints[-1])
-
-
-@pytest.mark.parametrize("joints", [["ab", "bc"], ["ab", "ac"], ["ac", "bc"], []])
-def test_trees_of_links_are_read(joints: list[str]) -> None:
-    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    assert len(add_text(Parser(plant), model(joints, "fixed", ".urdf"), Path("a.urdf"), ".urdf")) == 1

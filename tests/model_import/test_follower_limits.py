@@ -63,18 +63,6 @@ def test_limits_that_contradict_a_leader_are_left_out(suffix):
     assert plant.GetJointByName("level").default_positions() == pytest.approx([-0.1])
 
 
-@pytest.mark.parametrize("suffix", ["urdf", "sdf"])
-def test_limits_of_zero_are_none(suffix):
-    ends, said, plant, *_ = loaded(suffix, (0, 0, 0))
-    assert (ends, said) == (FREE, [])
-    assert plant.GetJointByName("level").velocity_upper_limits() == [np.inf]
-
-
-@pytest.mark.parametrize("suffix", FORMS)
-def test_limits_that_hold_the_whole_motion_stay(suffix):
-    assert loaded(suffix, (-1, 1.5, 1))[:2] == ((-1.0, 1.5), [])
-
-
 @pytest.mark.parametrize("suffix", FORMS)
 def test_a_scenario_gives_limits_of_what_follows(suffix):
     ends, said, plant, arm, mimics = loaded(suffix, config=JointLimitsConfig(lower=0.0, upper=0.5))

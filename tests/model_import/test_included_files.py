@@ -108,11 +108,3 @@ def test_models_are_included_as_they_are(tmp_path: Path, attribute: str, inside:
     (tmp_path / "a.sdf").write_text(sdf(f"<include{attribute}><uri>b.sdf</uri>{inside}</include>"))
     with refused(field, value):
         read(tmp_path / "a.sdf")
-
-
-def test_files_may_be_included_often(tmp_path: Path) -> None:
-    (tmp_path / "b.sdf").write_text(sdf(name="b"))
-    (tmp_path / "a.sdf").write_text(
-        sdf("".join(f"<include><uri>b.sdf</uri><name>b{i}</name></include>" for i in range(3)))
-    )
-    assert all(read(tmp_path / "a.sdf").HasBodyNamed(f"b{i}_b") for i in range(3))

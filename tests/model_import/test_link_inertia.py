@@ -50,11 +50,6 @@ def test_what_a_body_can_have_stays():
         assert possible_inertia(4.0, inertia) is inertia
 
 
-def test_what_no_body_can_have_becomes_possible():
-    for inertia in (symmetric() for _ in range(50)):
-        assert is_possible(possible_inertia(0.01, inertia))
-
-
 def test_it_becomes_the_nearest_that_is_possible():
     """Of 300 possible ones around it none has second moments that are nearer to those of the file."""
     inertia = np.array([[1.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 3.0]])
@@ -66,11 +61,6 @@ def test_it_becomes_the_nearest_that_is_possible():
         candidates = [other, nearest + 1e-2 * symmetric(), nearest * RNG.uniform(0.9, 1.1)]
         for candidate in filter(is_possible, candidates):
             assert np.linalg.norm(second_moments(candidate - inertia)) >= distance - 1e-9
-
-
-def test_a_known_one():
-    """A plate that is a little too flat: 3 > 1 + 1. Its second moments 1.5, 1.5 and -0.5 lose the negative one."""
-    np.testing.assert_allclose(possible_inertia(1e-9, np.diag([1.0, 1.0, 3.0])), np.diag([1.5, 1.5, 3.0]), atol=1e-12)
 
 
 @pytest.mark.parametrize("inertia", [np.zeros((3, 3)), np.diag([1.0, 1.0, 0.0])], ids=["point", "rod"])
@@ -101,11 +91,6 @@ def test_a_link_without_mass(inertial):
     assert is_possible(inertia)
     assert 0 < np.linalg.eigvalsh(inertia)[0] <= np.linalg.eigvalsh(inertia)[2] < 1e-6
     assert links(link, {"b"}).find("link/inertial") is None
-
-
-def test_a_link_that_is_right_stays_as_it_is():
-    text = f"<link name='a'>{SOLID}</link>"
-    assert ET.tostring(links(text, {"a"})) == ET.tostring(ET.fromstring(f"<robot name='r'>{text}</robot>"))
 
 
 def test_a_link_that_is_wrong_keeps_its_centre_of_mass():

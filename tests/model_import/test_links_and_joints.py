@@ -239,12 +239,6 @@ def test_mjcf_stays_where_its_file_puts_it(tmp_path, is_arm):
             Read(tmp_path, MJCF, is_arm, suffix="xml", **config)
 
 
-def test_a_free_body_of_mjcf_is_free(tmp_path):
-    text = MJCF.replace('<joint name="j" type="slide" axis="0 0 1"\nrange="0 0.4"/>', "<freejoint/>")
-    text = text.replace('<actuator><motor joint="j"/></actuator>', "")
-    assert Read(tmp_path, text, suffix="xml", free=True).plant.num_positions() == 7
-
-
 def test_xml_of_no_known_kind_is_refused_by_its_root(tmp_path):
     with pytest.raises(InputError, match=r"root element = 'svg': a model begins with one of <robot> \(URDF\)"):
         Read(tmp_path, "<svg/>", suffix="xml")

@@ -122,13 +122,6 @@ def test_a_slab_slides_on_a_slope_that_is_steeper_than_its_friction_angle(tmp_pa
     assert pose.translation()[0] == pytest.approx(acceleration * seconds**2 / 2, rel=0.05, abs=1e-3)
 
 
-@pytest.mark.parametrize(("key", "of_fingers"), [("mass", "density"), ("friction", "contact.friction")])
-def test_fingers_have_their_own(key, of_fingers):
-    with refused(key, 0.5) as caught:
-        loaded("package://soft_gripper/grippers/two_finger.urdf", **{key: 0.5})
-    assert f"fingers.all.{of_fingers}" in str(caught.value)
-
-
 @pytest.mark.parametrize("key", ["mass", "friction"])
 def test_what_has_no_rigid_link_or_shape_has_none_to_change(key):
     Path("nothing.urdf").write_text('<robot name="r"><link name="a"/></robot>', encoding="utf-8")

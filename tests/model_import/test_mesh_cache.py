@@ -8,12 +8,15 @@ import pytest
 import trimesh
 from PIL import Image
 from pydrake.geometry import Mesh
+from pydrake.math import RigidTransform
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.notes import MENDED
 from soft_gripper.model_import import mesh_files as mesh_cache
-from soft_gripper.model_import.mesh_files import cache_folder, convert_to_obj, read_scene
+from soft_gripper.model_import.mesh_files import cache_folder, convert_to_obj, outward, read_scene
+from soft_gripper.model_import.model_file import ModelFile
 
 SIZE = np.array([0.1, 0.2, 0.3])
 CENTER = np.array([0.5, -0.3, 1.0])
@@ -54,27 +57,10 @@ def colors(obj):
     return sorted(tuple(float(value) for value in line.split()[1:]) for line in lines if line.startswith("Kd"))
 
 
-@pytest.mark.parametrize("name", ["box.STL", "box.off"])
-def test_size_and_place_are_those_of_the_source(tmp_path, name):
-    np.testing.assert_allclose(bounds(convert_to_obj(write(a_box(), tmp_path / name))), BOX, atol=1e-7)
-
-
 @pytest.mark.parametrize("axis", ["X_UP", "Y_UP", "Z_UP"])
 def test_axes_of_a_collada_file_stay_whichever_is_called_up(tmp_path, axis):
     path = write_dae(tmp_path / "box.dae", a_box(), change=("Y_UP", axis))
     np.testing.assert_allclose(bounds(convert_to_obj(path)), BOX, atol=1e-7)
-
-
-def test_unit_of_a_collada_file_counts(tmp_path):
-    millimetre = ("<up_axis>", '<unit name="millimeter" meter="0.001"/><up_axis>')
-    path = write_dae(tmp_path / "box.dae", a_box(), change=millimetre)
-    np.testing.assert_allclose(bounds(convert_to_obj(path)), 1e-3 * BOX, atol=1e-9)
-
-
-def test_parts_are_where_their_nodes_put_them(tmp_path):
-    up = "<matrix>1 0 0 0  0 1 0 0  0 0 1 2  0 0 0 1</matrix><instance_geometry"
-    path = write_dae(tmp_path / "box.dae", a_box(), change=("<instance_geometry", up))
-    np.testing.assert_allclose(bounds(convert_to_obj(path)), BOX + np.array([0, 0, 2]), atol=1e-7)
 
 
 def test_a_glb_file_stands_as_drake_lets_a_gltf_file_stand(tmp_path):
@@ -105,15 +91,6 @@ def test_round_things_are_shaded_smoothly_and_edges_stay_sharp(tmp_path, ending)
             assert (np.sum(normals * vertices, axis=1) > 0.1 * 0.999).all()
         else:
             np.testing.assert_allclose(np.abs(normals).max(axis=1), 1, atol=1e-6)
-
-
-def test_a_mesh_is_converted_once(tmp_path, monkeypatch, cache):
-    path = write_dae(tmp_path / "box.dae", a_box((255, 0, 0, 255)))
-    kept = convert_to_obj(path)
-    assert {file.suffix for file in cache.iterdir()} == {".obj", ".mtl"}
-    path.rename(tmp_path / "moved.dae")
-    monkeypatch.setattr(mesh_cache, "read_scene", None)
-    assert convert_to_obj(tmp_path / "moved.dae") == kept
 
 
 def test_a_mesh_that_changed_is_converted_again(tmp_path):
@@ -177,3 +154,16 @@ def test_textures_are_not_copied_for_each_smooth_piece(monkeypatch):
     parts.visual = TextureVisuals(uv=np.zeros((len(parts.vertices), 2)), material=material)
     mesh_cache._shade(parts)
     assert len(copies) < 5
+
+
+@pytest.mark.parametrize("is_inside_out", [False, True])
+def test_a_part_that_is_inside_out_is_turned_with_a_note_and_nothing_else(tmp_path, is_inside_out):
+    small = trimesh.creation.box([0.03, 0.02, 0.02], RigidTransform([0.5, 0, 0]).GetAsMatrix4())
+    if is_inside_out:
+        small.invert()
+    path = write(trimesh.util.concatenate([trimesh.creation.box(SIZE), small]), tmp_path / "parts.obj")
+    model = ModelFile(path)
+    turned = outward(model, path, path)
+    assert trimesh.load(turned).volume == pytest.approx(SIZE.prod() + 1.2e-5, rel=1e-6)
+    assert [note.outcome for note in model.notes] == is_inside_out * [MENDED]
+    assert (turned != path) == is_inside_out

@@ -38,13 +38,6 @@ def load(path: Path, mesh: str) -> None:
     add_model(plant, ModelConfig("m", str(path), free=True), "models[0]", None)
 
 
-@pytest.mark.parametrize("suffix", ["zip", "zae", "3mf", "tar.gz", "tgz", "step", "json", "exe"])
-def test_other_kinds_are_refused(tmp_path: Path, suffix: str) -> None:
-    (tmp_path / f"a.{suffix}").write_text(BOX.export(file_type="obj"))
-    with refused("mesh", f"a.{suffix}"):
-        check_mesh_file(tmp_path / f"a.{suffix}")
-
-
 def test_a_whole_gltf_is_read(tmp_path: Path) -> None:
     load(tmp_path / "a.urdf", write(tmp_path, GLTF).name)
     (tmp_path / "a b.glb").write_bytes(BOX.export(file_type="glb"))

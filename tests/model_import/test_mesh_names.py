@@ -33,12 +33,6 @@ def make_mesh(package, name=None):
     return mesh
 
 
-def test_package_is_a_folder_above_the_file(urdf, tmp_path):
-    mesh = make_mesh(tmp_path / "src" / "acme_arm")
-    for name in (NAME, NAME.replace("package", "model"), NAME.replace("//", "///")):
-        assert mesh_file(name, urdf) == mesh
-
-
 def test_package_xml_gives_another_name_to_a_folder(tmp_path):
     clone = tmp_path / "acme_arm-2.0-main"
     mesh = make_mesh(clone, "acme_arm")
@@ -65,20 +59,6 @@ def test_package_is_installed(urdf, tmp_path, monkeypatch, variable, folder, ent
     mesh = make_mesh(tmp_path / "ros" / folder, "acme_arm")
     monkeypatch.setenv(variable, f"/nosuch::{tmp_path / 'ros' / entry}")
     assert mesh_file(NAME, urdf) == mesh
-
-
-def test_the_nearest_package_that_has_the_mesh_counts(urdf, tmp_path):
-    far = make_mesh(tmp_path / "acme_arm")
-    assert mesh_file(NAME, urdf) == far
-    near = make_mesh(tmp_path / "src" / "acme_arm")
-    assert mesh_file(NAME, urdf) == near
-
-
-def test_files_and_relative_names(urdf, tmp_path):
-    mesh = make_mesh(tmp_path / "src" / "acme_arm")
-    assert mesh_file(f"file://{mesh}", urdf) == mesh
-    assert mesh_file(str(mesh), urdf) == mesh
-    assert mesh_file("../meshes/link.stl", urdf).samefile(mesh)
 
 
 def test_unknown_package_names_the_mesh_and_where_it_was_looked_for(urdf, tmp_path):

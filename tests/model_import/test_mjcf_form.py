@@ -104,9 +104,3 @@ def test_damaged_meshes_of_mujoco(tmp_path, content):
     (tmp_path / "a.msh").write_bytes(content)
     with refused("mesh", "a.msh"):
         read_msh(tmp_path / "a.msh")
-
-
-def test_warnings_of_drake_name_elements(tmp_path):
-    body = '<body name="b"><joint name="j" frictionloss="2"/><geom type="sphere" size="0.1"/><site name="s"/></body>'
-    _, _, notes = read(tmp_path, f"<mujoco><worldbody>{body}</worldbody></mujoco>")
-    assert {f"{note.outcome} {note.element}" for note in notes} == {"left out joint 'j'", "left out site 's'"}

@@ -92,14 +92,6 @@ def test_masses_and_frictions_that_are_hardly_meant_are_noted(config, text, expe
     assert tuple(said[: len(expected)]) == expected
 
 
-def test_of_a_bare_mesh_too():
-    path = "package://soft_gripper/objects/sphere.obj"
-    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    with collect_notes() as notes:
-        load_model(plant, ModelConfig("m", path, free=True, mass=50.0, friction=60.0), "models[0]")
-    assert [note.value for note in notes] == ["50 kg", "60"]
-
-
 def test_a_finger_in_millimetres_is_noted():
     text = (DIRECTORY / "grippers" / "finger.urdf").read_text(encoding="utf-8")
     assert 'length="0.12"' in text

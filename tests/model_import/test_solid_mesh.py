@@ -75,11 +75,6 @@ def test_parts_are_joined_and_face_outward(mesh, volume, said):
     np.testing.assert_array_equal(mesh.faces, before)
 
 
-def test_split_vertices_change_no_moment():
-    mesh = trimesh.creation.torus(1.0, 0.3)
-    np.testing.assert_allclose(solid(ModelFile(FILE), split(mesh)).moment_inertia, mesh.moment_inertia, rtol=1e-9)
-
-
 OPEN = trimesh.Trimesh(BOX.vertices, BOX.faces[:-1], process=False)
 SHEET = trimesh.Trimesh(BOX.vertices, [*BOX.faces[:4], *BOX.faces[:4, ::-1]], process=False)
 

@@ -164,10 +164,6 @@ def test_motors_can_hold_the_arm(arm, q):
     assert np.all(np.abs(expected) < EFFORTS)
 
 
-def test_links_that_are_not_neighbours_stay_apart_at_home(unfiltered_arm):
-    assert unfiltered_arm.query(HOME).ComputePointPairPenetration() == []
-
-
 def test_arm_does_not_collide_with_itself(arm, unfiltered_arm):
     assert unfiltered_arm.query(FOLDED).HasCollisions()
     assert not arm.query(FOLDED).HasCollisions()

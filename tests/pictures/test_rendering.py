@@ -7,10 +7,9 @@ import pytest
 from scenes import Scene
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.meshcat_view import upright_view
 from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.pictures.phases import CloseUp
-from soft_gripper.pictures.rendering import MARGIN, SUN, Picture, SceneRenderer, framing_camera
+from soft_gripper.pictures.rendering import MARGIN, Picture, SceneRenderer, framing_camera
 
 BOX, IRREGULAR, SKIN = (0.25, 0.47, 0.70), (0.45, 0.62, 0.36), (0.93, 0.55, 0.36)  # as the model files say
 
@@ -45,20 +44,6 @@ def test_the_box_is_seen_where_it_is(box_grasp: Scene, shift: tuple[float, ...])
     np.testing.assert_array_equal(picture[0, 0], 255)
 
 
-@pytest.mark.slow
-def test_bending_moves_the_fingertip(box_grasp: Scene) -> None:
-    # The middle of the last link's side before the camera, which is +y in B: the gripper points down. The frame of
-    # the link lies on the neutral axis, near the inner face.
-    inside = (-0.009, 0.0099, 0.0)
-    straight, before = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
-    box_grasp.bend("left_finger", -0.08)
-    bent, after = box_grasp.state(), box_grasp.point("left_finger_link_12", inside)
-    renderer = box_grasp.renderer(straight, bent)
-    pictures = [renderer.render(time) for time in (0.0, 1.0)]
-    seen = [[shows(pixel(renderer, picture, p), SKIN) for p in (before, after)] for picture in pictures]
-    assert seen == [[True, False], [False, True]]
-
-
 def test_links_have_the_colour_of_the_torque_where_they_begin(box_grasp: Scene) -> None:
     torques = np.repeat([-0.1, 0.06], 6)
     renderer = box_grasp.renderer(box_grasp.state(), torques=torques, limit=0.1)
@@ -76,33 +61,6 @@ def test_a_time_looks_the_same_whatever_was_rendered_before(box_grasp: Scene) ->
     before, other, after = (renderer.render(time) for time in (0.0, 1.0, 0.0))
     np.testing.assert_array_equal(before, after)
     assert np.abs(before.astype(int) - other).max() > 100
-
-
-@pytest.mark.slow
-def test_a_mesh_without_normals_is_seen() -> None:
-    scene = Scene("irregular_grasp")
-    renderer = scene.renderer(scene.state())
-    assert shows(pixel(renderer, renderer.render(0.0), scene.point("irregular", (0.0, 0.0, -0.02))), IRREGULAR)
-
-
-@pytest.mark.slow
-def test_an_arm_is_lit_where_it_is_seen_and_things_in_the_air_cast_shadows() -> None:
-    scene = Scene("pick_and_place_box")
-    scene.scenario.models[3].mesh.color = [*BOX, 1.0]
-    standing = scene.state()
-    scene.move("box", np.array([0.0, 0.0, 0.1]))
-    renderer = scene.renderer(standing, scene.state())
-    before, after = (renderer.render(time) for time in (0.0, 1.0))
-    box, view = scene.point("box"), upright_view(renderer.direction * [1, 1, 0]).matrix()
-    right, ahead = view[:, 0], view[:, 2]
-    assert pixel(renderer, after, box - 0.03 * ahead).max() > 0.5  # the side that is seen
-    assert shows(pixel(renderer, after, box - 0.03 * ahead), BOX)
-    shadow = box - box[2] / SUN[2] * (SUN[0] * right + SUN[1] * ahead + SUN[2] * np.array([0.0, 0.0, 1.0]))
-    lit, shaded = (pixel(renderer, picture, shadow) for picture in (before, after))
-    assert shows(lit, shaded)
-    assert lit.mean() - shaded.mean() > 0.05
-    aside = shadow + 0.1 * right
-    np.testing.assert_allclose(pixel(renderer, before, aside), pixel(renderer, after, aside), atol=0.01)
 
 
 @pytest.mark.slow

@@ -70,30 +70,6 @@ def test_true_joints_are_where_drake_has_them(run: Run, panels: list[Axes]) -> N
     np.testing.assert_allclose(drawn(panels[1], "true joints"), 1e3 * p_BJ[:, [0, 2]], atol=1e-6)
 
 
-def test_the_estimate_ends_at_the_estimated_tip(run: Run, panels: list[Axes]) -> None:
-    section = [patch for patch in panels[2].patches if isinstance(patch, Polygon) and not patch.get_fill()][-1]
-    inner, outer = np.split(section.get_xy()[:-1], 2)
-    x, z, heading = recorded(run, "tip_pose")
-    normal, tip = np.array([np.cos(heading), -np.sin(heading)]), layout_of(run).finger.tip
-    np.testing.assert_allclose(inner[-1] - outer[0], 19 * normal)
-    middle = (inner[-1] + outer[0]) / 2
-    np.testing.assert_allclose(middle + 1e3 * tip.neutral_axis * normal, [1e3 * x, 1e3 * z])
-
-
-def test_arcs_are_drawn_about_their_centres(run: Run, panels: list[Axes]) -> None:
-    arcs = run[1]["left_finger.arcs"].sel(time=TIME, method="nearest")
-    centers = 1e3 * arcs.sel(arc=["center_x", "center_z"]).values
-    marks = [np.ravel(line.get_data()) for line in panels[1].lines if line.get_marker() == "+"]
-    np.testing.assert_allclose(marks, centers)
-    curves = [np.transpose(line.get_data()) for line in panels[1].lines if line.get_linewidth() > 2]
-    assert len(curves) == SECTIONS
-    for curve, center, kappa, text in zip(curves, centers, arcs.sel(arc="kappa").values, panels[1].texts, strict=True):
-        radii = np.linalg.norm(curve - center, axis=1)
-        np.testing.assert_allclose(radii, 1e3 / abs(kappa))
-        assert text.get_text() == f"{radii[0]:.0f}"
-    np.testing.assert_allclose(curves[-1][-1], 1e3 * recorded(run, "tip_pose")[:2])
-
-
 @pytest.mark.parametrize(
     ("panel", "patch", "signal"), [(0, FancyBboxPatch, "true_external_torque"), (2, Polygon, "external_torque")]
 )
@@ -110,28 +86,6 @@ def test_torques_have_their_colours(run: Run, panels: list[Axes], panel: int, pa
 
 def arrows(axes: Axes) -> list[FancyArrowPatch]:
     return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
-
-
-@pytest.mark.slow
-def test_an_estimated_force_is_drawn_beside_the_true_one() -> None:
-    """And the uncertainty of the curve; the estimate ends at its tip, with an arc a segment."""
-    steps = ["pressure.steps.all=[100e3]", "pressure.settle=0.79", "pressure.hold_samples=1"]
-    contact = ["estimator.type=contact", "sensor.sections=2"]
-    station = make_station(load_scenario("obstructed_inside", [*steps, *contact]))
-    recording = run_station(station)
-    layout = sensor_layout(station.fingers[0].finger, station.scenario.sensor)
-    axes = shape_figure(layout, recording, 0.8).axes
-    true, (estimated, beside) = arrows(axes[0]), sorted(arrows(axes[2]), key=lambda patch: patch.get_linewidth())
-    assert len(true) == 1
-    assert estimated.get_edgecolor() != beside.get_edgecolor() == true[0].get_edgecolor()
-    assert estimated.get_zorder() > beside.get_zorder()
-    assert "± 2 standard deviations" in [patch.get_label() for patch in axes[2].patches]
-    pieces = [patch for patch in axes[2].patches if isinstance(patch, Polygon) and patch.get_fill()]
-    assert len(pieces) == 12 + 1  # of the finger, and the band
-    tube, band = pieces[-2].get_xy(), pieces[-1].get_xy()
-    assert tube[:, 1].max() > band[:, 1].max() - 1, "the last piece of the finger is that of its tip"
-    for patch in (estimated, beside):  # inside the panel
-        assert patch.get_path().vertices[:-1, 0].min() > axes[2].get_xlim()[0]
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 """Films of recordings: so many frames, of the right things, in a whole file or none."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +7,10 @@ import pytest
 from command_line import short, soft_gripper
 from finger_plants import free_bending
 from PIL import Image, ImageSequence
-from refusals import refused
-from scenes import Scene
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.pictures.video import FOOTER, Film, check_video, write_video
+from soft_gripper.pictures.video import FOOTER, Film, write_video
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
@@ -55,15 +52,6 @@ def test_an_animated_picture_shows_the_recording_at_its_own_pace(
     np.testing.assert_allclose(reported, np.arange(1, FRAMES + 1) / 10)
 
 
-def test_an_mp4_has_as_many_frames(run: Run, tmp_path: Path) -> None:
-    ffmpeg = pytest.importorskip("imageio_ffmpeg")
-    path = tmp_path / "film.mp4"
-    write_video(path, *run, None, *SIZE)
-    assert ffmpeg.count_frames_and_secs(str(path)) == (FRAMES, pytest.approx(FRAMES / 10))
-    meta = next(ffmpeg.read_frames(str(path)))
-    assert meta["size"] == (SIZE[0], SIZE[1] + FOOTER)
-
-
 def test_the_scene_moves_and_the_footer_shows_time_and_torques(expected: np.ndarray) -> None:
     first, last = expected[0], expected[-1]
     footer, scale = slice(SIZE[1], None), slice(SIZE[0] // 2, None)
@@ -73,22 +61,6 @@ def test_the_scene_moves_and_the_footer_shows_time_and_torques(expected: np.ndar
     red, _, blue = np.moveaxis(first[footer, scale], -1, 0)
     assert (red - blue).max() > 100
     assert (blue - red).max() > 100
-
-
-@pytest.fixture(scope="module")
-def task() -> Run:
-    """An arm stands in its home posture for 3 s; the task may take a minute, but the object is lost and it ends."""
-    scene = Scene("pick_and_place_box")
-    states = [scene.state()] * 4
-    signals = {"task.phase": [0, 3, 12, 30], "task.outcome": [0, 0, 3, 3], "left_finger.pressure": 4 * [10e3]}
-    return scene.scenario, scene.recording(*states, signals=signals)
-
-
-def test_a_film_ends_with_the_recording(task: Run) -> None:
-    assert task[0].duration > 10
-    film = Film(*task, *SIZE)
-    assert film.duration == 3
-    np.testing.assert_allclose(film.times, np.arange(30) / 10)
 
 
 @pytest.mark.parametrize("ending", [".gif", ".webp", ".mp4"])
@@ -107,13 +79,6 @@ def test_a_film_that_fails_leaves_no_file(
     with pytest.raises(RuntimeError, match="no more"):
         write_video(tmp_path / f"film{ending}", *run, None, *SIZE)
     assert not list(tmp_path.iterdir())
-
-
-def test_without_ffmpeg_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with refused("FILE", "film.mp4"):
-        check_video(Path("film.mp4"))
-    check_video(Path("film.gif"))
 
 
 def test_run_writes_a_film(tmp_path: Path) -> None:

@@ -51,11 +51,6 @@ def study(numbers, ended, failed=None):
     return kept
 
 
-def test_results_are_kept_by_their_keys(ended):
-    assert study([1, 2], ended) == {"job 1": 1.0, "job 2": 0.5}
-    assert sorted(ended) == ["job 1", "job 2"]
-
-
 def test_what_is_kept_when_ctrl_c_comes_is_counted_too(ended):
     kept, before = {}, signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
 
@@ -111,16 +106,6 @@ def filled(folder):
     return tables
 
 
-def test_rows_are_there_as_they_come_and_in_order_at_the_end(tmp_path):
-    tables = begun(tmp_path, ONE)
-    for key in "201":
-        tables.add(ROWS[key])
-        assert len((tmp_path / "a.csv").read_text().splitlines()) == 1 + len(tables.rows)
-    tables.finish([(key,) for key in "012"])
-    assert (tmp_path / "a.csv").read_text() == WHOLE
-    assert {path.name for path in tmp_path.iterdir()} == {"about", "a.csv", "a.csv.sha256"}
-
-
 @pytest.mark.parametrize("length", range(len(WHOLE) + 1))
 def test_a_table_cut_anywhere_comes_to_the_same(tmp_path, length):
     filled(tmp_path)
@@ -154,13 +139,6 @@ def test_a_row_of_either_table_that_was_changed_does_not_count(tmp_path, caplog)
     assert "2 rows" in caplog.text
 
 
-def test_a_row_with_another_number_of_cells_does_not_count(tmp_path):
-    """Checksums are of the cells with NUL between them, which a cell may hold."""
-    filled(tmp_path)
-    (tmp_path / "a.csv").write_text(WHOLE[::-1].replace(",", "\0", 1)[::-1])
-    assert list(begun(tmp_path, ONE, resume=True).rows) == [("0",), ("1",)]
-
-
 def test_another_study_and_other_columns_are_not_resumed(tmp_path):
     filled(tmp_path)
     for arguments in ({"columns": ONE, "about": "other"}, {"columns": {"a.csv": ["n", "other"]}}):
@@ -168,12 +146,6 @@ def test_another_study_and_other_columns_are_not_resumed(tmp_path):
             begun(tmp_path, resume=True, **arguments)
         assert error.value.field == "--resume"
     assert (tmp_path / "a.csv").read_text() == WHOLE
-
-
-def test_without_resume_everything_is_begun_anew(tmp_path):
-    filled(tmp_path)
-    assert begun(tmp_path, ONE, about="other").rows == {}
-    assert (tmp_path / "a.csv").read_text() == "n,m,error\n"
 
 
 def test_a_full_disk_is_reported_and_the_table_goes_on(tmp_path):

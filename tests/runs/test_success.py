@@ -8,7 +8,6 @@ from refusals import refused
 from soft_gripper.runs.success import success_criteria
 from soft_gripper.scenario.criterion import read_criterion
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.shipped import scenario_names
 
 
 @pytest.mark.parametrize(
@@ -46,11 +45,6 @@ def test_a_measure_that_runs_do_not_have_is_refused():
     with refused("success[0]") as error:
         success_criteria(load_scenario("free_bending", ["success=[grasp is held]"]))
     assert "max_pose_error_mm" in str(error.value)
-
-
-@pytest.mark.parametrize("name", scenario_names())
-def test_every_shipped_scenario_has_criteria(name):
-    assert success_criteria(load_scenario(name))
 
 
 def test_the_text_of_a_task_has_the_limits_that_it_is_judged_by():

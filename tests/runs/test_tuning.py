@@ -36,18 +36,6 @@ def test_rise_time_is_that_of_the_finger_and_its_supply(two_steps):
 
 
 @pytest.mark.slow
-def test_first_gains_are_stable(two_steps):
-    gains = gains_from_step_response(*step_response(two_steps))
-    assert min(gains.kp, gains.ki, gains.kd) > 0
-    assert all(abs(row.steady_error_estimated_mm) < 1 for row in follow(two_steps, gains))
-
-
-def test_cost_counts_overshoot_beyond_two_percent():
-    table = [StepRow(0, 90, 80, overshoot, 0, settling, 0, 0) for overshoot, settling in ((1.9, 0.5), (5.0, 0.7))]
-    assert step_cost(table) == pytest.approx(0.6 + 0.3 / 2)
-
-
-@pytest.mark.slow
 def test_tuning_lowers_the_cost(two_steps):
     costs = []
     best = tune(two_steps, HereExecutor(), 8, lambda gains, cost: costs.append(cost))

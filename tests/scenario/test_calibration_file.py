@@ -143,11 +143,3 @@ def test_states_that_cannot_be_are_refused(calibration, tmp_path, field, value, 
     (tmp_path / "file.yaml").write_text(yaml.safe_dump(document))
     with refused(f"fingers.tapered.{named}"):
         load_calibration(str(tmp_path / "file.yaml"))
-
-
-@pytest.mark.parametrize(("text", "value"), [("a: [", "file.yaml"), ("3", 3)])
-def test_a_file_that_is_no_calibration(tmp_path, text, value):
-    path = tmp_path / "file.yaml"
-    path.write_text(text)
-    with refused("" if text == "3" else "file", value):
-        load_calibration(str(path))

@@ -10,32 +10,14 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.schema import NominalConfig, SensorConfig
+from soft_gripper.scenario.schema import NominalConfig
 
-CURVE = [[1.0, 0.0], [2.0, 3.0]]
 TWO = "package://soft_gripper/grippers/two_finger.urdf"
 
 
 def nominal(finger, changes=MappingProxyType({}), **config):
     return read_nominal_model(NominalConfig(dict(changes), **config)).finger(finger)
-
-
-def test_nothing_said_is_the_truth(tapered_finger):
-    assert nominal(tapered_finger) == tapered_finger
-    layout = read_nominal_model(NominalConfig()).layout(
-        tapered_finger, SensorConfig(sections=3, one_sided=True, response=CURVE)
-    )
-    assert (layout.finger, layout.sections, layout.one_sided) == (tapered_finger, 3, True)
-    assert [list(point) for point in layout.response.points] == CURVE
-
-
-@pytest.mark.parametrize(("name", "value"), [("length", 0.2), ("relaxation_time", 0.02), ("sensor_spacing", 0.009)])
-def test_changes_of_the_finger(tapered_finger, name, value):
-    true = getattr(tapered_finger, name)
-    for text, expected in ((str(value), value), ("+5 %", 1.05 * true), ("-2.5%", 0.975 * true)):
-        assert nominal(tapered_finger, {name: text}) == replace(tapered_finger, **{name: expected})
 
 
 @pytest.mark.parametrize(
@@ -53,22 +35,10 @@ def test_changes_of_the_cross_section_are_for_base_and_tip(tapered_finger, name,
         assert nominal(tapered_finger, {name: text}) == replace(tapered_finger, **ends)
 
 
-def test_creep_need_not_be_known(tapered_finger):
-    creeps = replace(tapered_finger, creep=(CreepBranch(0.2, 0.3),))
-    assert nominal(creeps) == creeps
-    assert nominal(creeps, creep=False) == tapered_finger
-
-
 @pytest.mark.parametrize("text", ["10", "0.1"])
 def test_a_forgotten_percent_sign_is_no_modulus(tapered_finger, text):
     with refused("youngs_modulus"):
         nominal(tapered_finger, {"youngs_modulus": text})
-
-
-def test_another_response_is_believed_of_the_same_sensors(tapered_finger):
-    layout = read_nominal_model(NominalConfig(response=CURVE)).layout(tapered_finger, SensorConfig(sections=2))
-    assert [list(point) for point in layout.response.points] == CURVE
-    assert (layout.finger, layout.sections) == (tapered_finger, 2)
 
 
 @pytest.mark.parametrize("file", ["package://soft_gripper/grippers/finger.urdf", TWO])
@@ -116,11 +86,6 @@ def test_readings_are_those_of_the_simulated_finger(settled):
     )
     for signal in ("strain", "extension_ratio", "sampled_joint_angles"):
         np.testing.assert_array_equal(wrong(signal), true(signal))
-
-
-def test_a_spacing_that_is_believed_larger_bends_the_estimate_less(settled):
-    true, wrong = settled(), settled("finger.sensor_spacing=+10 %")
-    np.testing.assert_allclose(wrong("theta"), true("theta") / 1.1, rtol=1e-3)
 
 
 def test_a_stiffness_that_is_believed_larger_is_taken_for_a_load(settled, shipped_finger):

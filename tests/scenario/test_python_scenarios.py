@@ -1,7 +1,6 @@
 """Scenarios that are made in Python: numbers of numpy are numbers, and values of other types are refused in a line."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -66,14 +65,6 @@ def test_gains_and_limits_of_a_controller(kp, period, minimum, field):
     assert caught.value.field == field
 
 
-@pytest.mark.parametrize("scenario", [None, "free_bending", {}, 3])
-def test_what_is_no_scenario(scenario):
-    for call in (sg.make_station, sg.simulate, sg.dump_scenario):
-        with pytest.raises(sg.InputError) as caught:
-            call(scenario)
-        assert caught.value.field == "scenario"
-
-
 @pytest.mark.parametrize("name", [None, 3, ["free_bending"], float("nan")])
 @pytest.mark.parametrize(
     "read",
@@ -88,11 +79,6 @@ def test_a_name_is_text(read, name):
     with pytest.raises(sg.InputError) as caught:
         read(name)
     assert caught.value.field == "name"
-
-
-def test_a_name_may_be_a_path(tmp_path):
-    (tmp_path / "own.yaml").write_text(sg.dump_scenario(BASE))
-    assert sg.load_scenario(Path(tmp_path / "own.yaml")) == BASE
 
 
 @pytest.mark.parametrize("overrides", [None, 3, "sensor.sections=3", [3]])

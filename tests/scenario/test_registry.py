@@ -8,17 +8,9 @@ from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.named_estimators import find_estimator
-from soft_gripper.estimators.shape_estimator import ShapeEstimator
 from soft_gripper.registry import OWN, blamed_on, label, make_block
 from soft_gripper.scenario.sensor_presets import SENSORS
 from soft_gripper.sensors.sensor_layout import SensorLayout
-
-
-def test_names_of_the_project(shipped_finger):
-    layout = SensorLayout(shipped_finger, 3)
-    assert list(SENSORS) == ["strain", "curvature", "orientation"]
-    assert SENSORS.find("strain") is SensorLayout
-    assert isinstance(find_estimator("gaussian")(layout, [0, 0, -9.81], 0.01), ShapeEstimator)
 
 
 def test_functions_of_the_users(monkeypatch, tmp_path):
@@ -94,13 +86,6 @@ def test_a_function_that_fails_is_named(shipped_finger, make, complaint):
     with pytest.raises(InputError, match=complaint) as caught:
         make_block("sensor.type", "own:make", make, SensorLayout(shipped_finger, 3), 0.01)
     assert (caught.value.field, caught.value.value) == ("sensor.type", "own:make")
-
-
-def test_a_module_that_ends_python(monkeypatch, tmp_path):
-    (tmp_path / "script_without_guard.py").write_text("import sys\nsys.exit(0)\n")
-    monkeypatch.chdir(tmp_path)
-    with refused("sensor.type", "script_without_guard:make"):
-        SENSORS.find("script_without_guard:make")
 
 
 def test_a_block_is_part_of_one_finger():

@@ -19,7 +19,6 @@ from soft_gripper.quantity import rules
 from soft_gripper.scenario.checks import checked_scenario
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.scenario.shipped import scenario_names
 
 ONE_FINGER = "models.0.file=package://soft_gripper/grippers/finger.urdf"
 
@@ -245,35 +244,11 @@ def test_a_task_that_leaves_the_gripper_alone_may_not_ask_for_a_grip(override, f
         load_scenario("pick_and_place_box", [f"task.phases={phases}", override])
 
 
-@pytest.mark.parametrize(
-    "override",
-    [
-        "pressure.minimum=-101325",
-        "pressure.steps.all=[-50000, 210000]",
-        "sensor.sections=12",
-        "sensor.borders=[0.05, 0.5, 0.95]",
-        "estimator.alongside=[spline, gaussian, contact]",
-        "nominal.finger.density=-99.9 %",
-        "external=[pressure]",
-        "control.hold=0.01",
-        "plant_config.time_step=0",
-        "gravity=[0, 0, 0]",
-    ],
-)
-def test_limits_themselves_are_fine(override):
-    make_station(load_scenario("free_bending", [override]))
-
-
 def test_more_models_than_can_be_read():
     scenario = load_scenario("box_grasp")
     scenario.models += [replace(scenario.models[-1], name=f"box{i}") for i in range(500)]
     with refused("models", 503):
         checked_scenario("many.yaml", scenario)
-
-
-@pytest.mark.parametrize("name", scenario_names())
-def test_shipped_scenarios_end(name):
-    load_scenario(name, ["plant_config.time_step=0.00005"])
 
 
 def test_contact_approximations_are_those_of_the_installed_drake():

@@ -20,12 +20,6 @@ from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import FULL_SCALE, StrainErrors, disturb
 
 
-def test_errors_without_a_preset_are_those_that_are_given():
-    errors = StrainErrorsConfig(noise=0.001, saturation=[0.9, 1.2], delay=2)
-    expected = StrainErrors(noise=0.001, saturation=(0.9, 1.2), delay=2)
-    assert strain_errors(SensorConfig(errors=errors)) == expected
-
-
 def test_what_is_given_overrides_the_preset():
     """A zero too."""
     errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset="realistic", noise=0.0, delay=1)))

@@ -44,13 +44,6 @@ def test_what_is_no_plain_data(text: str) -> None:
     assert len(str(caught.value)) < 600
 
 
-def test_aliases_that_multiply_are_counted() -> None:
-    lines = ["_a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1]"]
-    lines += [f"_{new}: &{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in zip("abcdefgh", "bcdefghi", strict=True)]
-    with refused("size", 66430):
-        parse_yaml("a.yaml", "\n".join(lines))
-
-
 def test_merges_that_multiply_are_counted() -> None:
     lines = ["_a: &a {k: 1}"]
     lines += [f"_{new}: &{new} {{<<: [{', '.join([f'*{old}'] * 99)}]}}" for old, new in zip("abc", "bcd", strict=True)]
@@ -71,9 +64,3 @@ def test_file_is_named(tmp_path) -> None:
     file.write_text("a: [1")
     with refused("file", "a.yaml"):
         read_yaml(file)
-
-
-def test_data_of_the_same_text_is_the_callers_own() -> None:
-    changed = parse_yaml("a.yaml", "a: {b: [1]}")
-    changed["a"]["b"].append(2)
-    assert parse_yaml("a.yaml", "a: {b: [1]}") == {"a": {"b": [1]}}

@@ -8,8 +8,6 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, RandomSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from soft_gripper.sensors.error_block import ErrorBlock
-from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_block import SensorBlock
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -58,21 +56,3 @@ def test_a_block_gives_what_a_recording_does(layout):
     assert np.isnan(expected[:, 1]).all()
     assert np.isfinite(np.delete(expected, 1, axis=1)).mean() > 0.8
     np.testing.assert_allclose(disturbed, expected, rtol=0, atol=1e-12)
-
-
-def test_readings_depend_on_no_new_draws_between_samples(layout):
-    """The output follows its state and the ideal signal; the random input acts through the state alone."""
-    block = ReadingErrorBlock(layout, ERRORS, PERIOD)
-    ideal, normal = (block.GetInputPort(name).get_index() for name in ("ideal_strain", "standard_normal"))
-    assert block.HasDirectFeedthrough(ideal, 0)
-    assert not block.HasDirectFeedthrough(normal, 0)
-
-
-def test_a_pressure_sensor_is_such_a_block():
-    block = ErrorBlock(PressureErrors(offset=100.0, delay=1), 1, PERIOD, "ideal", "read")
-    context = block.CreateDefaultContext()
-    block.GetInputPort("standard_normal").FixValue(context, [0.0, 2.0, 0.0])
-    block.GetInputPort("ideal").FixValue(context, [5e4])
-    simulator = Simulator(block, context)
-    simulator.Initialize()
-    assert block.GetOutputPort("read").Eval(context) == pytest.approx([50200.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.sensors.calibrated_states import CalibratedStates, state_spreads
-from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
+from soft_gripper.sensors.fitted_states import FittedStates, Widths
 
 LINE = FittedStates(np.column_stack([np.linspace(0, 1, 101), np.zeros(101)]), np.array([1.0, 2.0]))
 
@@ -13,12 +13,6 @@ def test_distance_is_that_to_the_nearest_state_in_spreads():
     np.testing.assert_allclose(
         LINE.distance(np.array([[0.5, 4.0], [2.0, 0.0], [0.3, 0.0]])), [2.0, 1.0, 0.0], atol=1e-12
     )
-
-
-def test_a_combination_that_was_never_met_is_far():
-    """Each number lies within what was fitted."""
-    cross = FittedStates(np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(2))
-    assert cross.distance(np.array([0.9, 0.9])) == pytest.approx(np.hypot(0.1, 0.9))
 
 
 @pytest.mark.parametrize(("gravity", "distance"), [((0, 0, 9.81), np.sqrt(2)), ((-9.81, 0, 0), 2.0)])
@@ -58,18 +52,6 @@ def test_local_size_is_that_of_the_errors_nearby():
     np.testing.assert_allclose(size[[0, -1], 0], [1.0, 10.0])
     assert 1 < size[50, 0] < 10
     assert LINE.nearest(np.array([[0.303, 0.0]])) == [30]
-
-
-def test_states_that_are_all_the_same_are_one_region():
-    same = FittedStates(np.ones((5, 2)), np.ones(2))
-    np.testing.assert_array_equal(same.regions(), 0)
-    np.testing.assert_array_equal(same.halves(), 0)
-    assert spread_of(same.states) == 1.0
-
-
-def test_spread_is_the_standard_deviation_within_columns():
-    values = np.random.default_rng(0).normal([0.0, 100.0], 3.0, (20000, 2))
-    assert spread_of(values) == pytest.approx(3.0, rel=0.02)
 
 
 def test_far_is_where_the_distance_makes_more_of_a_band_than_all_else():

@@ -48,12 +48,6 @@ def test_joints_that_bend_alike_are_found_exactly(layout, degrees):
         assert (found.variance < UNKNOWN).all()
 
 
-def test_every_section_has_its_own_bend(layout):
-    theta = np.linspace(-0.5, 0.7, layout.sections)
-    read = readings(layout, layout.shared_equally(theta))
-    np.testing.assert_allclose(layout.linear(read, NOISE).values, theta, rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf])
 def test_a_section_that_reads_nothing_is_unknown_and_no_other(layout, missing):
     read = readings(layout, np.full(12, 0.1))
@@ -64,12 +58,6 @@ def test_a_section_that_reads_nothing_is_unknown_and_no_other(layout, missing):
     assert (found.values[-1], found.variance[-1]) == (0.0, UNKNOWN)
     np.testing.assert_array_equal(found.values[:-1], known.values[:-1])
     np.testing.assert_array_equal(found.variance[:-1], known.variance[:-1])
-
-
-def test_a_finger_that_reads_nothing_is_unknown(layout):
-    found = layout.linear(np.full((3, layout.readings), np.nan), NOISE)
-    np.testing.assert_array_equal(found.values, np.zeros((3, layout.sections)))
-    np.testing.assert_array_equal(found.variance, np.full((3, layout.sections), UNKNOWN))
 
 
 @pytest.mark.parametrize("lost", [None, 0, 1])
@@ -83,17 +71,6 @@ def test_variance_is_that_of_noisy_readings(shipped_finger, lost):
     found = layout.linear(layout.response.reading(ratios), NOISE)
     np.testing.assert_allclose(found.values.var(axis=0), found.variance[0], rtol=0.05)
     np.testing.assert_allclose(found.values.mean(axis=0), layout.sums(np.full(12, 0.01)), atol=2e-4)
-
-
-def test_both_paths_together_are_surer_than_either(shipped_finger):
-    layout = SensorLayout(shipped_finger, 2)
-    read = readings(layout, np.zeros(12))
-    inner, outer = by_path(layout, np.tile(read, (2, 1)))
-    inner[1], outer[0] = np.nan, np.nan
-    both, *either = (
-        layout.linear(values.reshape(-1), NOISE).variance for values in (by_path(layout, read), inner, outer)
-    )
-    np.testing.assert_allclose(1 / both, 1 / either[0] + 1 / either[1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.1])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from pydrake.math import RotationMatrix
 
-from soft_gripper.errors import InputError
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
 from soft_gripper.estimators.uncertainty import Uncertainty
@@ -59,10 +58,3 @@ def test_sections_of_constant_curvature_are_found(spatial, kind):
     q = shared_equally(layout) @ np.array([0.6, 0.4, 0.3, 0.2, -0.1, 0.1, 0.15, 0.05, 0.0])
     estimate = SpatialCurvatureShape(layout, Uncertainty(reading=1e-4))
     np.testing.assert_allclose(estimate(layout.read(q), np.zeros(36), np.zeros(3)).q, q, atol=2e-6)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_they_have_no_paths(shipped_finger, kind):
-    with pytest.raises(InputError) as error:
-        sensor_layout(shipped_finger, SensorConfig(type=kind, layout="four_faces"))
-    assert error.value.field == "layout"

@@ -16,7 +16,7 @@ from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import SENSORS, sensor_layout
-from soft_gripper.sensors.measurement import UNKNOWN, MeasurementModel
+from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.path_sensors import LAYOUTS
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -96,15 +96,6 @@ def test_what_they_do_not_have_is_refused(kind, shipped_finger):
     with pytest.raises(InputError) as error:
         run(kind, "gaussian", "sensor.errors.dead=[{path: outer, section: 1}]")
     assert error.value.field == "dead"
-
-
-def test_what_is_not_read_is_unknown(kind, shipped_finger, bent):
-    layout = sensor_layout(shipped_finger, SensorConfig(type=kind, sections=3))
-    readings = layout.read(bent(12))
-    readings[1] = np.nan
-    found = layout.linear(readings, 0.01)
-    np.testing.assert_array_equal(found.variance, [1e-4, UNKNOWN, 1e-4])
-    np.testing.assert_allclose(found.values[[0, 2]], readings[[0, 2]], rtol=1e-12)
 
 
 @pytest.mark.parametrize("matrix", [np.ones((2, 11)), np.ones(12), np.full((2, 12), np.nan), np.empty((0, 12))])

@@ -7,8 +7,6 @@ import pytest
 
 from soft_gripper.sensors.pressure_errors import PressureErrors
 
-RUN = np.linspace(0, 1e5, 40)[:, None]  # Pa, (T, 1)
-
 
 def rng(seed=3):
     return np.random.default_rng(seed)
@@ -25,24 +23,8 @@ def disturbed(errors, pressure, rng):
     return found
 
 
-def test_nothing_is_disturbed_by_default():
-    np.testing.assert_array_equal(disturbed(PressureErrors(), RUN, rng()), RUN)
-
-
 def test_noise_is_white_and_gain_and_offset_belong_to_a_run():
     errors = PressureErrors(gain_error=0.01, offset=300.0, noise=50.0)
     found = disturbed(errors, np.full((100, 5000, 1), 1e5), rng())[..., 0] - 1e5
     assert found.mean(axis=0).std() == pytest.approx(math.hypot(1000, 300, 5), rel=0.05)
     assert (found - found.mean(axis=0)).std() == pytest.approx(50, rel=0.02)
-
-
-def test_gain_acts_before_the_offset():
-    errors = PressureErrors(gain_error=0.1, offset=10.0)
-    memory = errors.begin(np.array([[1.0], [2.0]]))
-    assert errors.step(memory, np.array([100.0]), np.zeros((1, 1)))[1] == pytest.approx(130.0)
-
-
-def test_delay():
-    found = disturbed(PressureErrors(delay=2), RUN, rng())
-    np.testing.assert_array_equal(found[2:], RUN[:-2])
-    np.testing.assert_array_equal(found[:2], RUN[[0, 0]])

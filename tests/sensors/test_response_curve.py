@@ -8,36 +8,6 @@ from soft_gripper.errors import InputError
 from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
-POINTS = ((0.8, -0.3), (1.0, 0.0), (1.1, 0.4), (1.5, 0.7))
-RATIOS = np.linspace(0.2, 2.5, 47)  # far beyond both ends
-
-
-def test_default_is_engineering_strain():
-    np.testing.assert_allclose(ResponseCurve().reading(RATIOS), RATIOS - 1, atol=1e-15)
-    np.testing.assert_allclose(ResponseCurve().ratio(RATIOS - 1), RATIOS, atol=1e-15)
-
-
-def test_curve_runs_straight_from_point_to_point():
-    ratios, readings = np.array(POINTS).T
-    between = np.linspace(0.8, 1.5, 71)
-    np.testing.assert_allclose(ResponseCurve(POINTS).reading(between), np.interp(between, ratios, readings), atol=1e-15)
-
-
-def test_end_pieces_continue_beyond_the_points():
-    curve = ResponseCurve(POINTS)
-    np.testing.assert_allclose(curve.reading(np.array([0.6, 1.9])), [-0.6, 1.0], atol=1e-15)
-
-
-@pytest.mark.parametrize("points", [POINTS, POINTS[:2]])
-def test_inverse_is_exact(points):
-    curve = ResponseCurve(points)
-    np.testing.assert_allclose(curve.ratio(curve.reading(RATIOS)), RATIOS, rtol=1e-14)
-
-
-def test_any_shape_and_nan():
-    ratios = np.array([[1.0, np.nan], [1.1, 1.5]])
-    np.testing.assert_allclose(ResponseCurve(POINTS).reading(ratios), [[0.0, np.nan], [0.4, 0.7]], atol=1e-15)
-
 
 @pytest.mark.parametrize(
     "points",

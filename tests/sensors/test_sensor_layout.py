@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.kinematics import forward_kinematics, sensor_path
@@ -38,12 +37,6 @@ def test_each_joint_lies_inside_one_section(shipped_finger, sections):
     np.testing.assert_array_equal(np.bincount(layout.joint_sections), layout.joints_per_section)
 
 
-@pytest.mark.parametrize("sections", [0, 13])
-def test_impossible_sections(shipped_finger, sections):
-    with refused("sections", sections):
-        SensorLayout(shipped_finger, sections)
-
-
 def test_ratios_are_those_of_the_sensor_paths(layout, bent):
     q = bent(12)
     chain = forward_kinematics(q, layout.finger.segment_length)
@@ -64,15 +57,6 @@ def test_borders_are_taken_to_the_nearest_end_of_a_segment(shipped_finger, borde
     assert layout.section_ends.tolist() == ends
     assert layout.joints_per_section.tolist() == np.diff(ends).tolist()
     np.testing.assert_allclose(layout.rest_lengths, 0.01 * np.diff(ends), rtol=1e-14)
-
-
-def test_equal_borders_are_no_borders(shipped_finger, bent):
-    equal, same = (SensorLayout(shipped_finger, 4, borders=borders) for borders in (None, (0.25, 0.5, 0.75)))
-    np.testing.assert_array_equal(extension_ratios(equal, bent(12)), extension_ratios(same, bent(12)))
-
-
-def test_one_section_has_no_borders(shipped_finger):
-    assert SensorLayout(shipped_finger, 1, borders=()).section_ends.tolist() == [0, 12]
 
 
 @pytest.mark.parametrize(

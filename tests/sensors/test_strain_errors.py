@@ -34,10 +34,6 @@ def held(samples, *shape, ratio=1.1):
     return np.full((samples, *shape), ratio)
 
 
-def test_nothing_is_disturbed_by_default():
-    np.testing.assert_allclose(disturb(StrainErrors(), ramp(), PERIOD, rng()), ramp(), rtol=0, atol=1e-15)
-
-
 def test_creep_follows_its_closed_form():
     """Of a strain that is there from the first sample on: all but a share at once, that with a time constant."""
     errors = StrainErrors(creep=0.3, creep_time=0.2)

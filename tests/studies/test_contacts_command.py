@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from soft_gripper.commands.dispatch import dispatch
-from soft_gripper.commands.parser import parse_options
 from soft_gripper.files.row_table import read_csv
-from studies.commands import STUDIES, contacts
+from studies.commands import STUDIES
 from studies.contacts import estimates as contact_estimates
 from studies.contacts.contacts import load_contacts
-from studies.contacts.peg import PEG_FRICTION, PLACE, ContactRow
+from studies.contacts.peg import ContactRow
 from studies.contacts.trials import ContactErrorRow
 
 
@@ -19,12 +18,6 @@ from studies.contacts.trials import ContactErrorRow
 def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     """In the place of many, which take their time."""
     monkeypatch.setattr(contact_estimates, "SEEDS", 1)
-
-
-def test_defaults_are_those_of_the_peg() -> None:
-    """They are written out, since nothing is imported for them."""
-    options = parse_options(["contacts"], STUDIES)
-    assert (options.friction, options.beyond) == (PEG_FRICTION, PLACE[0])
 
 
 @pytest.mark.slow
@@ -73,16 +66,6 @@ def test_mistakes_are_found_before_any_work(
     assert dispatch(["contacts", option, value, "--out", str(tmp_path)], STUDIES) == 2
     assert option in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_rows_without_a_number_are_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    row = ContactErrorRow("contact", 2, "60", "", "none", "ideal", 1, 0.45, "both", 2, 0.0, *(11 * [float("nan")]))
-    monkeypatch.setattr(contacts, "score_contacts", lambda *_: [row])
-    monkeypatch.setattr(contacts, "load_contacts", lambda _: object())
-    assert dispatch(["contacts", "--contacts", "a.nc", "--out", str(tmp_path)], STUDIES) == 0
-    assert "1 of 1 rows" in capsys.readouterr().err
 
 
 def test_a_file_without_contacts_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ from soft_gripper.files.row_table import read_csv
 from studies import kept_rows
 from studies.contacts.contacts import read_finger
 from studies.drift import drift as study
-from studies.drift.drift import FIGURE, SUMMARY, TABLE, drift_claims, summary
+from studies.drift.drift import FIGURE, SUMMARY, TABLE
 from studies.drift.grasps import Grasps
 from studies.drift.hour import (
     MINUTES,
@@ -68,23 +68,6 @@ def row(part: int, policy: str, minute: int, **changes: float) -> DriftRow:
     return replace(like, **changes)
 
 
-def test_parts_count_by_their_samples_and_by_what_they_state():
-    ours = row(0, "never", 60), row(1, "never", 60, samples=300, force_stated_percent=50.0, force_covered_percent=100.0)
-    (found,) = summary(ours)
-    assert (found.tip_mm, found.samples) == (pytest.approx(0.25 * 1 + 0.75 * 2), 400)
-    assert found.force_stated_percent == pytest.approx(0.25 * 100 + 0.75 * 50)
-    assert found.force_covered_percent == pytest.approx((100 * 94 + 150 * 100) / 250)
-
-
-def test_claims_are_of_the_last_minute_under_every_policy():
-    found = summary([row(0, policy, minute) for policy in POLICIES for minute in (5, 60)])
-    assert [claim.holds for claim in drift_claims(found)] == [True] * 4
-    worse: list[PolicyRow] = [*found[:-1], replace(found[-1], shape_covered_percent=99.5, tip_percent=9.0)]
-    claims = drift_claims(worse)
-    assert [claim.holds for claim in claims] == [True, True, False, True]
-    assert "never" in claims[-1].number
-
-
 @pytest.fixture
 def rows_of_part(monkeypatch):
     """Parts at once, in this process; what is appended to the list is asked for."""
@@ -127,13 +110,3 @@ def test_the_page_shows_what_the_command_writes(tmp_path):
     of_force = [[row.force_error_n, row.force_width_n, row.force_covered_percent] for row in shown]
     results = [[*shape, *force] for shape, force in zip(of_shape, of_force, strict=True)]
     assert table_problems(page, "policy | minute | tip [mm]", results) == []
-
-
-@pytest.mark.parametrize(("share", "code"), [(95.0, 0), (99.9, 1)])
-def test_the_command_prints_rows_and_claims(share, code, tmp_path, monkeypatch, rows_of_part):
-    found = summary([row(0, policy, minute, force_covered_percent=share) for policy in POLICIES for minute in (5, 60)])
-    monkeypatch.setattr(study, "summary", lambda _: found)
-    outcome = study_line("drift", "--out", tmp_path)
-    assert outcome.code == code
-    assert "in free motion" in outcome.out
-    assert "best policy: tip within 2.9 % of the length" in outcome.out

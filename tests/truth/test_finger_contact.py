@@ -91,12 +91,6 @@ def test_forces_of_both_sides_cancel_and_places_count_by_their_sizes():
     np.testing.assert_allclose(found["contact_center"], [0, 0, 0.015])
 
 
-def test_friction_does_not_move_the_place_of_a_contact():
-    """The one patch rubs along the finger with three times what presses."""
-    found = signals(*(patch(ONE, THING, [0, 0, z], X, [-1.0, 0, rub]) for z, rub in ((0.01, 3.0), (0.03, 0.0))))
-    assert found["true_contact_arc_length"] == pytest.approx(0.02)
-
-
 def test_only_what_is_outside_presses_on_a_finger():
     found = signals(patch(ONE, TWO, X, X, [50, 0, 0]), patch(THING, OTHER, X, X, [7, 0, 0]))
     for name, value in signals().items():
@@ -133,34 +127,11 @@ def test_the_side_is_where_the_finger_is_pressed_around_its_link(degrees, first,
     assert np.cos(found["true_contact_side"] - angle) == pytest.approx(1, abs=1e-12)
 
 
-def test_sides_count_by_what_presses():
-    """3 N on the inner side and 3 N on that toward +y: between them. Nothing presses on the side of a tip's end."""
-    inner, side = patch(ONE, THING, X, X, [-3.0, 0, 0]), patch(ONE, THING, Y, Y, [0, -3.0, 0])
-    assert signals(inner, side)["true_contact_side"] == pytest.approx(np.pi / 4)
-    assert np.isnan(signals(patch(ONE, THING, Z, Z, [0, 0, -1.0]))["true_contact_side"])
-
-
-def test_several_samples_are_each_by_itself():
-    one, two = patch(ONE, THING, X, X, [-3.0, 0, 4.0]), patch(TWO, THING, Y, Z, [1.0, 2.0, -1.0])
-    samples = [[], [one], [one, two], [], [two, patch(ONE, OTHER, Z, Y, [0, 3.0, 0])]]
-    found = over_time(samples)
-    for row, sample in enumerate(samples):
-        for name, value in signals(*sample).items():
-            np.testing.assert_allclose(found[name][row], value, rtol=1e-14)
-
-
 def test_fingers_that_press_on_each_other_receive_opposite_forces():
     pressed = patch(ONE, OTHER, [0, 0, 0.01], X, [-2.0, 0, 0])
     assert signals(pressed)["true_contact_force"] == 2
     assert signals(pressed, finger=NEIGHBOUR)["true_contact_force"] == -2
     assert signals(pressed, finger=NEIGHBOUR)["normal_force"] == 2
-
-
-@pytest.mark.parametrize("force", [[0, 0, 0], None])
-def test_without_a_force_there_is_no_place(force):
-    found = signals(*([] if force is None else [patch(ONE, THING, X, X, force)]))
-    assert found["normal_force"] == found["true_contact_total"] == 0
-    assert np.isnan([found["true_contact_side"], found["true_contact_arc_length"], *found["contact_center"]]).all()
 
 
 def pressed_at(*places):
@@ -194,19 +165,6 @@ def test_width_of_a_cylinder_is_its_diameter(count):
     """However high each finger touches it."""
     assert contact_width(on_circle(count, 0.03, np.zeros(count))) == pytest.approx(0.06, rel=1e-12)
     assert contact_width(on_circle(count, 0.03, 0.01 * np.arange(count))) == pytest.approx(0.06, rel=1e-12)
-
-
-def test_width_between_unequal_distances_is_their_mean():
-    """Centres 3, 3 and 2 cm from their centroid, along their normals."""
-    touched = [([0.03, 0, 0], X), ([-0.03, 0, 0], X), ([0, 0.03, 0], Y)]
-    assert contact_width([pressed_at(each) for each in touched]) == pytest.approx(2 * 0.08 / 3, rel=1e-12)
-
-
-def test_width_of_a_box_is_the_distance_of_its_faces():
-    """Wherever on them it is touched."""
-    left = pressed_at(([0.02, 0.01, 0.05], X), ([0.02, 0, 0.05], X))
-    right = pressed_at(([-0.03, -0.01, 0.02], X), ([-0.05, 0, 0.02], X))
-    assert contact_width([left, right]) == pytest.approx([0.05, 0.07], rel=1e-12)
 
 
 def test_the_strongest_patch_gives_the_normal():

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, arm_of
 
-from soft_gripper.diagrams.arm import carried_models, gripper_model
+from soft_gripper.diagrams.arm import carried_models
 from soft_gripper.diagrams.scene import arm_joints
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_links import link_name
@@ -87,12 +87,6 @@ def test_tool_is_where_the_gripper_is_welded(both, posture):
     assert arm.tool.CalcPoseInWorld(alone).IsNearlyEqualTo(welded, 1e-12)
 
 
-def test_the_station_begins_at_home():
-    home = POSTURES[1]
-    plant, arm = built(ur5e(home))
-    np.testing.assert_array_equal(plant.GetPositions(plant.CreateDefaultContext(), arm.model), home)
-
-
 def test_joints_stand_in_the_order_of_their_positions(tmp_path):
     """Which is that of the tree, whatever the order in the file."""
     joints = joint("revolute", "middle", "flange") + joint("prismatic", "base", "middle")
@@ -136,10 +130,6 @@ def test_tool_is_what_carries_the_fingers():
     context = arm.plant.CreateDefaultContext()
     arm.plant.SetPositions(context, HOME)
     assert arm.tool.CalcPoseInWorld(context).IsNearlyEqualTo(X_WTool, 1e-12)
-
-
-def test_without_fingers_the_tool_is_what_is_carried_first():
-    assert gripper_model(changer().models, "arm", ()).name == "camera"
 
 
 def test_fingers_in_two_places_of_the_arm_are_refused():

@@ -107,13 +107,6 @@ def test_gains_are_for_the_inertia_at_home(tmp_path):
         assert found[name] == pytest.approx((inertia * pulsation**2, 2 * damping_ratio * inertia * pulsation), rel=1e-3)
 
 
-@pytest.mark.parametrize("time_step", [0.01, 0.0])
-def test_weight_is_carried_by_the_joint_that_bears_it(tmp_path, time_step):
-    """One joint bears all of the weight and the other none; nothing sags."""
-    run = Run(small_arm(tmp_path, UNCOUPLED, [0.2, 0.3]), held(0.2, 0.3), time_step)
-    np.testing.assert_allclose(run.positions([0.5])[-1], [0.2, 0.3], atol=1e-9)
-
-
 @pytest.mark.parametrize("time_step", [0.001, 0.0])
 def test_motions_are_followed_without_a_lag(tmp_path, time_step):
     """What is wanted comes with its velocity; only a step of the solver is lost."""

@@ -65,11 +65,6 @@ def scene():
     return Scene()
 
 
-def test_free_way(scene):
-    """Through the robot's own post."""
-    assert scene.first(np.linspace(-1, 0.899, 20)) is None
-
-
 def test_box_into_wall(scene):
     """The sled's nose is 0.1 m ahead of its middle."""
     collision = scene.first([0.5, 0.85, 0.9005, 0.92, 0.95])
@@ -83,22 +78,11 @@ def test_touch_is_as_deep_as_allowed(scene):
     assert scene.first([0.92], allowed=0.019).depth == pytest.approx(0.02, abs=1e-6)
 
 
-def test_box_into_free_ball(scene):
-    """The ball's middle is 30 mm above the sled's lid, which lies 50 mm above its middle."""
-    collision = scene.first([-0.5, 0.5], ball=[0.5, 0, 0.08])
-    assert (collision.index, collision.body, collision.obstacle) == (1, "robot::sled", "ball::ball")
-    assert collision.depth == pytest.approx(0.02, abs=1e-6)
-
-
 def test_carried_ball_belongs_to_the_robot(scene):
     robot, ball = ("rail", "sled", "post", "ball"), [0.97, 0, 0.08]
     collision = scene.first([0.88], ball, robot)
     assert (collision.body, collision.obstacle) == ("ball::ball", "wall::wall")
     assert collision.depth == pytest.approx(0.02, abs=1e-6)
-
-
-def test_what_is_not_the_robot_may_collide(scene):
-    assert scene.first([-1.0], ball=[0.98, 0, 0]) is None
 
 
 @pytest.mark.parametrize(("height", "obstacle"), [(0.09, "wall::wall"), (0.06, "ball::ball")])

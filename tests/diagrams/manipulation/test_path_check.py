@@ -98,30 +98,6 @@ def test_the_phase_that_leads_into_something_is_named(slide):
     assert part == pytest.approx((WALL - BALL + depth - 1.0) / 2.5, abs=0.02)
 
 
-def test_end_of_a_way_counts(slide):
-    slide.check(phase("near", 0.0, WALL - BALL + 0.9 * TOUCH_DEPTH))
-    part, depth = numbers(slide.complaint(phase("into", 0.0, WALL - BALL + 1.9 * TOUCH_DEPTH)))
-    assert (part, depth) == (1.0, pytest.approx(1.9e-3, abs=5.1e-5))
-
-
-def test_what_is_held_sticks_out(slide):
-    """It is in the wall where the ball that holds it is not yet."""
-    end = WALL - AHEAD
-    slide.check(phase("empty", 0.0, end))
-    complaint = slide.complaint(phase("empty", 0.0, 0.1), phase("carry", 0.1, end, holds=True))
-    assert complaint.startswith("task.phases[1]: name = 'carry': ")
-    assert "'thing::thing' is " in complaint
-    assert complaint.endswith("'wall::wall'")
-    part, depth = numbers(complaint)
-    assert part == pytest.approx((WALL - BALL + depth - AHEAD - 0.1) / (end - 0.1), abs=0.02)
-
-
-def test_what_is_held_may_touch_the_gripper(slide):
-    slide.scenario.task.X_OG = at(-BALL)
-    slide.check(phase("carry", 0.0, 1.0, holds=True))
-    slide.scenario.task.X_OG = at(-AHEAD)
-
-
 THROUGH_BEGIN, THROUGH_GOAL = (0.0, -2.5), (0.0, 2.5)
 
 
@@ -165,13 +141,6 @@ def test_a_rescue_is_reported_with_the_phase_that_it_follows(slide):
     opened, risen = phase("rescue: open", 0.0, 0.0), phase("rescue: rise", 0.0, 0.0)
     complaint = slide.complaint(fine, watched, opened, risen, phase("rescue: home", 0.0, WALL), rescues=3)
     assert complaint.startswith("task.phases[1]: name = 'rescue: home': collides: ")
-
-
-def test_a_task_without_an_object(slide):
-    task, slide.scenario.task = slide.scenario.task, TaskConfig()
-    slide.check(phase("free", 0.0, 1.0))
-    assert "'wall::wall'" in slide.complaint(phase("into", 0.0, WALL))
-    slide.scenario.task = task
 
 
 def test_something_thin_is_not_skipped(tmp_path):

@@ -120,11 +120,6 @@ def test_the_object_is_grasped_where_it_is_reported_and_put_down_as_if_that_were
         assert found.IsNearlyEqualTo(pose(place) @ pose(GRASP), 2e-6)
 
 
-@pytest.mark.parametrize(("name", "posture"), [("look", POSTURE), ("return", HOME)])
-def test_postures(planned, name, posture):
-    np.testing.assert_allclose(end_of(planned[1][NAMES.index(name)].motion), posture, atol=1e-12)
-
-
 def middle(arm, phase):
     return tool_pose(arm.plant, arm.tool, phase.motion.value(phase.duration / 2)[:, 0])
 
@@ -172,14 +167,6 @@ def test_rescue_opens_rises_and_goes_home(planned, name):
     X_WTool = RigidTransform([0, 0, rise]) @ tool_pose(arm.plant, arm.tool, begin_of(risen))
     assert tool_pose(arm.plant, arm.tool, end_of(risen.motion)).IsNearlyEqualTo(X_WTool, 2e-6)
     assert middle(arm, risen).translation()[:2] == pytest.approx(X_WTool.translation()[:2], abs=1e-5)
-
-
-def test_rescue_from_a_stay_in_the_air_rises_no_further(tmp_path):
-    up = PhaseConfig("up", "object", HIGHEST, opening=0.1)
-    arm, phases = plan(tmp_path, up, PhaseConfig("wait", rest=1.0, holds=True))
-    highest = tool_pose(arm.plant, arm.tool, end_of(phases[0].motion))
-    risen = next(phase for phase in phases if phase.name == RESCUE[1])
-    assert tool_pose(arm.plant, arm.tool, end_of(risen.motion)).IsNearlyEqualTo(highest, 2e-6)
 
 
 def test_half_the_speed_takes_twice_as_long(tmp_path):
@@ -237,13 +224,6 @@ def plan_of_arm(
     above = PhaseConfig("above", "object", height)
     task = TaskConfig("thing", schema(GRASP), schema(GOAL), [above], pose_error=PoseErrorConfig(x=error))
     return plan_phases(task, scenario.models, arm_of(scenario, add_scene(DiagramBuilder(), scenario)))
-
-
-def test_equal_plans_are_made_once(tmp_path):
-    first, *folders = (tmp_path / name for name in ("one", "other"))
-    first.mkdir()
-    folders[0].mkdir()
-    assert plan_of_arm(first) is plan_of_arm(folders[0])
 
 
 @pytest.mark.parametrize(

@@ -54,13 +54,6 @@ def test_the_band_of_a_grasp_holds_the_true_force_of_the_recording(grasp):
         assert row.true_mm == pytest.approx(row.estimated_mm, abs=3)
 
 
-def test_the_closing_forces_of_two_fingers_balance(grasp):
-    """The box rests: what pushes it sideways cancels."""
-    left, right = contact_rows(*grasp)[2:]
-    assert left.true_closing_n == pytest.approx(right.true_closing_n, rel=0.01)
-    assert left.closing_n == pytest.approx(right.closing_n, rel=0.05)
-
-
 def test_contact_estimates_what_it_would_have_during_the_run(grasp):
     """With `arcs` in the run, `contact` reads what was recorded: the same forces as with `contact` in the run."""
     station, recording = grasp

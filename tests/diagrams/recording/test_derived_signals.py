@@ -79,13 +79,6 @@ def test_what_follows_is_traced_to_what_does_not():
     assert sources.ports[gain.number] == chain.gain.get_output_port()
 
 
-def test_what_is_not_connected_yet_is_logged_as_it_is():
-    chain = Chain(connects_truth=False)
-    port = chain.difference.get_output_port()
-    sources = SignalSources(chain.builder, 0.1)
-    assert sources.find(port) == LoggedPort(sources.ports.index(port))
-
-
 def test_of_what_leads_round_in_a_circle_something_is_logged():
     builder = DiagramBuilder()
     first, second = (builder.AddSystem(Difference(1, "m")) for _ in range(2))

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.provenance import provenance
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -33,9 +32,3 @@ def test_the_scenario_in_the_file_runs_again(kept, tmp_path):
     anew = simulate(again)
     for name in recording.data.data_vars:
         np.testing.assert_array_equal(anew[name], recording[name], err_msg=name)
-
-
-def test_blocks_are_named_by_what_they_are():
-    """A user may have given others than the scenario has."""
-    attributes = provenance(load_scenario("free_bending"), "own:camera", "own:spline")
-    assert (attributes["sensor"], attributes["estimator"]) == ("own:camera", "own:spline")

@@ -39,18 +39,6 @@ def test_samples_are_the_plants_state_one_sample_before(run):
         np.testing.assert_array_equal(sampled[1:], truth[:-1])
 
 
-def test_world_positions_are_the_plants_own(run):
-    """Many sensors find the joints where Drake's kinematics has them, in the world."""
-    station, recording = run
-    plant, context = station.plant, station.plant.CreateDefaultContext()
-    plant.SetPositionsAndVelocities(context, recording["plant.state"].values[-2])
-    for finger in station.fingers:
-        first = plant.GetBodyByName(f"{finger.name}_link_1", finger.model)
-        joint = plant.EvalBodyPoseInWorld(context, first).translation()
-        estimate = recording[f"{finger.name}.joint_positions_world"].values[-1, 0]
-        np.testing.assert_allclose(estimate, joint, atol=1e-4)
-
-
 def test_saved_file_holds_the_same_and_opens_without_xarray(run, tmp_path):
     _, recording = run
     path = tmp_path / "recording.nc"

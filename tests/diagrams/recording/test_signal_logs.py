@@ -27,48 +27,11 @@ def recorded(**signals):
     return read_logs(logs, simulator.get_context())
 
 
-def test_every_signal_is_sampled_with_the_period():
-    builder = DiagramBuilder()
-    ramp = builder.AddSystem(TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [[0.0, 5.0]])))
-    logs = add_logs(builder, {"ramp": ramp.get_output_port()}, 0.125)
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(0.5)
-    recording = read_logs(logs, simulator.get_context(), {"about": "a ramp"})
-    assert recording["time"].values.tolist() == [0.0, 0.125, 0.25, 0.375, 0.5]
-    np.testing.assert_allclose(recording["ramp"], 5.0 * recording["time"])
-    assert recording.data.attrs == {"about": "a ramp"}
-    assert len(logs.samples(simulator.get_context()).time) == 5
-
-
-def test_a_vector_is_folded_along_its_axes():
-    data = recorded(a__points=("m", {"joint": range(3), "xz": XZ}))["a.points"]
-    assert data.dims == ("time", "joint", "xz")
-    assert data.attrs == {"units": "m"}
-    assert data[-1].values.tolist() == [[0, 1], [2, 3], [4, 5]]
-    assert data.sel(joint=1, xz="z")[-1] == 3
-
-
 def test_units_of_each_entry():
     data = recorded(a__pose=(["m", "rad"], {"joint": range(2), "part": ("x", "heading")}))["a.pose"]
     assert data.attrs["units"] == "m, rad"
     assert data["part_units"].dims == ("part",)
     assert data["part_units"].values.tolist() == ["m", "rad"]
-
-
-def test_units_that_are_all_the_same_are_one():
-    data = recorded(a__state=(["rad", "rad"], {"part": ("x", "y")}))["a.state"]
-    assert data.attrs["units"] == "rad"
-    assert "part_units" not in data.coords
-
-
-def test_what_is_not_described_is_counted():
-    builder = DiagramBuilder()
-    ports = {f"own.{i}": builder.AddSystem(ConstantVectorSource(np.ones(i))).get_output_port() for i in (1, 2)}
-    logs = add_logs(builder, ports, 0.1)
-    recording = read_logs(logs, Simulator(builder.Build()).get_context())
-    assert recording["own.1"].dims == ("time",)
-    assert recording["own.2"].dims == ("time", "entry")
-    assert recording["own.2"].attrs == {"units": "1"}
 
 
 def test_other_axes_have_the_name_of_their_owner():

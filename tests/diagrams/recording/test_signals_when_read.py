@@ -1,7 +1,5 @@
 """Signals of a recording are computed when they are read, once, whatever is done with the recording before."""
 
-import copy
-import pickle
 from unittest.mock import patch
 
 import numpy as np
@@ -54,21 +52,3 @@ def test_an_estimate_without_readings_is_noted_when_it_is_read(signal, caplog):
     assert [record.getMessage() for record in caplog.records] == [said]
     found.data.load()
     assert [record.getMessage() for record in caplog.records if "left_finger" in record.getMessage()] == [said]
-
-
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda found: pickle.loads(pickle.dumps(found))])
-def test_a_copy_has_the_signals(recording, copied):
-    other = copied(recording)
-    assert other.data.identical(recording.data)
-
-
-def test_a_part_is_that_of_all(recording):
-    name = "left_finger.estimated_joint_positions"
-    part = recording.data[name].isel(time=slice(3, 8), joint=2).sel(xyz="z").values
-    np.testing.assert_array_equal(part, recording[name].values[3:8, 2, 2])
-
-
-def test_a_signal_can_be_written_to(recording):
-    recording = copy.deepcopy(recording)
-    recording["left_finger.tip_pose"][:] = 1.0
-    assert (recording["left_finger.tip_pose"].values == 1.0).all()

@@ -1,4 +1,4 @@
-"""The plant has gradients, through contact too; a station, with blocks in Python, has none."""
+"""The plant has gradients, through contact too."""
 
 from importlib.metadata import version
 
@@ -10,7 +10,6 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 
@@ -43,8 +42,3 @@ def test_a_step_in_contact_against_differences(points: int | None) -> None:
     numeric = np.transpose([(_step(diagram, state + h)[0] - _step(diagram, state - h)[0]) / 2e-7 for h in moves])
     exact = ExtractGradient(_step(diagram.ToAutoDiffXd(), InitializeAutoDiff(state).ravel())[0])
     assert np.abs(exact - numeric).max() < 1e-5 * np.abs(numeric).max()
-
-
-def test_a_station_is_of_double() -> None:
-    with pytest.raises(RuntimeError, match="does not support scalar conversion"):
-        make_station(load_scenario("free_bending")).diagram.ToAutoDiffXd()

@@ -70,15 +70,6 @@ def test_a_peg_is_met_by_the_links_that_reach_it(tmp_path):
     assert kept == ALL[kept[0] :]
 
 
-def test_what_moves_may_touch_any_link(tmp_path):
-    assert skins(scenario_of(tmp_path, *facing(0.3), free_box(3))) == [ALL, ALL]
-
-
-def test_what_a_finger_carries_may_touch_any_link_of_the_other(tmp_path):
-    carried = f"name: peg, file: '{PEG}', parent: 'left::left_link_12', X_PC: {{translation: [0, 0, 0.1]}}"
-    assert skins(scenario_of(tmp_path, *facing(0.3), carried))[1] == ALL
-
-
 def test_a_finger_that_shears_may_reach_anything(tmp_path):
     sheared = [f"{model}, fingers: {{all: {{shear_factor: 0.857}}}}" for model in facing(0.3)]
     assert skins(scenario_of(tmp_path, *sheared)) == [ALL, ALL]

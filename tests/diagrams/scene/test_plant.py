@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform, RollPitchYaw
 from refusals import refused
 from scenario_plants import scenario_of
 
@@ -18,24 +17,6 @@ BOX = "package://soft_gripper/objects/box.sdf"
 
 def station(tmp_path, *models):
     return make_station(scenario_of(tmp_path, *models))
-
-
-def test_two_models_of_one_file_are_two_fingers_in_two_places():
-    left, right = make_station(load_scenario("free_bending")).fingers
-    assert (left.name, right.name) == ("left_finger", "right_finger")
-    assert left.model != right.model
-    for finger, x, yaw in ((left, -0.12, 0.0), (right, 0.12, np.pi)):
-        expected = RigidTransform(RollPitchYaw(np.pi, 0, yaw), [x, 0, 0.2])
-        assert finger.X_WB.IsNearlyEqualTo(expected, 1e-12)
-
-
-def test_fingers_of_one_model_stand_where_its_file_mounts_them(tmp_path):
-    built = station(tmp_path, f"name: hand, file: '{GRIPPER}', X_PC: {{translation: [0, 0, 1]}}")
-    left, right = built.fingers
-    assert (left.name, right.name) == ("left_finger", "right_finger")
-    assert left.model == right.model == built.plant.GetModelInstanceByName("hand")
-    np.testing.assert_allclose(left.X_WB.translation(), [-0.0353, 0, 1.03], atol=1e-12)
-    np.testing.assert_allclose(right.X_WB.rotation().col(0), [-1, 0, 0], atol=1e-12)
 
 
 def test_segments_of_the_scenario_take_the_place_of_the_files(tmp_path):
@@ -77,14 +58,6 @@ def test_models_that_cannot_be_added(tmp_path, model, field, value):
     (tmp_path / "broken.sdf").write_text("<sdf version='1.7'><model>")
     with refused(field, value.format(here=tmp_path)):
         station(tmp_path, f"name: a, {model}")
-
-
-def test_fingers_of_the_same_name_have_that_of_their_model_before_it(tmp_path):
-    beside = "X_PC: {translation: [0, 1, 0]}"
-    built = station(tmp_path, f"name: hand, file: '{GRIPPER}'", f"name: left_finger, file: '{FINGER}', {beside}")
-    names = ["hand.left_finger", "right_finger", "left_finger.left_finger"]
-    assert [finger.name for finger in built.fingers] == names
-    assert {f"{name}.strain" for name in names} < set(built.logs.signals)
 
 
 def test_a_model_with_fingers_is_welded(tmp_path):

@@ -94,8 +94,3 @@ def test_the_legend_has_the_colors_of_the_scale_in_any_light(driver: Any, look: 
         for torque in (-0.95, 0.95):
             distance = np.abs(legend - 255 * color(np.array(torque), 1.0)).max(axis=-1)
             assert np.sum(distance < 30) > 50
-
-
-def test_the_browser_has_nothing_to_complain_of(driver: Any, look: Look) -> None:
-    look(END)
-    assert [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []

@@ -1,7 +1,5 @@
 """Block diagrams as text and as pictures."""
 
-import sys
-
 import pytest
 from refusals import refused
 
@@ -40,10 +38,3 @@ def test_other_endings_are_refused(tmp_path, diagram, name):
     with refused("FILE"):
         save_block_diagram(diagram, tmp_path / name)
     assert not list(tmp_path.iterdir())
-
-
-def test_picture_without_pygraphviz_says_what_to_install(tmp_path, diagram, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pygraphviz", None)
-    with refused("FILE"):
-        save_block_diagram(diagram, tmp_path / "station.svg")
-    save_block_diagram(diagram, tmp_path / "station.dot")

@@ -1,9 +1,6 @@
 """The picture of a diagram: all blocks and wires, but those that are left out."""
 
-import sys
-
 import pytest
-from refusals import refused
 
 import soft_gripper as sg
 
@@ -28,9 +25,3 @@ def test_a_part_shows_what_goes_in_and_out(diagram):
     text = sg.block_picture(diagram.GetSubsystemByName("left_finger.sensors"))
     assert "<title>in joint_angles&#45;&gt;sensor</title>" in text
     assert "<title>sensor&#45;&gt;out sensor</title>" in text
-
-
-def test_without_pygraphviz_it_says_what_to_install(diagram, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pygraphviz", None)
-    with refused("system"):
-        sg.block_picture(diagram)

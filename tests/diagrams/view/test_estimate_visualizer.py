@@ -14,9 +14,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE, DrawnFinger, EstimateVisualizer
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, EstimateVisualizer
 from soft_gripper.diagrams.view.finger_drawing import SHAPES
-from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.fingers.finger import Finger
@@ -111,18 +110,6 @@ def test_pieces_join_from_the_base_through_the_joints_to_the_tip(scene: MakeScen
             assert length < height < 1.3 * length, "no gaps where the curve is bent"
 
 
-def test_the_curve_stands_out_of_both_sides(scene: MakeScene, tapered_finger: Finger) -> None:
-    seen = scene(SensorLayout(tapered_finger, 2))
-    narrowest, widest = tapered_finger.tip.width / 2, tapered_finger.base.width / 2
-    for path in seen.pieces():
-        for side, sign in (("left", 1), ("right", -1)):
-            box = f"{path}/{side}"
-            faces = [[0, y * seen.drawing.objects[box].depth() / 2, 0] for y in (-sign, sign)]
-            inside, outside = sign * in_finger(seen.drawing.in_world(box, np.transpose(faces)))[1]
-            assert 0.8 * narrowest < inside < narrowest, "not seen from the inner face"
-            assert widest < outside < 1.2 * widest
-
-
 def test_arcs_have_their_centre_and_end_where_the_curve_does(scene: MakeScene, layout: SensorLayout) -> None:
     seen = scene(layout, np.repeat([-0.1, 0.2], [3, 9]))
     ends = np.vstack([seen.arcs[1:, :2], seen.estimate("tip_pose")[:2]])
@@ -135,50 +122,6 @@ def test_arcs_have_their_centre_and_end_where_the_curve_does(scene: MakeScene, l
             line = seen.drawing.lines[f"{path}/{radius}"]
             drawn = in_finger(seen.drawing.in_world(f"{path}/{radius}", line))
             np.testing.assert_allclose(drawn[::2].T, [arc[5:], tip], atol=ROUNDING)
-
-
-def test_arcs_are_hidden_together_and_straight_ones_by_themselves(scene: MakeScene, shipped_finger: Finger) -> None:
-    q = np.where(np.arange(12) < 6, 0.0, 0.1)
-    shown = scene(SensorLayout(shipped_finger, 2), q).drawing.properties
-    assert shown[ARCS, "visible"] is False
-    assert [shown[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(2)] == [False, True]
-
-
-def test_behind_a_failed_sensor_nothing_is_drawn(scene: MakeScene, shipped_finger: Finger) -> None:
-    seen = scene(SensorLayout(shipped_finger, 3), failed=1, torque=np.full(12, np.nan))
-    known = np.isfinite(seen.estimate("joint_positions").reshape(-1, 2)).all(axis=1).sum()
-    assert 0 < known < 12
-    shown = [seen.drawing.properties[path, "visible"] for path in seen.pieces()]
-    assert shown == [True] * known + [False] * (13 - known)
-    assert [seen.drawing.properties[f"{ARCS}/{NAME}/{i}", "visible"] for i in range(3)] == [True, False, False]
-    assert shown_colors(seen) == pytest.approx(np.tile(color(np.nan, LIMIT), (13, 1)), abs=1e-3)
-
-
-def test_a_finger_of_which_nothing_is_known_leaves_finite_poses(scene: MakeScene, layout: SensorLayout) -> None:
-    seen = scene(layout, failed=0)
-    assert not any(seen.drawing.properties[path, "visible"] for path in seen.pieces())
-    assert not any(path.startswith(CURVE) and path != f"{CURVE}/{NAME}" for path in seen.drawing.poses)
-
-
-def shown_colors(seen: Scene) -> Array:
-    """Colours of the links as they appear (sRGB), (N + 1, 3); both shapes of a link have the same."""
-    shapes = [
-        [
-            [seen.drawing.properties[f"/link_{i}/{shape}/<object>", f"material.color[{c}]"] for c in "rgb"]
-            for i in range(13)
-        ]
-        for shape in ("box", "knuckle")
-    ]
-    np.testing.assert_array_equal(*shapes)
-    linear = np.array(shapes[0])
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-
-
-def test_links_have_the_color_of_the_torque_where_they_begin(scene: MakeScene, shipped_finger: Finger) -> None:
-    torque = np.linspace(-0.25, 0.15, 12)
-    colors = shown_colors(scene(SensorLayout(shipped_finger, 4), torque=torque))
-    np.testing.assert_allclose(colors[1:], color(torque, LIMIT), atol=1e-3)
-    np.testing.assert_array_equal(colors[0], colors[1])
 
 
 def test_draws_at_its_rate_and_on_demand(scene: MakeScene, shipped_finger: Finger) -> None:

@@ -24,7 +24,6 @@ from soft_gripper.diagrams.view.finger_drawing import (
     drawn_signals,
     estimated_contact,
     estimated_corners,
-    link_frames,
     points_on_links,
     pressed_point,
     to_world,
@@ -40,17 +39,6 @@ def corners_of(finger: Finger, sideways: float = 0.0) -> np.ndarray:
         np.append(0.0, [*finger.joint_arc_lengths, finger.length]) / finger.length,
         [0.0, np.sin(sideways), np.cos(sideways)],
     )
-
-
-def test_frames_point_along_the_links_and_are_rotations() -> None:
-    corners = np.random.default_rng(1).normal(size=(5, 14, 3))
-    frames, along = link_frames(corners), np.diff(corners, axis=-2)
-    np.testing.assert_allclose(
-        frames @ np.swapaxes(frames, -1, -2), np.broadcast_to(np.eye(3), frames.shape), atol=1e-9
-    )
-    np.testing.assert_allclose(np.linalg.det(frames), 1)
-    np.testing.assert_allclose(frames[..., 2] * np.linalg.norm(along, axis=-1, keepdims=True), along)
-    assert np.all(frames[..., 1, 1] >= 0)
 
 
 def test_a_shape_in_space_is_drawn_where_it_is_estimated() -> None:
@@ -80,30 +68,6 @@ def test_many_samples_are_drawn_as_one() -> None:
         np.testing.assert_allclose([*found.force[i], found.side[i]], [*contact.force, contact.side], atol=1e-12)
         np.testing.assert_allclose(points_on_links(every, s)[0][i], points_on_links(alone, s[i])[0], atol=1e-12)
         np.testing.assert_allclose(to_world(X_WB, every)[i], alone @ X_WB[i, :, :3].T + X_WB[i, :, 3], atol=1e-12)
-
-
-def test_points_are_on_their_links() -> None:
-    corners = np.array([[0.0, 0, 0], [0, 0, 1], [2, 0, 1], [3, 3, 1]])
-    points, frames = points_on_links(corners, np.array(1.5))
-    np.testing.assert_allclose(points, [0.5, 0, 1])
-    np.testing.assert_allclose(frames[:, 2], [1, 0, 0])
-    assert np.isnan(points_on_links(corners, np.array(np.nan))[0]).all()
-
-
-@pytest.mark.parametrize(
-    ("side", "axis", "sign"), [(0.0, 0, 1), (np.pi, 0, -1), (np.pi / 2, 1, 1), (-np.pi / 2, 1, -1)]
-)
-def test_the_pressed_point_is_on_its_face(shipped_finger: Finger, side: float, axis: int, sign: int) -> None:
-    section, s = shipped_finger.section(0.07), 0.07
-    faces = {
-        (0, 1): section.inner_face,
-        (0, -1): section.outer_face,
-        (1, 1): section.width / 2,
-        (1, -1): -section.width / 2,
-    }
-    point = pressed_point(shipped_finger, corners_of(shipped_finger), s, side)
-    assert point[2] == pytest.approx(s)
-    assert point[axis] == pytest.approx(float(faces[axis, sign]), abs=1e-9)
 
 
 def drawn(finger: Finger, force: np.ndarray, sideways: float = 0.3) -> Drawing:

@@ -14,7 +14,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.view.estimate_visualizer import ARCS, BAND, CONTACT, CURVE
+from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE
 from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_animation
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
@@ -46,24 +46,6 @@ def test_meshcat_has_bodies_estimates_and_legend(animation: tuple[Meshcat, str])
         ):
             assert meshcat.HasPath(path), path
     assert meshcat.HasPath("/Cameras/default/rotated/<object>/legend")
-
-
-@pytest.mark.slow
-def test_a_users_estimator_is_drawn_with_an_arc_a_segment() -> None:
-    meshcat = Meshcat()
-    short = ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=own_blocks:mean_bend"]
-    run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
-    assert meshcat.HasPath(f"{ARCS}/left_finger/11/unit/circle")
-    assert not meshcat.HasPath(f"{ARCS}/left_finger/12")
-
-
-@pytest.mark.slow
-def test_force_and_uncertainty_are_drawn_where_they_are_estimated(animation: tuple[Meshcat, str]) -> None:
-    meshcat, short = Meshcat(), ["pressure.settle=0.05", "pressure.steps.all=[50e3]", "estimator.type=contact"]
-    run_station(make_station(load_scenario("obstructed_inside", short), meshcat), meshcat)
-    for path in (f"{CONTACT}/left_finger/arrow/head/left", f"{BAND}/left_finger/12/right"):
-        assert meshcat.HasPath(path), path
-        assert not animation[0].HasPath(path), "arcs estimate neither"
 
 
 def test_arcs_are_drawn_of_sections_or_of_segments() -> None:

@@ -3,9 +3,7 @@ import socket
 from urllib.parse import urlsplit
 
 import pytest
-from pydrake.geometry import MeshcatParams
 
-from soft_gripper.diagrams.view import meshcat_view as module
 from soft_gripper.diagrams.view.meshcat_view import LOOPBACK, cut_off, has_failed, hidden_meshcat, open_meshcat
 
 
@@ -16,20 +14,6 @@ def test_a_hidden_meshcat_is_elsewhere_each_time() -> None:
     assert len({LOOPBACK, *hosts}) == 3 or set(hosts) == {LOOPBACK}, "the loopback of macOS has one address"
     assert not {first.port(), second.port()} & set(range(7000, 7100))
     assert not has_failed(first)
-
-
-def test_where_the_loopback_has_one_address_the_port_is_arbitrary(monkeypatch: pytest.MonkeyPatch) -> None:
-    real, hosts = module.Meshcat, []
-
-    def meshcat(params: MeshcatParams) -> object:
-        hosts.append(params.host)
-        if params.host != LOOPBACK:
-            raise RuntimeError("Meshcat failed to open a websocket port.")
-        return real(params)
-
-    monkeypatch.setattr(module, "Meshcat", meshcat)
-    assert hidden_meshcat().port() not in range(7000, 7100)
-    assert hosts[1:] == [LOOPBACK]
 
 
 def test_an_open_meshcat_is_of_this_machine_alone() -> None:

@@ -17,21 +17,6 @@ from soft_gripper.diagrams.view.meshcat_view import geometry_paths, hidden_meshc
 from soft_gripper.scenario.scenario_file import load_scenario
 
 HAS_SPRINGS = hasattr(VisualizationConfig(), "mouse_interaction_stiffness")
-ROLES = ("illustration", "proximity", "inertia")
-
-
-def _names(changes: list[str]) -> list[str]:
-    station = make_station(load_scenario("conforming_grasp", changes), hidden_meshcat())
-    return [system.get_name() for system in station.diagram.GetSystems()]
-
-
-def test_nothing_is_drawn_twice() -> None:
-    names = _names(["visualization={}"])
-    assert [role for role in ROLES if f"meshcat_visualizer({role})" in names] == ["proximity", "inertia"]
-    assert sum("contact_visualizer" in name for name in names) == 1
-    assert not any(
-        "contact" in name for name in _names(["visualization={publish_contacts: false}"]) if "meshcat" in name
-    )
 
 
 def test_a_run_with_it_is_that_without() -> None:

@@ -53,13 +53,6 @@ def test_the_run_stays_as_it_is_without_them(recording, alone):
         np.testing.assert_array_equal(recording[name].values, alone[name].values)
 
 
-def test_arcs_may_stand_beside_too(alone):
-    alongside = run_of("estimator.type=spline", "estimator.alongside=[arcs]")
-    for name in ("theta", "kappa", "pose_error", "estimated_joint_angles"):
-        found, expected = alongside[f"left_finger.arcs.{name}"].values, alone[f"left_finger.{name}"].values
-        np.testing.assert_array_equal(found, expected)
-
-
 def test_what_it_learns_of_the_drive_is_kept_and_what_it_is_given_is_not():
     found = signals_of(run_of("estimator.alongside=[recursive]"), "left_finger", "recursive")
     assert [name for name in found if name.endswith("driving_torque")] == ["effective_driving_torque"]

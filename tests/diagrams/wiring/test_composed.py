@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.diagrams.wiring.composed import BatchedBlock, FusedBlock, add_parts
+from soft_gripper.diagrams.wiring.composed import FusedBlock, add_parts
 from soft_gripper.diagrams.wiring.estimation import make_estimation
 from soft_gripper.diagrams.wiring.named_wires import inputs, vector_outputs
 from soft_gripper.diagrams.wiring.sensors import make_sensors
@@ -118,11 +118,3 @@ def test_over_a_recording_they_put_out_what_they_do_sample_by_sample(make):
         value = found[name]
         scale = np.abs(value[np.isfinite(value)]).max(initial=1e-300)
         np.testing.assert_allclose(over_time[name], value, rtol=0, atol=1e-6 * scale, err_msg=name)
-
-
-def test_a_block_of_one_finger_alone_stays_one(make):
-    builder, parts = added(make, {"left": 0}, ["left"])
-    (block,) = builder.GetSystems()
-    assert isinstance(block, FusedBlock)
-    assert not isinstance(block, BatchedBlock)
-    assert inputs(block).keys() == parts["left"].inputs.keys()

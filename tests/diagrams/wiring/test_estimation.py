@@ -65,12 +65,6 @@ def test_on_measurements_alone_it_finds_shape_and_load(layout):
     np.testing.assert_allclose(found["joint_positions_world"].reshape(-1, 3), world, atol=1e-12)
 
 
-def test_torque_waits_for_five_samples(layout):
-    q = balanced(layout, 0.0)
-    assert np.isnan(estimated(layout, q, 4)["external_torque"]).all()
-    assert np.abs(estimated(layout, q, 5)["external_torque"]).max() < 1e-4
-
-
 @pytest.mark.parametrize(("load", "touches"), [(0.0, 0.0), (-0.01, 1.0), (0.01, 1.0)])
 def test_contact_is_looked_for_with_a_threshold(layout, load, touches):
     q = balanced(layout, load * (1 - layout.finger.joint_arc_lengths / layout.finger.length))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arm_plants import HOME, ur5e
+from arm_plants import ur5e
 from refusals import refused
 
 from soft_gripper.diagrams.simulation import make_simulator, run_station
@@ -10,7 +10,6 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.scenario.scenario_file import load_scenario
 
 GAINS = "control.gains={kp: 1.0e5, ki: 5.7e6, kd: 17}"
-TURNED = np.add(HOME, [0.2, -0.1, 0.1, 0.0, 0.3, -0.2])  # rad
 
 
 def recorded(station, commands, duration):
@@ -52,17 +51,6 @@ def test_the_opening_comes_from_outside():
     assert recording["grip.opening"].values[-1] == pytest.approx(0.06, abs=1e-4)
     assert (recording["grip.set_point"].values == 0.06).all()
     assert recording["grip.set_point"].attrs["units"] == "m"
-
-
-def test_joints_come_from_outside():
-    station = arm_station("joints")
-    assert list(station.parts.inputs) == ["arm.desired_state"]
-    recording = recorded(station, {"arm.desired_state": [*TURNED, *np.zeros(6)]}, 1.5)
-    np.testing.assert_allclose(recording["arm.joint_positions"].values[-1], TURNED, atol=1e-4)
-    desired = recording["arm.desired_state"]
-    assert desired.dims == ("time", "arm_state")
-    assert desired["arm_state_units"].values.tolist() == ["rad"] * 6 + ["rad/s"] * 6
-    assert desired["arm_state"].values.tolist()[::6] == ["shoulder_pan_joint_q", "shoulder_pan_joint_v"]
 
 
 @pytest.mark.parametrize("external", [["pressure"], ["joints"], ["tool"]])

@@ -40,23 +40,6 @@ def test_units_of_a_state(grasp):
     assert recording["plant.state"]["state"].values.tolist() == list(units)
 
 
-def test_pose_of_an_object_is_its_part_of_the_state(grasp):
-    _, recording = grasp
-    pose = recording["box.pose"]
-    names = [f"box_box_{name}" for name in ("qw", "qx", "qy", "qz", "x", "y", "z")]
-    np.testing.assert_array_equal(pose, recording["plant.state"].sel(state=names))
-    assert pose["pose_entry"].values.tolist() == ["q_w", "q_x", "q_y", "q_z", "x", "y", "z"]
-    assert pose["pose_entry_units"].values.tolist() == ["1"] * 4 + ["m"] * 3
-
-
-def test_the_contact_wrench_carries_the_object(grasp):
-    _, recording = grasp
-    wrench = recording["box.contact_wrench"]
-    assert wrench["wrench_units"].values.tolist() == ["N m"] * 3 + ["N"] * 3
-    assert wrench.sel(wrench="force_z").values[-1] == pytest.approx(0.05 * 9.81, rel=0.01)
-    assert np.abs(wrench.sel(wrench=["torque_x", "torque_y", "torque_z"]).values[-1]).max() < 1e-3
-
-
 def test_the_contact_wrench_carries_an_object_with_joints_of_its_own(tmp_path):
     inertia = "<inertia><ixx>1e-6</ixx><iyy>1e-6</iyy><izz>1e-6</izz></inertia>"
     link = f'<link name="weight"><inertial><mass>0.02</mass>{inertia}</inertial></link>'

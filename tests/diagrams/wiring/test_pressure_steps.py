@@ -20,13 +20,6 @@ def test_a_finger_has_its_own_steps_or_those_of_all():
     assert pressure_steps(both.pressure, "right").tolist() == [1.0, 2.0]
 
 
-def test_a_short_list_holds_its_last_value():
-    longest = scenario(all=[5.0, 6.0], left=[1.0, 2.0, 3.0])
-    assert longest.steps == 3
-    assert longest.duration == pytest.approx(1.5)
-    assert pressure_steps(longest.pressure, "right").tolist() == [5.0, 6.0, 6.0]
-
-
 def test_a_finger_without_steps_is_named():
     with refused("steps", "left"):
         pressure_steps(scenario(left=[1.0]).pressure, "right")
@@ -52,11 +45,3 @@ def test_steps_count_from_the_beginning_of_a_run(begin):
     context.SetTime(begin + 0.7)
     Simulator(source, context).Initialize()  # goes on
     assert value(source, context, begin + 0.7) == -2.7
-
-
-def test_one_step_lasts_for_ever_and_chambers_are_stepped_together():
-    for values in (np.array([5.0]), np.array([[1.0, 2.0], [3.0, 4.0]])):
-        source = StepSource(values, 0.5)
-        context = source.CreateDefaultContext()
-        context.SetTime(7.0)
-        np.testing.assert_array_equal(source.get_output_port().Eval(context), np.ravel(values[-1]))

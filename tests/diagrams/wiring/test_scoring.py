@@ -38,15 +38,6 @@ def test_the_torque_error_is_that_of_the_same_sample(changing):
     assert np.ptp(truth, axis=0)[0] > 0.05
 
 
-def test_no_other_delay_fits_as_well(changing):
-    estimate, truth = changing("external_torque"), changing("true_external_torque")
-    begin = 2 * SAMPLES
-    errors = [estimate[begin:] - truth[begin - delay : len(truth) - delay] for delay in range(SAMPLES)]
-    sizes = np.sqrt([np.mean(error**2) for error in errors])
-    assert np.argmin(sizes) == DELAY
-    assert sizes[DELAY] < 0.9 * np.delete(sizes, DELAY).min()
-
-
 def test_the_pose_errors_are_those_of_the_same_sample(changing):
     chain = forward_kinematics(changing("sampled_joint_angles"), 0.01)
     true_joints, true_tip = in_space(chain.joints), in_space(chain.tip)

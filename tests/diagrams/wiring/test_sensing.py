@@ -79,18 +79,6 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
     assert forces == nominal
 
 
-def test_without_compensation_gravity_is_left_out(monkeypatch):
-    seen = []
-
-    def force_estimator(finger, gravity, period, *_):
-        seen.append(gravity.tolist())
-        return ForceEstimator(finger, gravity, period)
-
-    monkeypatch.setattr(estimation, "ForceEstimator", force_estimator)
-    station(ONE_FINGER, "null", "estimator.compensate_gravity=false")
-    assert seen == [[0, 0, 0]]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("touching", "x"), [("left_finger", -0.0245), ("right_finger", 0.0245)])
 def test_contact_is_that_of_the_finger_that_touches(touching, x):

@@ -30,17 +30,6 @@ def disturbed():
     return simulate(short(REALISTIC, PRESSURE, "sensor.seed=5"))
 
 
-def test_the_truth_stays_recorded(ideal, disturbed):
-    """Under another name, with the same axes, and only where there are errors."""
-    for name, true in (("ideal_strain", "strain"), ("ideal_extension_ratio", "extension_ratio")):
-        np.testing.assert_array_equal(disturbed[f"left_finger.{name}"], ideal[f"left_finger.{true}"])
-        assert disturbed[f"left_finger.{name}"].dims == ideal[f"left_finger.{true}"].dims
-    np.testing.assert_array_equal(disturbed["left_finger.ideal_pressure"], ideal["left_finger.sampled_pressure"])
-    np.testing.assert_array_equal(disturbed["left_finger.pressure"], ideal["left_finger.pressure"])
-    assert not [name for name in ideal.data if "ideal" in name]
-    assert not [name for name in disturbed.data if "random" in name or "standard_normal" in name]
-
-
 def test_what_is_measured_is_disturbed_as_much_as_is_asked_for(disturbed):
     error = (disturbed["left_finger.strain"] - disturbed["left_finger.ideal_strain"]).values
     assert disturbed["left_finger.strain"].dims == disturbed["left_finger.ideal_strain"].dims
@@ -48,11 +37,6 @@ def test_what_is_measured_is_disturbed_as_much_as_is_asked_for(disturbed):
     error = (disturbed["left_finger.sampled_pressure"] - disturbed["left_finger.ideal_pressure"]).values
     assert 20 < np.diff(error[2:25], axis=0).std() < 120
     assert disturbed["left_finger.sampled_pressure"].attrs["units"] == "Pa"
-
-
-def test_estimation_gets_what_is_measured(ideal, disturbed):
-    worse, own = (recording["left_finger.pose_error"][-10:].mean() for recording in (disturbed, ideal))
-    assert 1e-3 > worse > 1.5 * own
 
 
 def test_a_seed_makes_a_run_reproducible(disturbed):

@@ -11,29 +11,12 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
 
 SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
 
 
 def short(name="free_bending", *overrides):
     return load_scenario(name, [*SHORT, *overrides])
-
-
-def test_layout_of_a_scenario(tapered_finger):
-    config = SensorConfig(sections=3, one_sided=True, response=[[0.8, -1.0], [1.2, 2.0]])
-    layout = sensor_layout(tapered_finger, config)
-    assert (layout.finger, layout.sections, layout.path_names) == (tapered_finger, 3, ("outer",))
-    assert layout.response.reading(np.array([0.8, 1.0, 1.2])).tolist() == [-1.0, 0.5, 2.0]
-    strain = sensor_layout(tapered_finger, SensorConfig()).response.reading(np.array([0.9, 1.0, 1.3]))
-    np.testing.assert_allclose(strain, [-0.1, 0.0, 0.3])
-
-
-def test_the_pressure_is_sampled_with_the_strain():
-    recording = run_station(make_station(short()))
-    pressure, sampled = (recording[f"left_finger.{name}"].values for name in ("pressure", "sampled_pressure"))
-    np.testing.assert_array_equal(sampled[1:], pressure[:-1])
 
 
 @pytest.mark.slow

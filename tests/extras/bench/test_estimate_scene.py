@@ -45,12 +45,6 @@ def test_joints_follow_their_estimates_and_stay_while_these_are_unknown():
     np.testing.assert_array_equal(drawn._posed.positions[places], angles)
 
 
-def test_what_nothing_measures_is_not_drawn():
-    _, _, meshcat, _ = scene("box_grasp")
-    assert meshcat.HasPath("/drake/visualizer/table")
-    assert not meshcat.HasPath("/drake/visualizer/box")
-
-
 def test_a_base_that_moves_carries_the_gripper_and_no_arm():
     fingers = ["left_finger", "right_finger"]
     name, changes = "pick_and_place_box", ["task=null", "control.set_points=[0.06]"]

@@ -1,10 +1,7 @@
 """A bench computes from readings what a station computed in a simulation; what is missing is said to be missing."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from refusals import refused
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
@@ -59,17 +56,6 @@ def test_equal_fingers_are_computed_together_as_each_alone(estimator, monkeypatc
             np.testing.assert_allclose(together.read([name])[name], value, rtol=1e-9, atol=1e-12, err_msg=name)
 
 
-def test_the_cost_is_measured_apart():
-    bench = Bench(scenario("estimator.type=gaussian"))
-    bench.step({name: np.full(size, 0.01) for name, size in bench.inputs.items()})
-    before = bench.read([*bench.signals])
-    cost = bench.cost(["left_finger.tip_pose"])
-    assert 0 < cost.processor < 0.1
-    assert cost.elapsed > 0
-    for name, value in bench.read([*bench.signals]).items():
-        np.testing.assert_array_equal(value, before[name])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("estimator", "trace"), [("gaussian", 0.0), ("recursive", 1e-3)])
 def test_missing_samples_leave_little_trace(estimator, trace):
@@ -94,10 +80,3 @@ def test_free_readings_are_those_of_fingers_that_touch_nothing():
     for name, free in bench.free_readings().items():
         np.testing.assert_allclose(free, measured[name], atol=1e-5)
         assert np.abs(free).max() > 0.03
-
-
-def test_what_only_a_simulation_can_do():
-    with refused("task.phases", "with openings"):
-        Bench(load_scenario("pick_and_place_box"))
-    with refused("models"):
-        Bench(replace(scenario(), models=[], control=load_scenario("free_bending").control))

@@ -47,26 +47,6 @@ def test_a_number_that_cannot_be_is_malformed(here):
     assert Recording.load("out/recording.nc").data.sizes["time"] == 30
 
 
-def test_ranges_can_be_given(here):
-    text = Path("bench.yaml").read_text()
-    Path("bench.yaml").write_text(text + "pressure_range: [0, 9]\n")
-    assert "30 malformed" in live().err
-    Path("bench.yaml").write_text(text + "reading_range: [0.01, 0.02]\n")
-    done = live()
-    assert "30 malformed" in done.err
-    assert "left_finger.strain, which is not within 0.01 to 0.02" in done.err
-
-
-def test_every_result_has_the_same_numbers(here):
-    text = Path("bench.yaml").read_text()
-    Path("bench.yaml").write_text(text.replace("send: []", "send: [left_finger.tip_pose]"))
-    live()
-    assert {len(each.split(",")) for each in Path("results.csv").read_text().splitlines()} == {10}
-    Path("readings.csv").write_text("nonsense\n")
-    live()
-    assert Path("results.csv").read_text().split(",")[5:8] == ["nan"] * 3
-
-
 ENDS = 15.0  # s, by which a session has ended at the latest
 OWN = """
 def fails_later():
@@ -141,13 +121,6 @@ def test_no_sink_of_a_description_empties_a_file(here, sink):
     assert Path("thesis.txt").read_text() != "years"
 
 
-def test_a_second_session_keeps_the_first_recording(here):
-    live("--out", "out")
-    before = Path("out/recording.nc").read_bytes()
-    assert "out/recording_2.nc" in live("--out", "out").err
-    assert Path("out/recording.nc").read_bytes() == before
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_reader_that_stalls_holds_nothing_up(here, number):
@@ -174,31 +147,3 @@ def test_a_reader_that_stalls_holds_nothing_up(here, number):
     used, lost = (int(re.findall(rf"(\d+) {word}", said)[0]) for word in ("used", "lost"))
     assert used + lost == 300
     assert int(re.findall(r"(\d+) results that nobody read", said)[0]) > 150
-
-
-@pytest.mark.slow
-def test_a_pipe_without_a_partner_holds_nothing_up(here):
-    os.mkfifo(here / "results.fifo")
-    with Running(here, "--sink", "file:results.fifo") as live:
-        live.feed(1.0)
-        live.process.send_signal(signal.SIGTERM)
-        assert live.process.wait(LONG) == 0
-        assert re.search(r"\d\d+ used", live.process.stderr.read())
-
-
-@pytest.mark.slow
-def test_readings_from_a_pipe_that_nobody_writes_to(here):
-    os.mkfifo(here / "readings.fifo")
-    with Running(here, "--source", "file:readings.fifo") as live:
-        time.sleep(1.0)
-        assert live.process.poll() is None
-        live.process.send_signal(signal.SIGINT)
-        assert live.process.wait(LONG) == 0
-
-
-@pytest.mark.slow
-def test_a_folder_has_one_session(here):
-    with Running(here, "--out", "out"):
-        assert "another soft-gripper writes there" in refusal(
-            *LIVE, "--bench", "bench.yaml", "--out", "out", "--seconds", "0.1"
-        )

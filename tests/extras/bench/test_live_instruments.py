@@ -1,8 +1,5 @@
 """A scale beside the sensors of a bench: recorded by `live`, never used by estimators, and read again by `replay`."""
 
-import json
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from command_line import soft_gripper
@@ -11,12 +8,6 @@ from refusals import refusal
 from scale_files import GRAM, write_log
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.extras.bench.bench import Bench
-from soft_gripper.extras.bench.bench_driver import parse_reading
-from soft_gripper.extras.bench.messages import MalformedError
-from soft_gripper.extras.bench.plausible import plausible_ranges
-from soft_gripper.extras.hardware.bench_schema import load_bench
-from soft_gripper.scenario.scenario_file import load_scenario
 
 FORCE = "finger.measured_force"
 CHANGES = "estimator.type=gaussian"
@@ -73,27 +64,6 @@ frame: { origin: [0, 0, 0] }
     (score,) = csv_rows(tmp_path / "out/scores.csv")
     assert (score["quantity"], score["presses"], score["answered"]) == ("base torque", "6", "6")
     assert float(score["median_error_percent"]) < 10
-
-
-def reading(folder, **changes):
-    """What a bench of one finger takes from a message in JSON."""
-    scenario, config = load_scenario(str(folder / "one.yaml"), [CHANGES]), load_bench(folder / "bench.yaml")
-    bench = Bench(scenario, (), [FORCE])
-    message = dict.fromkeys("abcd", 1.0) | {"t": 0.0, "p": 0.0, "scale": 30.0, "mm": 80.0} | changes
-    described = SimpleNamespace(**{**vars(config), "format": "json", "relative": config.relative})
-    return parse_reading(json.dumps(message).encode(), described, plausible_ranges(bench, config), bench.quantities)
-
-
-def test_a_scale_that_is_not_read_costs_no_reading(folder):
-    values = reading(folder, scale=None).values
-    np.testing.assert_array_equal(values[FORCE], [np.nan, 0.08])
-    np.testing.assert_allclose(reading(folder).values[FORCE], [30 * GRAM, 0.08])
-
-
-@pytest.mark.parametrize("changes", [{"scale": 1e6}, {"mm": 130.0}, {"mm": -1.0}])
-def test_what_no_finger_does_is_malformed(folder, changes):
-    with pytest.raises(MalformedError, match=r"finger\.measured_force, which is not within"):
-        reading(folder, **changes)
 
 
 def test_a_place_that_is_not_on_the_finger_is_refused_at_once(folder, monkeypatch):

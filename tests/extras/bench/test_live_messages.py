@@ -28,10 +28,6 @@ def test_numbers_without_names_come_back(form):
     assert decoded(encoded(RESULTS, form), form, FIELDS) == {"n": 3.0, "a": 0.5, "b": -1.25}
 
 
-def test_json_has_names():
-    assert decoded(encoded(RESULTS, "json"), "json", ()) == {"n": 3.0, "v[0]": 0.5, "v[1]": -1.25}
-
-
 def test_null_is_a_sensor_that_was_not_read():
     found = decoded(b'{"a": null, "b": [1, null]}', "json", ())
     assert math.isnan(found["a"])

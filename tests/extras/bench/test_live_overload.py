@@ -190,5 +190,5 @@ def test_losses_are_told_to_the_estimators_while_there_is_time():
     live.run(for_seconds(0.2))
     live.costs.clear()
     live.driver._take(encoded(live.reading(1000), "json"), time.monotonic())
-    assert 1 <= len(live.costs) <= 3
+    assert 2 <= len(live.costs) <= 3, "at least one of them, and the reading"
     assert live.bench._samples > 100

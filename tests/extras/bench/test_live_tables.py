@@ -1,8 +1,7 @@
 import numpy as np
 from pydrake.systems.primitives import PassThrough
 
-from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, readings_table
-from soft_gripper.extras.bench.watch import Counts
+from soft_gripper.extras.bench.live_tables import finger_table, needed_signals
 from soft_gripper.signals import describe
 
 NAN = np.nan
@@ -70,10 +69,3 @@ def test_what_is_estimated_of_any_finger_has_a_row():
         "readings and drive": ("agree", ("disagree", "bad")),
     }
     assert {cell for row in cells({}).values() for cell in row} == {"-"}
-
-
-def test_counters_of_what_went_wrong_are_marked():
-    _, head, *found = readings_table(Counts(used=7, lost=2))
-    assert head == []
-    cells = [cell for row in found for cell in row]
-    assert cells[:6] == [("used", "name"), "7", ("lost", "name"), ("2", "bad"), ("late", "name"), "0"]

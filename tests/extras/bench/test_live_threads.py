@@ -4,22 +4,12 @@ import threading
 import time
 
 import pytest
-from waiting import LONG, wait_until
+from waiting import LONG
 
 from soft_gripper.extras.bench import threads
 from soft_gripper.extras.bench.threads import ROOM, Inbox, Outbox
 
 AT_ONCE = 3.0  # s, on a busy machine
-
-
-def test_all_is_taken_in_order():
-    taken = []
-    outbox = Outbox(taken.append)
-    for i in range(50):
-        outbox.put(i)
-    outbox.close()
-    assert taken == [*range(50)]
-    assert outbox.dropped == 0
 
 
 def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
@@ -37,26 +27,6 @@ def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
     assert outbox.dropped + len(taken) == 1000
 
 
-def test_closing_leaves_what_is_never_taken(monkeypatch):
-    monkeypatch.setattr(threads, "LINGER", 0.1)
-    outbox = Outbox(lambda _: threading.Event().wait())
-    outbox.put(1)
-    outbox.put(2)
-    began = time.monotonic()
-    outbox.close()
-    assert time.monotonic() - began < AT_ONCE
-    assert outbox.dropped == 2
-
-
-def test_where_nothing_is_live_nothing_is_dropped():
-    taken, is_over = [], threading.Event()
-    outbox = Outbox(lambda item: (time.sleep(1e-4), taken.append(item)), is_over.is_set)
-    for i in range(5 * ROOM):
-        outbox.put(i)
-    outbox.close()
-    assert taken == [*range(5 * ROOM)]
-
-
 def test_a_signal_ends_waiting_for_room(monkeypatch):
     monkeypatch.setattr(threads, "LINGER", 0.1)
     is_over = threading.Event()
@@ -66,19 +36,6 @@ def test_a_signal_ends_waiting_for_room(monkeypatch):
         outbox.put(i)
     outbox.close()
     assert outbox.dropped == 2 * ROOM
-
-
-def test_an_error_of_whoever_takes_it_is_told():
-    def fail(_):
-        raise ZeroDivisionError
-
-    outbox = Outbox(fail)
-    outbox.put(1)
-    wait_until(lambda: outbox._error is not None)
-    with pytest.raises(ZeroDivisionError):
-        outbox.put(2)
-    with pytest.raises(ZeroDivisionError):
-        outbox.close()
 
 
 def test_a_generator_that_waits_holds_nothing_up():
@@ -99,12 +56,3 @@ def test_a_generator_that_waits_holds_nothing_up():
     with pytest.raises(ZeroDivisionError):
         inbox.receive(LONG)
     assert inbox.is_over
-
-
-def test_a_generator_has_its_pace():
-    began, found = time.monotonic(), []
-    inbox = Inbox(({"a": float(i)} for i in range(10)), 0.01)
-    while not inbox.is_over:
-        found += inbox.receive(0.1)
-    assert len(found) == 10
-    assert time.monotonic() - began >= 0.09

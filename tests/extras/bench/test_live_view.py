@@ -100,31 +100,6 @@ def test_in_silence_it_is_stale_with_wider_bands(shown):
     np.testing.assert_array_equal(values[OPENING], shown.bench.read([OPENING])[OPENING])
 
 
-def test_before_the_first_reading_it_waits(shown):
-    shown.is_silent = True
-    status, values = shown.run(0.2)
-    assert status["mode"] == "waiting for readings"
-    assert not values.keys() & {OPENING, STD}
-
-
-@pytest.mark.slow
-def test_zero_removes_an_offset_in_two_seconds(shown):
-    shown.run(0.1)
-    shown.click("zero")
-    status, _ = shown.run(1.0)
-    assert (status["mode"], status["zeroing"]) == ("zeroing", True)
-    status, _ = shown.run(1.2)
-    assert (status["mode"], status["note"][:7]) == ("live", "zeroed:")
-
-
-def test_zero_without_readings_says_so(shown):
-    shown.is_silent = True
-    shown.click("zero")
-    status, _ = shown.run(2.2)
-    assert "no reading arrived" in status["note"]
-    assert not status["zeroing"]
-
-
 def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, tmp_path):
     shown.run(0.5)
     shown.click("record")
@@ -143,12 +118,6 @@ def test_a_recording_goes_from_click_to_click_and_has_what_was_estimated(shown, 
     assert recording[OPENING].values[-1] == pytest.approx(float(at_end[0]), abs=2e-3)
     assert (tmp_path / "1" / "scenario.yaml").is_file()
     assert shown.session.recordings == [tmp_path / "1"]
-
-
-def test_stop_ends_it(shown):
-    shown.click("stop")
-    shown.session.run(lambda: False)
-    assert not shown.view.panel.take({"button": "pause"}), "hardware cannot be stopped in time"
 
 
 def test_a_view_that_fails_stops_nothing(shown, monkeypatch):

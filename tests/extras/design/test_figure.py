@@ -1,11 +1,8 @@
 """The figure and the tables of a study, also where nothing holds, with one end, and with choices."""
 
 import numpy as np
-import pytest
 from csv_rows import csv_rows
-from matplotlib.figure import Figure
 
-from soft_gripper.extras.design.figure import BEST, design_figure
 from soft_gripper.extras.design.ranking import Design, DesignScore
 from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig
@@ -36,16 +33,6 @@ def found(ends, allowed=True, designs=12):
     return DesignResult(study, tried, tried[0], [5, 6] if allowed else [], 5 if allowed else None, tested)
 
 
-@pytest.mark.parametrize("ends", [[FORCE], [FORCE, ENERGY]])
-@pytest.mark.parametrize("allowed", [True, False])
-def test_figure(ends, allowed):
-    figure = design_figure(found(ends, allowed))
-    assert isinstance(figure, Figure)
-    figure.canvas.draw()
-    stars = [line for axes in figure.axes for line in axes.lines if line.get_color() == BEST]
-    assert len(stars) == (3 if allowed else 0)  # in the front, and over each variable
-
-
 def test_tables(tmp_path):
     write_tables(found([FORCE, ENERGY]), tmp_path)
     rows = {name: csv_rows(tmp_path / name) for name in (DESIGNS, TESTS, SENSITIVITY)}
@@ -59,8 +46,3 @@ def test_tables(tmp_path):
         ("5", "cup", "True", "3"),
     ]
     assert {row["end"] for row in rows[SENSITIVITY]} == {"force", "energy"}
-
-
-def test_lost_objects_are_a_reason(tmp_path):
-    write_tables(found([FORCE], allowed=False), tmp_path)
-    assert "holds in 1 of 4 runs" in (tmp_path / DESIGNS).read_text()

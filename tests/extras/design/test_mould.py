@@ -1,7 +1,6 @@
 """Cores, shells and walls of a finger, compared with their closed forms."""
 
 import re
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 
 from soft_gripper.extras.design.mould import SHELL, cores, least_wall, loft, outer_rings, shell
-from soft_gripper.fingers.cross_section import Station
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 
@@ -56,21 +54,6 @@ def test_the_shell_is_what_is_round_the_finger():
     assert loft(inside).volume == pytest.approx(volume(inside), rel=1e-9)
 
 
-def test_a_step_is_kept():
-    """From 20 to 16 mm wide at half of the length."""
-    of = finger("two_finger")
-    thin = replace(of.base, width=0.016)
-    steps = (Station(**vars_of(of.base), at=0.5), Station(**vars_of(thin), at=0.5))
-    stepped = replace(of, tip=thin, sections=steps)
-    outside = loft(outer_rings(stepped))
-    assert outside.is_watertight
-    assert outside.volume == pytest.approx(20 * 20 * 60 + 16 * 20 * 60, rel=1e-9)
-
-
-def vars_of(section):
-    return {name: getattr(section, name) for name in type(section).__dataclass_fields__}
-
-
 def test_the_thinnest_wall():
     of = finger("two_finger")
     assert least_wall(of) == pytest.approx(min(float(w) for s in of.cross_sections for w in s.walls.values()))
@@ -86,18 +69,6 @@ def test_walls_between_chambers_that_are_given_along_the_finger():
         for b in holes[:i]
     ]
     assert 0 < least_wall(of) <= min(map(float, gaps))
-
-
-def test_a_section_on_the_line_between_two_others_changes_neither_core_nor_shell():
-    """The core ends in a piece of the chamber that does not begin at the base."""
-    of = finger("two_finger")
-    (plain,) = cores(of)
-    for at in (0.3, 0.6):
-        fields = {name: (1 - at) * base + at * vars_of(of.tip)[name] for name, base in vars_of(of.base).items()}
-        parted = replace(of, sections=(Station(**fields, at=at),))
-        for mesh, expected in ((*cores(parted), plain), (shell(parted), shell(of))):
-            assert mesh.volume == pytest.approx(expected.volume, rel=1e-12)
-            np.testing.assert_allclose(mesh.bounds, expected.bounds, atol=1e-9)
 
 
 def test_the_shell_is_as_thick_as_the_page_says():

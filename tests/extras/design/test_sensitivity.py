@@ -36,11 +36,6 @@ def test_shares_of_independent_variables(drawn):
     assert rows["b"].slope_of_ranks == pytest.approx(-of_ranks(0.8), abs=0.015)
 
 
-def test_a_monotonic_law_is_explained_in_full(drawn):
-    (row,) = sensitivities("y", np.exp(5 * drawn[0]), {"a": cells(drawn[0])})
-    assert (row.slope_of_ranks, row.explained) == (pytest.approx(1), pytest.approx(1))
-
-
 def test_choices_without_order():
     """Two of three choices are alike: a third of the runs has another value."""
     choices = np.random.default_rng(2).choice(["sides", "faces", "corners"], COUNT)

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from links import ROOT, linked_path, links, on_site, site_path
+from links import ROOT, linked_path, links, site_path
 from stage import repository_pages
 
 PAGES = {**repository_pages(), "README.md": (ROOT / "README.md").read_text(encoding="utf-8")}
@@ -53,23 +53,3 @@ def test_tests_that_a_page_names_are_there_and_run_as_it_says(page):
 )
 def test_everything_has_a_place_on_the_site(path, place):
     assert site_path(path) == place
-
-
-def test_links_change_with_the_place():
-    text = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../../CHANGELOG.md) [d](https://a.b) [e](#f)"
-    changed = "[a](../finger.md#how-it-is-built) ![b](../peers.png) [c](../changelog.md) [d](https://a.b) [e](#f)"
-    assert on_site("docs/theory/finger.md", text) == changed
-    assert on_site("docs/finger.md", "[a](../models/package.xml)") == "[a](files/models/package.xml.md)"
-
-
-def test_code_stays_as_it_is():
-    link = "[a](../../CHANGELOG.md)"
-    for code in (f"as `{link}`", f"    {link}\n", f"```yaml\n{link}\n```\n"):
-        assert on_site("docs/theory/finger.md", code) == code
-
-
-def test_links_of_notebooks_change_too():
-    text = (
-        '{"cells": [{"cell_type": "markdown", "source": ["see\\n", "[a](../docs/finger.md)"]}, {"cell_type": "code"}]}'
-    )
-    assert '"see\\n[a](../finger.md)"' in on_site("notebooks/01.ipynb", text)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from example_blocks import example_blocks
-from port_tables import blocks_page, ports_table
+from port_tables import blocks_page
 
 ROOT = Path(__file__).parents[3]
 SOURCES = [path for path in (ROOT / "soft_gripper").rglob("*.py") if "learning" not in path.parts]
@@ -32,12 +32,3 @@ def test_every_block_is_listed():
     assert classes_of_systems() - WITHOUT_PORTS <= shown
     page = blocks_page()
     assert all(f"## {name}\n" in page or f"## [{name}](" in page for name in shown)
-
-
-@pytest.mark.slow
-def test_every_port_is_listed():
-    for of, placed in example_blocks().items():
-        system, table = placed.system, ports_table(placed)
-        ports = [system.get_input_port(i).get_name() for i in range(system.num_input_ports())]
-        ports += [system.get_output_port(i).get_name() for i in range(system.num_output_ports())]
-        assert all(f"| `{port}` |" in table for port in ports), of

@@ -79,11 +79,3 @@ def test_a_session_that_is_killed(i, tmp_path):
     if number != signal.SIGKILL:
         assert device.last_command().endswith(SAFE)
     device.unplug()
-
-
-@pytest.mark.parametrize("i", range(max(1, KILLS // 4)))
-def test_a_device_that_is_unplugged(i, tmp_path):
-    device = Device()
-    counts = live(tmp_path, device, lambda _: device.unplug())
-    assert counts[-1] >= device.last_used() - LOST
-    assert device.last_command().endswith(SAFE)

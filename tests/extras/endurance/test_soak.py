@@ -1,7 +1,6 @@
 """Runs for as long as SOAK says, s (`make soak`): the memory of no process grows, or by what is named."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -9,9 +8,8 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
-from command_line import LISTENING, short
+from command_line import short
 from processes import family
-from waiting import LONG, wait_until
 
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.sweep.run_sweep import run_sweep
@@ -21,7 +19,6 @@ pytestmark = pytest.mark.slow
 
 SOAK = float(os.environ.get("SOAK", "5"))
 SETTLED = 25  # runs
-SETTLES = 3.0  # s that `play` computes until it uses its memory again
 RAMP = 100  # runs of one process, in which its heap grows to what it then uses again
 FIXED = dict(map(read_override, short("pressure.settle=0.1")[1::2]))
 MODULUS = "models.0.fingers.all.youngs_modulus"
@@ -78,25 +75,3 @@ def test_simulate_in_a_loop(key):
     assert growth < MOST_A_STATION
     if FREES or key == "sensor.seed":
         assert sizes[-1] < 1.2 * settled, f"{settled:.0f} MB became {sizes[-1]:.0f} in {runs} runs"
-
-
-def cpu_time(pid: int) -> float:
-    """Of a process and all its descendants, s."""
-    return sum(one.cpu_time() for one in family(pid))
-
-
-def test_play_without_a_browser(tmp_path):
-    """It goes on in real time, and ends at Ctrl-C."""
-    with subprocess.Popen([*LISTENING, "play", "box_grasp"], cwd=tmp_path, stdout=subprocess.PIPE, text=True) as play:
-        try:
-            assert play.stdout is not None
-            assert any("http" in line for line in play.stdout), "it prints where it listens when it has been built"
-            begins = cpu_time(play.pid)
-            wait_until(lambda: cpu_time(play.pid) > begins + SETTLES)
-            first = sum(one.resident() for one in family(play.pid))
-            time.sleep(SOAK)
-            assert play.poll() is None
-            assert sum(one.resident() for one in family(play.pid)) < 1.2 * first
-        finally:
-            play.send_signal(signal.SIGINT)
-            play.wait(LONG)

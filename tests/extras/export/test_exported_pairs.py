@@ -4,12 +4,10 @@ import re
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box, Sphere
-from pydrake.math import RigidTransform
 
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.extras.export.mjcf import station_mjcf
-from soft_gripper.extras.export.reach import Ball, ShapeRange, may_touch, reaches
+from soft_gripper.extras.export.reach import reaches
 from soft_gripper.extras.export.tree import child_joints
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -48,17 +46,6 @@ def test_a_hanging_gripper_touches_the_table_only_where_it_can_reach_it():
     links = {int(re.search(r"link_(\d+)", line).group(1)) for line in low}
     assert max(links) == 12
     assert 0 < min(links) < 12
-
-
-def test_a_shape_is_beyond_a_box_by_its_distance():
-    fixed = ShapeRange(Ball(np.zeros(3), 0.0), Box(1.0, 1.0, 0.1), RigidTransform([0.0, 0.0, -0.05]))
-    near, far = (ShapeRange(Ball(np.array([0.3, 0.3, 0.2]), radius), Sphere(0.03), None) for radius in (0.20, 0.18))
-    assert may_touch(near, fixed)
-    assert may_touch(fixed, near)
-    assert not may_touch(far, fixed)
-    assert not may_touch(fixed, far)
-    assert may_touch(ShapeRange(Ball(np.zeros(3), np.inf), Sphere(0.03), None), fixed)
-    assert may_touch(near, far)
 
 
 def test_friction_of_every_pair_stops_within_two_steps():

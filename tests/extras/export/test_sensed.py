@@ -14,7 +14,6 @@ IN_SPACE = (
     "sensor.layout=four_faces_and_diagonal",
     "estimator.type=gaussian",
 )
-WAYS = ("sampled_joint_angles", "true_sideways_angles", "true_twist_angles")
 
 
 def recorded(name, overrides):
@@ -41,14 +40,6 @@ def test_estimates_are_those_of_the_diagram(estimator):
     assert np.ptp(shape.q) > 0.05
     if shape.contact is not None:
         np.testing.assert_allclose(shape.contact.force[rows], of("contact_force")[rows], rtol=0, atol=1e-9)
-
-
-def test_estimates_in_space_are_those_of_the_diagram():
-    scenario, of = recorded("turned_box_grasp", IN_SPACE)
-    q = np.concatenate([of(signal) for signal in WAYS], axis=-1)
-    shape = estimated(sensed_fingers(scenario)["left_finger"], of, q)
-    expected = [of(f"estimated_{way}angles") for way in ("joint_", "sideways_", "twist_")]
-    np.testing.assert_allclose(shape.q, np.concatenate(expected, axis=-1), rtol=0, atol=1e-9)
 
 
 def test_leading_axes_are_free_and_the_base_stands_where_a_run_begins():

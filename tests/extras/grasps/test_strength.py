@@ -13,7 +13,6 @@ from refusals import refused
 from soft_gripper.extras.grasps import strength as module
 from soft_gripper.extras.grasps.strength import (
     LOADS,
-    SMOOTH,
     Load,
     LoadSample,
     SettledGrasp,
@@ -23,7 +22,6 @@ from soft_gripper.extras.grasps.strength import (
     _row,
     held_object,
     shortened_scenario,
-    smoothed,
     strength_figure,
 )
 from soft_gripper.models import DIRECTORY
@@ -93,12 +91,6 @@ def test_the_strength_does_not_depend_on_how_fast_the_load_grows(pads):
     assert fast == pytest.approx(slow, rel=0.01)
 
 
-@pytest.mark.slow
-def test_every_start_is_the_same(pads):
-    one, again = (pads.strength(Load(True, 0, 1), Shake()) for _ in range(2))
-    assert one == again
-
-
 BELT_FRICTION, DRUM, HALF, TIP = 0.3, 0.03, 0.002, 0.1  # m, radius and half of the thickness; kg
 BELT = f"""<robot name="belt"><link name="mount">{INERTIAL}</link>{GUARD}
 <finger name="belt"><parent link="mount"/><body length="0.1" segments="20" relaxation_time="3"/>
@@ -144,12 +136,6 @@ def test_a_wrapped_cylinder_is_held_as_by_a_capstan(tmp_path: Path):
         found = settled.strength(Load(True, 1, sign), shake)
         assert (found.ended, found.unit) == ("slid", "mN m")
         assert found.strength == pytest.approx(expected, rel=BAR)
-
-
-def test_means_over_the_last_values():
-    values = np.arange(10.0)
-    np.testing.assert_allclose(smoothed(values)[:3], [0, 0.5, 1.0])
-    np.testing.assert_allclose(smoothed(values)[SMOOTH:], values[SMOOTH:] - (SMOOTH - 1) / 2)
 
 
 def test_a_task_is_run_until_it_holds_its_object():
@@ -202,13 +188,6 @@ def test_the_stiffness_is_that_of_the_first_half_of_the_load():
     assert row.ended == "slid"
 
 
-def test_what_moves_under_a_torque_is_an_angle():
-    row = _row("torque", "+x", "mN m", pulled(lambda share: 5e-3 * share, lost=""))
-    assert row.stiffness == pytest.approx(1e3 * 10 / np.degrees(0.1), rel=0.01)
-    assert row.strength == pytest.approx(1e4, rel=0.01)
-    assert row.ended == "not lost"
-
-
 @pytest.mark.parametrize(
     ("turns", "slips", "ended"),
     [((10, 30), (0, 0), ""), ((25, 30), (0, 0), "turned"), ((0, 0), (4, 7), "slid"), ((0, 0), (2, 7), "")],
@@ -227,9 +206,3 @@ def test_an_object_is_lost_once_it_has_turned_in_every_finger_or_slid_on_average
     )
     assert _HeldBody._loss(held, {"finger": (np.zeros(3), 1.0)}) == ended
     assert _HeldBody._loss(held, {"finger": (np.zeros(3), 0.0)}) == "let go"
-
-
-def test_a_soft_object_is_refused():
-    pytest.importorskip("soft_gripper.extras.soft")
-    with refused("--object", "sponge"):
-        module.grasp_strength(load_scenario("pick_and_place_sponge"), HereExecutor())

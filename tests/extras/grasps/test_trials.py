@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from csv_rows import csv_rows
 from here_executor import HereExecutor
-from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
 from soft_gripper.extras.grasps import trials
@@ -99,28 +98,6 @@ def test_a_trial_that_fails_leaves_its_cause_and_ends_no_other(executor, tmp_pat
         assert reported == pytest.approx(true + error, abs=2e-6)
     assert details["placed_tilt_deg"] == details["placed_x_mm"] == "nan"
     assert (tmp_path / "trials.png").stat().st_size > 10_000
-
-
-@pytest.mark.slow
-def test_trials_that_were_cut_short_go_on_to_the_same_tables(executor, tmp_path, monkeypatch):
-    """Between the writing of the one table and of the other, too."""
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    for folder in (whole, cut):
-        folder.mkdir()
-        run_trials(NAMES, 3, 1, folder, executor, lambda trial: None)
-    for table, kept in (("trials.csv", 4), ("trials_details.csv", 3), ("trials_grasps.csv", 4)):
-        lines = (cut / table).read_text().splitlines(keepends=True)
-        (cut / table).write_text("".join(lines[: 1 + kept]))
-    executor.calls.clear()
-    run_trials(NAMES, 3, 1, cut, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[1], 1, [0], {}), (NAMES[1], 1, [1], {}), (NAMES[1], 1, [2], {})]
-    for table in ("trials.csv", "trials_details.csv", "trials_grasps.csv"):
-        assert (cut / table).read_bytes() == (whole / table).read_bytes()
-    executor.calls.clear()
-    run_trials(NAMES, 4, 1, cut, executor, lambda trial: None, resume=True)
-    assert executor.calls == [(NAMES[0], 1, [3], {}), (NAMES[1], 1, [3], {})]
-    with refused("--resume"):
-        run_trials(NAMES, 3, 2, cut, executor, lambda trial: None, resume=True)
 
 
 def test_a_trial_without_a_recording():

@@ -1,31 +1,21 @@
 """soft-gripper study grasp-trials: whole trials, one alone, processes, Ctrl-C, and what it refuses."""
 
-import os
-import signal
-import subprocess
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import LISTENING, soft_gripper
-from csv_rows import csv_rows
+from command_line import soft_gripper
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
-from refusals import refusal
-from waiting import LONG
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import draw, random_numbers
-from soft_gripper.extras.grasps.trials import trials_together
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
-COMMAND = [*LISTENING, "study", "grasp-trials"]
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
-BRIEF = "task.time_limit=0.5"
 
 
 @pytest.fixture
@@ -77,63 +67,3 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     weight = kept.models[3].mass * 9.81
     assert float(printed["peak_force_n"]) == pytest.approx(np.max(forces), abs=1e-3)
     assert np.max(forces) > weight / 2 / kept.models[3].friction
-
-
-@pytest.mark.slow
-def test_trials_in_processes_are_the_same_as_here_one_by_one(scenario, tmp_path):
-    file = scenario(BRIEF)
-    done = soft_gripper("study", "grasp-trials", "--scenario", file, "--trials", "3", "--jobs", "2", "--out", tmp_path)
-    here = [trials_together(str(file), 1, [trial], {})[0] for trial in (2, 0, 1)]
-    found = csv_rows(tmp_path / "trials.csv")
-    assert [list(record.values()) for record in found] == [here[i].rows[0] for i in (1, 2, 0)]
-    cause = found[2]["cause"]
-    assert done.code == 0
-    assert "box: 0 of 3 succeeded" in done.out
-    angles = [trial.result.placed_angle_deg for trial in here]
-    assert f"placed angle     mean {np.mean(angles):.1f} degrees, at most {max(angles):.1f} degrees" in done.out
-    assert f"trial 2: {cause}" in done.out
-    assert f"soft-gripper study grasp-trials --scenario {file} --seed 1 --trial 2" in done.out
-
-
-@pytest.mark.slow
-def test_ctrl_c_leaves_a_whole_table_of_what_was_finished(scenario, tmp_path):
-    """Ctrl-C reaches the whole process group, workers too."""
-    out = tmp_path / "out"
-    arguments = ["--scenario", scenario(BRIEF), "--trials", "200", "--jobs", "1", "--out", out]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen([*COMMAND, *arguments], start_new_session=True, **pipes) as process:
-        file = out / "trials.csv"
-        while process.poll() is None and not (file.exists() and file.read_bytes().count(b"\n") > 1):
-            time.sleep(0.05)
-        os.killpg(process.pid, signal.SIGINT)
-        printed, complaint = process.communicate(timeout=LONG)
-    assert process.returncode == 130
-    found = csv_rows(out / "trials.csv")
-    assert all(record["cause"].startswith("not over at 0.50 s") for record in found)
-    assert f"{len(found)} of 200 trials ended" in printed
-    assert "Traceback" not in complaint
-    assert {path.name for path in out.iterdir()} == {
-        "trials.yaml",
-        "trials.csv",
-        "trials.csv.sha256",
-        "trials_details.csv",
-        "trials_grasps.csv",
-    }
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        (
-            "estimator.contact_threshold=null",
-            "estimator.contact_threshold = None: give a torque, so that contact is detected",
-        ),
-        ("models.3.file=package://soft_gripper/objects/box.sdf", "task.object = 'box': give the model of a bare mesh"),
-        ("models.3.X_PC.translation=[2, 0, 0.03001]", "task.phases[0] 'approach': to = 'object'"),
-    ],
-    ids=["no contact", "no mesh", "out of reach"],
-)
-def test_a_scenario_that_cannot_be_tried_is_refused(scenario, change, complaint, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert complaint in refusal("study", "grasp-trials", "--scenario", scenario(change), "--out", "out")

@@ -11,7 +11,7 @@ from soft_gripper.diagrams.task_plan import reported_pose
 from soft_gripper.extras.grasps.adds import TrialsConfig
 from soft_gripper.extras.grasps.trial import TrialVariation, draw, random_numbers, varied, vary
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
 SCENARIOS = ["pick_and_place_box", "pick_and_place_irregular", "pick_and_place_delicate"]
@@ -76,12 +76,6 @@ def test_a_larger_or_smaller_object_stands_as_high_as_before(name, size):
     assert object_of(found).mesh.scale == pytest.approx(size * object_of(scenario).mesh.scale)
 
 
-def test_an_object_that_lies_on_its_side_stays_on_the_table_too():
-    scenario = load_scenario("pick_and_place_irregular", ["models.3.X_PC.rotation=!Rpy { deg: [70, 25, 10] }"])
-    found = varied(scenario, TrialVariation(0, 0, 45, 25, 0.6, 0.9, *EXACT))
-    np.testing.assert_allclose(lowest_points(found), lowest_points(scenario), atol=1e-12)
-
-
 def test_the_object_is_shifted_and_turned_about_its_own_vertical():
     scenario = load_scenario("pick_and_place_box")
     found = varied(scenario, TrialVariation(20, -10, 30, 25, 0.6, 1.0, *EXACT))
@@ -105,14 +99,6 @@ def test_the_object_is_reported_with_an_error_and_stays_where_it_is():
     np.testing.assert_allclose(reported.translation() - true.translation(), [0.002, -0.001, 0], atol=1e-12)
     turn = reported.rotation() @ true.rotation().inverse()
     np.testing.assert_allclose(np.degrees(turn.ToRollPitchYaw().vector()), [0, 0, 3], atol=1e-9)
-
-
-def test_the_scenario_itself_is_left_as_it_was_and_its_variation_can_be_written_to_a_file():
-    scenario = load_scenario("pick_and_place_box")
-    before = dump_scenario(scenario)
-    found, variation = vary(scenario, random_numbers(1, "box", 2))
-    assert dump_scenario(scenario) == before != dump_scenario(found)
-    assert variation == draw(random_numbers(1, "box", 2), TrialsConfig())
 
 
 @pytest.mark.parametrize(

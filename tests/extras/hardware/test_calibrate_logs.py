@@ -188,14 +188,6 @@ def test_a_reading_that_is_clipped_or_dead_is_refused(bench, clipped):
     assert re.search(said, result.err), result.err
 
 
-def test_a_clock_in_another_unit_is_questioned(bench):
-    folder, *_ = bench
-    rows = np.loadtxt(folder / "log.csv", delimiter=",")
-    rows[:, 0] /= 86400
-    np.savetxt(folder / "days.csv", rows, fmt="%.10g", delimiter=",")
-    assert "samples are 579 ns apart: is the time in s?" in calibrate(folder, "days.csv").err
-
-
 RECORDING = """time: t
 readings: [a, b, c, d]
 pressures: {columns: [p], unit: kPa}

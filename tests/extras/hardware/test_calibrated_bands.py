@@ -175,11 +175,3 @@ def test_distances_are_those_of_the_readings_that_are_used(layout, nominal):
     assert distances(0.0).min() > 1
     assert distances(2e3).max() < 0.3
     np.testing.assert_array_equal(distances(0.0, rejecting), 0.0)
-
-
-def test_a_section_that_is_not_read_is_not_away(layout, nominal):
-    model = nominal(0.0, 2)
-    found = model.calibrated.distances(np.array([np.nan, 0.0, 0.5, 0.5]), model.straight, np.array([9.81, 0.0, 0.0]))
-    assert found.sections[0] == 0
-    assert found.sections[1] > 1
-    assert np.isnan(found.agreement)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from refusals import refused
 
 from soft_gripper.extras.bench.endpoints import Endpoints
 from soft_gripper.extras.hardware.table import Columns
@@ -27,8 +26,3 @@ def test_rows_of_a_bag_are_messages_by_name(bag):
     assert source.is_over
     assert [message["/a.data[1]"] for message in found] == [2 * t for t in TIME]
     np.testing.assert_allclose([message["/a.log_time"] for message in found], TIME, atol=1e-9)
-
-
-def test_the_time_must_be_named(bag):
-    with Endpoints("bench.yaml") as endpoints, refused("time", None):
-        endpoints.source(f"file:{bag}", 0.0)

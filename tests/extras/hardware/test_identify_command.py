@@ -1,12 +1,10 @@
 """soft-gripper identify as a user calls it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from command_line import soft_gripper
 from csv_rows import csv_rows
-from identified import BEAM, CLOSES, HOLLOW, OPENS, RELEASED, STEPPED, finger_of, recorded, release, write_motion
+from identified import BEAM, RELEASED, finger_of, recorded, release, write_motion
 from refusals import refusal
 
 from soft_gripper.errors import InputError
@@ -114,25 +112,6 @@ def test_mistakes_are_named(files, changes, said):
     assert said in refusal(*command("run.csv", **changes))
 
 
-@pytest.mark.slow
-def test_valve_that_closes(files):
-    """A step of pressure through files, with the pressure from the name."""
-    finger = finger_of(HOLLOW, files)
-    motion = recorded(finger, stepped())
-    (files / "recording.yaml").write_text(STEPPED.replace("[9.81, 0, 0]", "[0, 0, 9.81]"))
-    write_motion(files / "run_30kPa.csv", motion.time, motion.markers)
-    outcome = identify("run_30kPa.csv", free=("pressure_law",), finger="finger.urdf")
-    assert outcome.code == 0, outcome.err
-    law = read_finger(files / "out/fitted.urdf").pressure_law
-    assert float(law.bend(3e4)) == pytest.approx(3e4, rel=0.01)
-
-
-def stepped():
-    """Of a finger that hangs: its weight brings it back."""
-    hanging = replace(release(CLOSES + 0.3), gravity=np.array([0.0, 0.0, 9.81]))
-    return replace(hanging, pressure=3e4, events=(OPENS, CLOSES))
-
-
 SETTLED = """
 event: settled
 length: 0.1
@@ -196,8 +175,3 @@ def test_what_was_found_survives_the_end_of_the_command(settled, monkeypatch):
     assert len(errors) > 2
     assert errors[-1] < 0.1 * errors[0]
     assert "# Not final: the search had come to step" in (settled / "out/fitted.setup.yaml").read_text()
-
-
-def test_settled_states_and_motions_are_not_mixed(settled):
-    line = refusal(*command("run.csv", "--test", "rest.csv"))
-    assert "run: event = 'release': 'rest' is of settled states: identify motions by themselves" in line

@@ -49,11 +49,3 @@ def test_without_a_free_finger_nothing_is_corrected_but_the_delay():
     assert found.delay == pytest.approx(LATE)
     assert np.isnan([*found.zeros, found.drift]).all()
     np.testing.assert_allclose(found.corrected(0, pressed)[:100], pressed.estimate[:100])
-
-
-def test_a_drift_needs_more_than_a_moment():
-    short = slice(0, 300)
-    one = run(ZEROS[0], step=0.0)
-    found = find_instrument([InstrumentRun(TIME[short], one.value[short], one.estimate[short], one.rest[short])], 0.05)
-    assert np.isnan(found.drift)
-    assert found.zeros[0] == pytest.approx(ZEROS[0], abs=0.005)

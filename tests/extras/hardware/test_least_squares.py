@@ -27,11 +27,6 @@ def test_a_line_is_fitted_as_by_linear_least_squares():
     np.testing.assert_allclose(found.covariance, np.linalg.inv(weighted.T @ weighted), rtol=1e-9)
 
 
-def test_slopes_by_differences_are_without_the_weights():
-    problem = Problem(np.asarray, lambda x: LINE @ x - NOISY, weights=3.0)
-    np.testing.assert_allclose(fit(problem, [0.0, 0.0]).slopes, LINE, atol=1e-6)
-
-
 def test_without_some_residuals_it_is_the_fit_to_the_others():
     kept = PLACES < 0.5
     found = fit(line(), [0.0, 0.0]).model_without(kept)

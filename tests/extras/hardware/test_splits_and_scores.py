@@ -8,7 +8,6 @@ from soft_gripper.extras.hardware.scoring import (
     error_columns,
     leave_groups_out,
     leave_one_out,
-    percent_within,
     predictions,
 )
 
@@ -39,7 +38,3 @@ def test_statistics_are_those_that_their_columns_name():
     errors = np.array([3.0, np.nan, 4.0, 0.0, 0.0])
     found = error_columns(errors, "mean_mm", "median_mm", "percentile_95", "max_mm", "rms")
     assert found == pytest.approx({"mean_mm": 1.75, "median_mm": 1.5, "percentile_95": 3.85, "max_mm": 4.0, "rms": 2.5})
-
-
-def test_errors_to_either_side_may_lie_in_a_band():
-    assert percent_within(np.array([-1.0, 2.0, np.nan, 0.5]), np.array([1.0, 1.0, 1.0, 1.0])) == pytest.approx(200 / 3)

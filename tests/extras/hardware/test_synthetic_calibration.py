@@ -7,9 +7,7 @@ from command_line import soft_gripper
 from synthetic_hardware import CALIBRATION, free_bending
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware import calibration
-from soft_gripper.extras.hardware.calibration import calibrate_recordings
 from soft_gripper.scenario.calibration_file import load_calibration
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 
@@ -61,22 +59,6 @@ def test_the_truth_is_found(recorded, tmp_path):
     assert f"bends {found.bend_ratio:.4f} +- " in result.out
 
 
-@pytest.mark.slow
-def test_a_recording_that_was_calibrated_says_the_same(recorded, tmp_path):
-    """What was loaded then is where the fit does not begin: else it would count twice."""
-    first, _ = calibrate(recorded("run"), tmp_path / "first.yaml")
-    again, _ = calibrate(recorded("again", f"nominal.calibration={tmp_path / 'first.yaml'}"), tmp_path / "again.yaml")
-    assert again == first
-
-
-@pytest.mark.slow
-def test_every_recording_counts(recorded, tmp_path):
-    """Sensors that read 0.001 more in the second of two: offsets half of that larger."""
-    files = [recorded("run"), recorded("shifted", shift=1e-3)]
-    found = calibrate_recordings(files).fingers["left_finger"]
-    assert np.mean(np.array(found.offsets) - CALIBRATION.offsets) == pytest.approx(5e-4, abs=1e-4)
-
-
 def test_weight_pulls_as_the_base_stands_in_each_sample(recorded):
     """A finger that stands, and hangs from the middle of the recording on."""
     file = recorded("run", "gravity=[0, 0, -9.81]")
@@ -87,15 +69,3 @@ def test_weight_pulls_as_the_base_stands_in_each_sample(recorded):
     half = len(samples.gravity) // 2
     np.testing.assert_allclose(samples.gravity[: half - 5], -9.81)
     np.testing.assert_allclose(samples.gravity[half + 5 :], 9.81)
-
-
-@pytest.mark.parametrize("shape", [(3, 3), (4, 4), (12,), ()])
-def test_base_poses_of_another_shape_are_refused(recorded, shape):
-    file = recorded("run")
-    data = Recording.load(file).data
-    axes = [f"axis_{i}" for i in range(len(shape))]
-    data["left_finger.X_WB"] = (["time", *axes], np.ones((data.sizes["time"], *shape)))
-    Recording(data).save(file)
-    with pytest.raises(InputError) as error:
-        calibrate_recordings([file])
-    assert error.value.field == "left_finger.X_WB"

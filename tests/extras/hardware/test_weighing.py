@@ -191,14 +191,6 @@ def test_the_growth_of_the_band_is_that_by_which_regions_left_out_are_weighed():
     assert learned_growth(fit_of(Model(TRUE), [replace(recordings[0], load=0.0)])) == 0.0
 
 
-def test_the_fit_of_another_finger_is_refused():
-    states = states_of(0.1, 3, rows=20)
-    fit = kept(states, 0.2)
-    other = replace(fit.confidence, keys=SCALES[:2])
-    with refused("confidence", 6):
-        weigh(Model(TRUE), states, 60.0, None, fit._replace(confidence=other))
-
-
 def test_the_confidence_beside_a_finger_is_that_of_the_fit(tmp_path):
     assert CONFIDENCE.read(tmp_path / "finger.urdf") is None
     free = free_parameters(TRUE, SCALES, [])
@@ -282,28 +274,6 @@ def test_a_motor_winds_a_pair(tmp_path):
 
 
 PUBLISHED_FREE = ["density", "youngs_modulus", "tendon.lever", "tendon.angle", "tendon.slack", "tendon.stiffness"]
-
-
-@pytest.mark.published
-def test_the_published_trunk():
-    """What the page on identification states: fitted without a load and with 300 g; 100 g is not in the fit at all."""
-    folder = published("soft_trunk")
-    files = [str(folder / f"random_{mass}g.csv") for mass in (0, 300, 100)]
-    finger = read_finger(model_path(load_description("soft_trunk").finger))
-    states = [settled_states(recording, finger) for recording in find_recordings(files, "soft_trunk")]
-    found = identify_states(finger, PUBLISHED_FREE, states[:2], states[2:], HereExecutor())
-    mean = {(row.recording, row.role, row.family, row.marker): row.mean_mm for row in found.scores}
-    blocks = [[mean["random_0g", "left out", f"block {i}", marker] for marker in "23"] for i in (1, 2)]
-    np.testing.assert_allclose(blocks, [[4.9, 9.9], [4.4, 9.0]], atol=0.1)
-    assert mean["random_100g", "test", "all", "3"] == pytest.approx(10.3, abs=0.1)
-    *windows, whole = weigh(found.model, states[2], WINDOW)
-    assert whole.load_g == pytest.approx(108, abs=1)
-    np.testing.assert_allclose([row.load_g for row in windows], [84, 132, 117, 113, 92], atol=2)
-    assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
-    *windows, whole = weigh(found.model, states[2], WINDOW, tare=states[0])
-    assert whole.load_g == pytest.approx(111, abs=1)
-    np.testing.assert_allclose([row.load_g for row in windows], [120, 103, 117, 102, 112], atol=2)
-    assert all(abs(row.load_g - 100) < row.band_g for row in (*windows, whole))
 
 
 def rows_of(states, rows):

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from refusals import refused
 from scipy.special import chdtri
 from scipy.stats import multivariate_normal
 
@@ -22,7 +21,7 @@ from soft_gripper.extras.health.health_filter import (
     _Observation,
     _update_states,
 )
-from soft_gripper.extras.health.health_monitor import HealthMonitor, named_fault
+from soft_gripper.extras.health.health_monitor import named_fault
 from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.calibrated_states import CalibratedStates
@@ -72,12 +71,6 @@ def probabilities(layout, readings, pressure, errors=REALISTIC, share=0.005):
 def read(layout, pressure, errors, seed):
     ratios = layout.response.ratio(layout.read(free_angles(layout.finger, pressure)))
     return layout.response.reading(disturb(errors, ratios, PERIOD, np.random.default_rng(seed)))
-
-
-def test_a_cut_may_begin_at_every_half_of_a_section_and_nowhere_else(layout):
-    """Four sections of three joints each."""
-    hypotheses = Hypotheses(layout)
-    assert hypotheses.joint[hypotheses.indices_of("cut")].tolist() == [0, 1, 3, 4, 6, 7, 9, 10]
 
 
 @pytest.mark.slow
@@ -190,18 +183,6 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     np.testing.assert_allclose(np.diagonal(found.noise[0]), expected)
 
 
-def test_a_reading_that_is_lost_for_good_is_dead(layout):
-    pressure = pressures(1, 4)
-    readings = read(layout, pressure, REALISTIC, 1)
-    readings[250:, 5] = np.nan
-    assert FAULTS[int(named_fault(probabilities(layout, readings, pressure))[-1])] == "dead"
-
-
-def test_samples_that_are_lost_now_and_then_are_no_fault(layout):
-    errors, pressure = replace(REALISTIC, dropout=0.1), pressures(1, 4)
-    assert not named_fault(probabilities(layout, read(layout, pressure, errors, 1), pressure, errors)).any()
-
-
 def test_a_loose_strand_at_the_base_looks_like_a_force_there(layout):
     """Not found: a force within the first section bends nothing else, so that no reading contradicts it."""
     pressure = pressures(4)
@@ -260,34 +241,10 @@ def test_a_run_names_the_faults_of_both_fingers_and_drops_the_sensor():
     assert band[-1] > 1.2 * band[100]
 
 
-def test_every_kind_has_hypotheses(layout):
-    hypotheses = Hypotheses(layout)
-    assert set(hypotheses.kind) == set(range(len(FAULTS)))
-    assert np.exp(hypotheses.log_prior[1:]).sum() == pytest.approx(hypotheses.usual.probability)
-
-
 def test_it_refuses_a_finger_in_space():
     changes = ["estimator.health=true", "estimator.type=gaussian", "sensor.layout=four_faces"]
     with pytest.raises(InputError, match=r"estimator.*health.*bend in their plane"):
         simulate(load_scenario("turned_box_grasp", changes))
-
-
-@pytest.mark.parametrize(("fault", "field"), [("section: 9", "section"), ("path: top", "path")])
-def test_readings_that_there_are_not(fault, field):
-    with refused(f"sensor.faults[0].{field}"):
-        load_scenario("free_bending", [f"sensor.faults=[{{kind: dead, {fault}}}]"])
-
-
-@pytest.mark.parametrize("override", ["sensor.faults=[{finger: thumb}]", "pressure.leaks={thumb: 0.2}"])
-def test_fingers_that_there_are_not(override):
-    with pytest.raises(InputError, match="thumb"):
-        simulate(load_scenario("free_bending", [*SHORT, override]))
-
-
-def test_the_monitor_says_what_it_puts_out(layout):
-    monitor = HealthMonitor(HealthFilter(layout), np.zeros(3))
-    ports = {monitor.get_output_port(i).get_name() for i in range(monitor.num_output_ports())}
-    assert ports == {"fault_probabilities", "fault", "sensor_fault", "usable_strain"}
 
 
 def test_errors_of_gains_grow_with_the_strain_and_drift_with_time(layout):

@@ -61,12 +61,6 @@ def test_there_is_a_seed_for_each_environment(both, seeds):
         both[1][0].reset(seed=seeds)
 
 
-def test_seeds_that_follow_each_other_have_64_bits_too(both):
-    with pytest.raises(InputError, match="reset: seed"):
-        both[1][0].reset(seed=2**64 - COUNT + 1)
-    both[1][0].reset(seed=2**64 - COUNT)
-
-
 @pytest.mark.parametrize("options", [{"mass": 1.0}, [], "text", 0, np.zeros(2)])
 def test_there_are_no_options(both, options):
     one, many = refusals(both, lambda env, _: env.reset(seed=0, options=options))
@@ -79,13 +73,6 @@ def test_integers_of_numpy_are_seeds(both):
     np.testing.assert_array_equal(one.reset(seed=np.int64(5), options={})[0], expected)
     for seeds in (np.uint8(5), [5, 6, 7], np.array([5, 6, 7]), (np.int64(5), 6, 7)):
         np.testing.assert_array_equal(many.reset(seed=seeds)[0], all_expected)
-
-
-@pytest.mark.parametrize("name", ["num_envs", "threads"])
-@pytest.mark.parametrize("value", [0, -1, 10**6, 10**9, 1.5, "2", None])
-def test_there_are_environments_and_threads(name, value):
-    with pytest.raises(InputError, match=name):
-        SoftGripperVectorEnv(**{"environment": "soft_grasp", "changes": PLAIN, name: value})
 
 
 def test_nothing_is_done_before_a_reset_nor_after_the_end():

@@ -1,7 +1,5 @@
 """SoftGripperEnv: what Gymnasium asks for, the same run from the same seed, the end of episodes."""
 
-import subprocess
-import sys
 import warnings
 
 import gymnasium
@@ -14,7 +12,6 @@ import soft_gripper.extras.learning  # noqa: F401  registers
 from soft_gripper.extras.learning.environment import SoftGripperEnv
 
 IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
-REACH = {"id": "SoftReach-v0", "changes": {"variation.grippers": 1}}
 
 
 def actions(number, size=2):
@@ -40,47 +37,12 @@ def test_gymnasium_finds_nothing_wrong(name):
         check_env(env.unwrapped, skip_render_check=True)
 
 
-@pytest.mark.slow
-def test_its_own_form_of_the_name_needs_no_import_of_ours():
-    name = "soft_gripper.extras.learning:SoftReach-v0"
-    script = f"import gymnasium; print(gymnasium.make({name!r}).reset(seed=1)[0].shape)"
-    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
-    assert (found.returncode, found.stdout[:1]) == (0, "("), found.stderr
-
-
 def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):
     first = rollout(one_gripper, seed=3)
     rollout(one_gripper, seed=4)
     again = rollout(one_gripper, seed=3)
     for one, other in zip(first, again, strict=True):
         np.testing.assert_array_equal(one, other)
-
-
-def test_other_processes_see_the_same():
-    """Two processes of a vector environment, with seeds 7 and 8, and this one with 8."""
-    vector = gymnasium.make_vec(**REACH, num_envs=2, vectorization_mode="async")
-    alone = gymnasium.make(**REACH)
-    try:
-        seen = [(vector.reset(seed=7)[0], alone.reset(seed=8)[0])]
-        for action in actions(12, 1):
-            seen.append((vector.step(np.array([-action, action]))[0], alone.step(action)[0]))
-    finally:
-        vector.close()
-    both, one = (np.array(each) for each in zip(*seen, strict=True))
-    np.testing.assert_array_equal(both[:, 1], one)
-    assert (both[:, 0] != one).any()
-
-
-def test_without_a_seed_episodes_differ(one_gripper):
-    _, first = one_gripper.reset(seed=1)
-    _, second = one_gripper.reset()
-    assert first["mass"] != second["mass"]
-
-
-def test_episodes_begin_with_the_resting_action():
-    changes = {"variation.grippers": 1, "action.rest": 60e3}
-    env = SoftGripperEnv("soft_reach", changes | {"observation": [{"signal": "finger.pressure_command", "scale": 1e5}]})
-    assert env.reset(seed=0)[0] == pytest.approx([0.6])
 
 
 def test_episodes_take_each_of_the_grippers_and_another_target():
@@ -92,24 +54,6 @@ def test_episodes_take_each_of_the_grippers_and_another_target():
         moduli.append(env._station.station.parts.fingers[0].finger.base.youngs_modulus)
     assert len(set(targets)) == 10
     assert max(moduli) == pytest.approx(1.1 / 0.9 * min(moduli))
-
-
-def test_an_episode_is_truncated_after_its_duration(one_gripper):
-    one_gripper.reset(seed=0)
-    ends = [one_gripper.step(np.array([-0.7, -1.0], np.float32))[2:4] for _ in range(5)]
-    assert ends == [(False, False)] * 4 + [(False, True)]
-
-
-def test_a_crushed_object_ends_an_episode():
-    env = SoftGripperEnv("soft_grasp", {"variation.grippers": 1, "grasp.crushing_force": 0.05})
-    env.reset(seed=0)
-    for _ in range(20):
-        _, reward, terminated, _, info = env.step(np.array([0.3, -1.0], np.float32))
-        if terminated:
-            break
-    assert terminated
-    assert info["crushed"]
-    assert reward < -0.9
 
 
 @pytest.mark.parametrize("fault", ["not finite", "solver"])

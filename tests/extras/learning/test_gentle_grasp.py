@@ -1,7 +1,5 @@
 """The example of a gentle grasp: episodes, intervals, policies on made-up observations, and learning on a formula."""
 
-from itertools import islice
-
 import gymnasium
 import numpy as np
 import pytest
@@ -9,9 +7,8 @@ from gymnasium.spaces import Box
 from gymnasium.vector import SyncVectorEnv
 
 from gentle_grasp import learn as module
-from gentle_grasp.episodes import Episode, mean, run_episodes, saved_force, share, summary
-from gentle_grasp.learn import FAILURE, MAX_FORCE, cost, learn, load_learned, save_learned, training_seeds
-from gentle_grasp.policies import LATEST_LIFT, STEP, GentleGrasp, GentleParameters, HandTuned
+from gentle_grasp.episodes import Episode, mean, run_episodes, share
+from gentle_grasp.policies import STEP, GentleGrasp, GentleParameters, HandTuned
 from soft_gripper.extras.learning.config import load_environment
 
 
@@ -61,12 +58,6 @@ def test_episodes_end_when_they_are_over_or_late_and_are_what_their_last_step_sa
     assert environments[1 % count].actions[-4:][:2] == [[1, 2], [2, 3]]
 
 
-def test_an_episode_that_diverges_is_no_success():
-    (found,) = run_episodes(SyncVectorEnv([lambda: Short("diverged")]), [Counting()], [1])
-    assert not found.success
-    assert np.isnan(found.peak_force)
-
-
 @pytest.mark.parametrize(
     ("successes", "number", "low", "high"),
     [  # Newcombe, Stat. Med. 17, 1998, 857-872, table I, method 3
@@ -82,23 +73,12 @@ def test_shares_have_the_score_interval_of_wilson(successes, number, low, high):
     assert (found.low, found.high) == pytest.approx((low, high), abs=6e-5)
 
 
-def test_all_successes_leave_room_for_failures():
-    found = share(100, 100)
-    assert found.high == pytest.approx(1.0)
-    assert found.low == pytest.approx(0.963, abs=5e-4)
-
-
 def test_the_bootstrap_agrees_with_the_normal_approximation_where_that_holds():
     values = np.random.default_rng(0).normal(2.0, 0.5, 400)
     found, error = mean(values), values.std() / 20
     assert found.value == values.mean()
     assert found.low == pytest.approx(found.value - 1.96 * error, abs=0.1 * error)
     assert found.high == pytest.approx(found.value + 1.96 * error, abs=0.1 * error)
-
-
-def test_the_bootstrap_is_the_same_every_time():
-    values = np.random.default_rng(0).gamma(2.0, size=30)
-    assert mean(values) == mean(values)
 
 
 KNOWN = GentleParameters()
@@ -139,12 +119,6 @@ def test_what_was_touched_once_is_squeezed_slowly_even_if_the_touch_is_lost():
     assert (np.diff(pressures)[1:] / STEP < KNOWN.squeeze * 1.001).all()
 
 
-def test_the_lift_waits_for_the_grip_but_not_for_ever():
-    policy = GentleGrasp(KNOWN)
-    heights = [height(policy.act(observed(0.0))) for _ in range(60)]
-    assert np.flatnonzero(heights)[0] == pytest.approx(LATEST_LIFT / STEP, abs=1.1)
-
-
 def test_the_hand_tuned_grasp_lifts_when_the_fingers_rest_with_a_grip():
     def first_lift(openings, torque):
         policy = HandTuned()
@@ -168,56 +142,3 @@ def formula(environments, policies, seeds):
     forces = [policy._parameters.target / 0.11 for policy in policies]
     pairs = zip(seeds, forces, strict=True)
     return [Episode(seed, force > needed(seed) * 9.81 / 2, force) for seed, force in pairs]
-
-
-@pytest.fixture
-def learned(monkeypatch):
-    monkeypatch.setattr(module, "run_episodes", formula)
-    return [*islice(learn(None, 8, 8, 1), 25)]
-
-
-def test_the_least_force_that_holds_is_found(learned):
-    heaviest = max(map(needed, training_seeds(8)))
-    assert learned[-1][0].target / 0.11 == pytest.approx(heaviest * 9.81 / 2, rel=0.05)
-    assert learned[-1][1].cost < learned[0][1].cost
-    assert [generation.episodes for _, generation in learned[:3]] == [64, 128, 192]
-
-
-def test_the_same_seed_learns_the_same(learned):
-    assert [*islice(learn(None, 8, 8, 1), 3)] == learned[:3]
-
-
-def test_how_hard_an_object_is_to_hold_is_known_from_its_seed(one_gripper):
-    info = one_gripper.reset(seed=7)[1]
-    assert module.holding_difficulty(7, one_gripper.environment.config.variation) == pytest.approx(
-        info["mass"] / info["friction"]
-    )
-
-
-def test_failures_cost_more_than_any_force():
-    assert cost([Episode(0, True, 0.5), Episode(1, True, 0.7)]) == pytest.approx(0.6)
-    assert cost([Episode(0, False, 100.0)]) == FAILURE + MAX_FORCE
-    assert cost([Episode(0, False, float("nan"))]) == FAILURE + MAX_FORCE  # one that diverged
-
-
-def test_what_was_learned_is_read_as_it_was_written(learned, tmp_path):
-    parameters, curve = learned[-1][0], [generation for _, generation in learned]
-    save_learned(tmp_path / "learned.yaml", parameters, curve)
-    assert load_learned(tmp_path / "learned.yaml") == (parameters, curve)
-
-
-def test_what_is_shipped_is_there():
-    parameters, curve = load_learned()
-    assert parameters.target > 0
-    assert curve
-
-
-def test_policies_are_compared_over_the_same_objects():
-    hand = [Episode(seed, True, 0.6 + 0.01 * (seed % 3)) for seed in range(30)]
-    gentle = [Episode(seed, seed != 0, 0.4 + 0.01 * (seed % 3)) for seed in range(30)]
-    found = summary("learned", gentle)
-    assert found.success.value == pytest.approx(29 / 30)
-    assert "0.967" in str(found)
-    assert saved_force(hand, gentle) == pytest.approx((0.2, 0.2, 0.2))
-    with pytest.raises(ValueError, match="same objects"):
-        saved_force(hand, gentle[1:])

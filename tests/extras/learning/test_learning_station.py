@@ -1,9 +1,5 @@
 """The station of an environment: actions, observations, peak forces, and targets; it is freed with its blocks."""
 
-import gc
-import weakref
-from importlib.metadata import version
-
 import numpy as np
 import pytest
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
@@ -22,7 +18,6 @@ from soft_gripper.extras.learning.station import (
     add_observation,
     home,
     make_learning_station,
-    resting_action,
     scaled,
 )
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
@@ -66,12 +61,6 @@ def begun(diagram, action):
     return simulator, simulator.get_context()
 
 
-@pytest.mark.parametrize(("number", "pressure"), [(-1, -20e3), (0, 40e3), (1, 100e3)])
-def test_the_grip_follows_at_once(diagram, number, pressure):
-    _, context = begun(diagram, [number, 0.0])
-    assert diagram.GetOutputPort("grip").Eval(context) == pytest.approx(pressure)
-
-
 def test_joints_go_to_their_set_points_critically_damped(diagram):
     """From rest: q = r - (r - q0) (1 + t / T) exp(-t / T), with its derivative; a joint without a number stays."""
     simulator, context = begun(diagram, [0.0, 1.0])
@@ -85,22 +74,11 @@ def test_joints_go_to_their_set_points_critically_damped(diagram):
         )
 
 
-def test_the_resting_action_moves_nothing(diagram):
-    simulator, context = begun(diagram, resting_action(CONFIG, HOME))
-    simulator.AdvanceTo(0.5)
-    np.testing.assert_allclose(diagram.GetOutputPort("desired").Eval(context), [0.3, 0.05, 0, 0], atol=1e-12)
-    assert diagram.GetOutputPort("grip").Eval(context) == pytest.approx(10e3)
-
-
 def test_a_joint_that_is_not_there_is_refused():
     builder = DiagramBuilder()
     desired = builder.AddSystem(PassThrough(2)).get_input_port()
     with refused("joints", "z"):
         add_action(builder, CONFIG, [], desired, {"y": 0.0}, 0.01)
-
-
-def test_a_home_beyond_what_actions_reach_rests_at_the_limit():
-    np.testing.assert_array_equal(resting_action(CONFIG, {"x": 0.3, "z": 0.25}), [-0.5, 1.0])
 
 
 def observe(*observed):
@@ -110,12 +88,6 @@ def observe(*observed):
     builder.ExportOutput(add_observation(builder, observed, signals), "observation")
     diagram = builder.Build()
     return diagram.GetOutputPort("observation").Eval(diagram.CreateDefaultContext())
-
-
-def test_entries_are_chosen_and_scaled_in_order():
-    pose = ObservedConfig("finger.tip_pose", [2, 0], 0.1)
-    np.testing.assert_allclose(observe(ObservedConfig("finger.contact_force"), pose), [0.0, 3.0, 1.0])
-    np.testing.assert_allclose(observe(ObservedConfig("finger.tip_pose")), [0.1, 0.2, 0.3])
 
 
 def test_what_is_out_of_range_is_at_its_limit_and_what_is_unknown_is_zero():
@@ -204,25 +176,3 @@ def test_it_is_where_the_tip_rests_under_the_pressure_of_that_time(target, shipp
     context.SetTime(time)
     pressure = 50e3 + 40e3 * np.sin(np.pi * time + 0.7)
     np.testing.assert_allclose(target.get_output_port().Eval(context), tip(shipped_finger, pressure), atol=2e-5)
-
-
-def test_it_comes_back_after_a_period(target):
-    context = target.CreateDefaultContext()
-    target.swing(context, 50e3, 40e3, 2.0, 0.7)
-    first = target.get_output_port().Eval(context)
-    context.SetTime(2.0)
-    np.testing.assert_allclose(target.get_output_port().Eval(context), first)
-
-
-OLD = tuple(map(int, version("drake").split(".")[:2])) < (1, 58)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(OLD, reason="older Drakes keep every diagram with blocks in Python")
-def test_a_station_of_an_environment():
-    environment = load_environment("soft_grasp")
-    diagram = make_learning_station(environment.config, environment.scenario).diagram
-    blocks = {block.get_name(): weakref.ref(block) for block in diagram.GetSystems()}
-    del diagram
-    gc.collect()
-    assert [name for name, block in blocks.items() if block() is not None] == []

@@ -117,18 +117,6 @@ def test_a_task_in_the_station_of_another_is_checked_for_its_own_objects():
         assert not isinstance(runs[0.3], Exception)
 
 
-def test_objects_of_other_shapes_run_beside_each_other():
-    cup = {"models.bottle.file": "package://soft_gripper/objects/cup.obj", "models.bottle.X_PC.translation.2": 0.0311}
-    brief = {"task.phases.close.rest": 0.2, "task.time_limit": 0.3, "engine_step": 0.005} | ENGINE
-    both = measured_runs("bottle_grasp", [brief, brief | cup])
-    assert not any("error" in each for each in both)
-
-
-def test_a_step_that_is_given_is_in_use():
-    (run,) = run_many([changed_scenario("free_bending", RAMP | ENGINE | {"engine_step": 0.003})])
-    assert run.recording.data.attrs["engine_step"] == "2.5 ms"  # divides 10 ms
-
-
 def test_a_step_is_too_long_if_half_of_it_turns_a_carried_object_otherwise():
     end = _End(np.zeros((2, 3)), np.ones(2), np.zeros((4, 3)))
     turned = end._replace(object=np.array([[0, 0, 0], [0, 3e-4, 0], [-3e-4, 0, 0], [0, 0, 0]]))

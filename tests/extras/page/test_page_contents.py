@@ -2,7 +2,7 @@ import math
 
 from pydrake.systems.primitives import PassThrough
 
-from soft_gripper.extras.page.live_page import MAX_LINES, first_plots, list_plots
+from soft_gripper.extras.page.live_page import first_plots, list_plots
 from soft_gripper.signals import describe
 
 
@@ -34,11 +34,6 @@ def test_entries_are_named_by_their_axes_and_a_scalar_is_one_line() -> None:
     plots = list_plots({"a.b": port(4, "m", path=("inner", "outer"), section=(0, 1)), "a.c": port()}, [])
     assert plots["a.b"]["signals"]["a.b"] == ["inner 0", "inner 1", "outer 0", "outer 1"]
     assert plots["a.c"]["signals"]["a.c"] == [""]
-
-
-def test_what_would_be_a_thicket_is_no_plot() -> None:
-    sizes = {"a.few": MAX_LINES, "a.many": MAX_LINES + 1}
-    assert list(list_plots({name: port(size, "m", joint=range(size)) for name, size in sizes.items()}, [])) == ["a.few"]
 
 
 def test_the_first_plots_are_there() -> None:

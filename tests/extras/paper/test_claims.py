@@ -144,15 +144,6 @@ def test_numbers_are_means_where_means_are_claimed_and_maxima_where_every_step_i
         assert [given for text, given in numbers.items() if fragment in text and number in given], (fragment, numbers)
 
 
-def test_contact_differs_from_free_bending_by_the_error_of_one_sensor_alone() -> None:
-    """If free bending erred as contact does, one sensor would be as good in both, whatever its ratio to four."""
-    as_free = [
-        replace(row, pose_error_mm=free.pose_error_mm)
-        for row, free in zip(POSES, 3 * POSES[: len(POSES) // 3], strict=True)
-    ]
-    assert any(NOT_ENOUGH in text for text in failing(as_free, FORCES))
-
-
 def test_no_torque_to_compare_proves_nothing() -> None:
     untouched = [replace(row, true_nm=0.0, estimated_nm=0.0) for row in FORCES]
     require_only(failing(POSES, untouched), [BASE])

@@ -7,11 +7,9 @@ import xarray as xr
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.paper.contact_table import (
-    STRAIGHT,
     ContactRow,
     ContactSummary,
     changes_sign,
-    contact_length,
     contact_summary,
     contact_table,
     touched_finger_rows,
@@ -70,24 +68,6 @@ def test_a_finger_that_stays_free_beside_a_touched_one_is_left_out(rows: list[Co
     free = [ContactRow("free", name, 10.0, 0, 0.0, 0) for name in ("left_finger", "right_finger")]
     kept = touched_finger_rows([*rows, *free], [*rows, *free])
     assert kept == [*rows[:3], *free]
-
-
-def test_lengths_of_links_add_up(shipped_finger: Finger) -> None:
-    """The first and the last link are half as long as the others; where nothing is touched there is no length."""
-    ds, links = shipped_finger.segment_length, shipped_finger.segments + 1
-    assert contact_length(shipped_finger, np.ones(links, dtype=bool)) == pytest.approx(shipped_finger.length)
-    some = np.zeros((3, links), dtype=bool)
-    some[1, [0, 4]] = some[2, -1] = True
-    np.testing.assert_allclose(contact_length(shipped_finger, some), [0, 1.5 * ds, 0.5 * ds])
-
-
-def test_curvature_changes_its_sign_where_joints_are_bent_both_ways(shipped_finger: Finger) -> None:
-    bent, nearly_straight = 2 * STRAIGHT * shipped_finger.segment_length, 0.5 * STRAIGHT * shipped_finger.segment_length
-    q = np.full((4, shipped_finger.segments), bent)
-    q[1] = -bent
-    q[2, :2] = -bent
-    q[3, :2] = -nearly_straight
-    np.testing.assert_array_equal(changes_sign(shipped_finger, q), [False, False, True, False])
 
 
 def test_a_joint_is_bent_from_a_radius_of_ten_metres_on(shipped_finger: Finger) -> None:

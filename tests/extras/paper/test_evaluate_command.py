@@ -1,6 +1,5 @@
 """soft-gripper evaluate: the whole evaluation once, its files, its tables, and the bars that they keep."""
 
-import csv
 import io
 from collections.abc import Sequence
 from contextlib import redirect_stdout
@@ -10,28 +9,25 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-import xarray as xr
 from browser import open_offline
 from command_line import Outcome, Terminal, soft_gripper
 from PIL import Image
 
 from soft_gripper.commands import main
-from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.contact_table import ContactRow, contact_summary
-from soft_gripper.extras.paper.evaluate import CAPTIONS, FREE, RUNS, SCENARIOS, TASK
+from soft_gripper.extras.paper.evaluate import CAPTIONS, FREE, RUNS, SCENARIOS
 from soft_gripper.extras.paper.page import Evaluation
 from soft_gripper.extras.paper.pose_rows import estimator_rows
 from soft_gripper.extras.paper.scenario_run import evaluated_scenario
 from soft_gripper.files.output import atomic_folder
 from soft_gripper.files.row_table import read_csv
 from soft_gripper.runs.scores.poses import PoseRow
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.scenario.scenario_file import dump_scenario
 
 pytestmark = pytest.mark.slow
 
 SECTIONS = (1, 2, 3, 4)
-OF_A_SCENARIO = {"scenario.yaml", "recording.nc", "metrics.csv", "forces.csv", "contact.csv", "animation.html"}
 
 
 PAGE_IS_LOADED = """
@@ -72,18 +68,6 @@ def evaluated(tmp_path_factory: pytest.TempPathFactory) -> Evaluated:
 
 
 @pytest.mark.published
-def test_writes_tables_figures_and_a_folder_for_every_scenario(evaluated: Evaluated) -> None:
-    assert evaluated.outcome.code == 0
-    written = {path.name for path in evaluated.folder.iterdir()}
-    drawn = {f"{figure}{ending}" for figure in CAPTIONS for ending in (".png", ".svg")}
-    assert written >= {"metrics.csv", "forces.csv", "contact.csv", *drawn, *RUNS}
-    assert not [path for path in evaluated.folder.rglob("*") if path.name.startswith(".")]
-    for scenario in SCENARIOS:
-        assert {path.name for path in (evaluated.folder / scenario).iterdir()} >= OF_A_SCENARIO
-    assert {path.name for path in (evaluated.folder / TASK).iterdir()} >= {"phases.csv", "phases.png", "recording.nc"}
-
-
-@pytest.mark.published
 def test_fingers_are_touched_in_contact_and_not_in_free_bending(evaluated: Evaluated) -> None:
     """A peg bends a finger both ways, and so does the irregular body, which is touched over a third of a finger."""
     free, *contact = contact_summary(read_csv(evaluated.folder / "contact.csv", ContactRow))
@@ -97,55 +81,12 @@ def test_fingers_are_touched_in_contact_and_not_in_free_bending(evaluated: Evalu
 
 
 @pytest.mark.published
-def test_the_box_is_put_down(evaluated: Evaluated) -> None:
-    assert "Outcome, as estimated: <b>done</b>" in (evaluated.folder / "report.html").read_text()
-
-
-@pytest.mark.published
-def test_every_file_that_is_named_is_there(evaluated: Evaluated) -> None:
-    words = [word.strip(",") for word in evaluated.outcome.out.splitlines()[-1].split()]
-    names = [word for word in words if word.endswith((".csv", ".html", ".svg", ".png"))]
-    assert names
-    assert [name for name in names if not (evaluated.folder / name).is_file()] == []
-
-
-@pytest.mark.published
-def test_a_row_for_every_finger_number_of_sensors_and_held_step(evaluated: Evaluated) -> None:
-    with (evaluated.folder / "metrics.csv").open(newline="") as file:
-        header, *records = csv.reader(file)
-    columns = "scenario finger estimator nominal sections pressure_kpa bend_angle_deg pose_error_mm tip_error_mm"
-    columns += " sideways_angle_deg twist_angle_deg"
-    assert header == columns.split()
-    expected = []
-    for name in SCENARIOS:
-        with xr.open_dataset(evaluated.folder / name / "recording.nc") as recording:
-            fingers = [str(signal).removesuffix(".strain") for signal in recording if str(signal).endswith(".strain")]
-        steps = load_scenario(name).pressure.steps["all"]
-        expected += [
-            (name, f, estimator, "as simulated", str(n), p / 1e3)
-            for estimator in SHAPE_FUNCTIONS
-            for f in fingers
-            for n in SECTIONS
-            for p in steps
-        ]
-    assert [(*record[:5], float(record[5])) for record in records] == expected
-
-
-@pytest.mark.published
 def test_prints_every_claim_and_all_hold(evaluated: Evaluated) -> None:
     out = evaluated.outcome.out
     assert out.count(" holds: ") >= 12
     assert "FAILS" not in out
     assert f"all {out.count(' holds: ')} claims hold" in out
     assert all(scenario in out for scenario in SCENARIOS)
-
-
-@pytest.mark.published
-def test_more_sensors_are_never_worse_than_one(evaluated: Evaluated) -> None:
-    same = 5e-3  # mm; as long as nothing is touched, one sensor is as good as four
-    for sections in SECTIONS[1:]:
-        for more, one in zip(evaluated.errors(sections), evaluated.errors(1), strict=True):
-            assert more <= one + same
 
 
 POSES = [
@@ -218,15 +159,6 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr("soft_gripper.extras.paper.commands.evaluate.run_scenarios", interrupt)
     return names
-
-
-def test_interrupt_says_what_is_missing_and_how_to_go_on(started: list[str], tmp_path: Path) -> None:
-    interrupted = soft_gripper("evaluate", "--out", tmp_path)
-    assert interrupted.code == 130
-    assert f"evaluate --out {tmp_path} --resume" in interrupted.out
-    assert all(scenario in interrupted.out for scenario in started)
-    assert set(started) == set(RUNS)
-    assert "Traceback" not in interrupted.err
 
 
 def test_resume_runs_what_is_missing_or_was_another_scenario(started: list[str], tmp_path: Path) -> None:

@@ -1,8 +1,6 @@
 """The figures: the truth is black, each number of sensors has a line, errors are means; equal rows give equal files."""
 
-from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import pytest
 from matplotlib.axes import Axes
@@ -11,7 +9,6 @@ from matplotlib.lines import Line2D
 
 from soft_gripper.extras.paper.figures import contact_figure, contact_force_figure, force_figure, free_bending_figure
 from soft_gripper.extras.paper.forces import ContactForceRow
-from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 
@@ -72,35 +69,6 @@ def test_contact_scenarios_have_means_of_the_error_that_is_asked_for_on_one_scal
             assert axes.get_ylim()[0] < min(line.get_ydata()) <= max(line.get_ydata()) < axes.get_ylim()[1]
 
 
-def test_errors_of_contact_are_on_a_logarithmic_axis_without_what_is_zero() -> None:
-    """The right finger errs at every step; the left one, and so the mean of one finger, not when it is straight."""
-    left = [row for name in CONTACT for row in rows_of(name) if row.finger == "left"]
-    for axes in contact_figure(left, CONTACT, "pose_error_mm").axes:
-        assert axes.get_yscale() == "log"
-        assert axes.get_ylim()[0] > 0.1
-        assert [list(line.get_xdata()) for line in lines(axes)] == [[100.0, 200.0]] * 4
-
-
-def test_a_growing_vacuum_runs_to_the_right() -> None:
-    rows = [replace(row, pressure_kpa=-row.pressure_kpa) for row in rows_of("obstructed_outside")]
-    figure = contact_figure([*rows, *rows_of("box_grasp")], ["obstructed_outside", "box_grasp"], "pose_error_mm")
-    vacuum, pressure = figure.axes[:2]
-    assert vacuum.get_xlim() == pytest.approx((8.0, -208.0))
-    assert pressure.get_xlim() == pytest.approx((-8.0, 208.0))
-
-
-@pytest.mark.slow
-def test_files_are_the_same_for_the_same_rows(figure: Figure, tmp_path: Path) -> None:
-    save_figure(figure, tmp_path / "one")
-    save_figure(free_bending_figure(rows_of("free_bending")), tmp_path / "two")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.png", "one.svg", "two.png", "two.svg"]
-    for ending in (".png", ".svg"):
-        one, two = ((tmp_path / name).with_suffix(ending).read_bytes() for name in ("one", "two"))
-        assert one == two
-    assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
-    assert b"<svg" in (tmp_path / "one.svg").read_bytes()
-
-
 SCENARIOS = {"obstructed_inside": (0.0, 60.0, 180.0), "obstructed_outside": (0.0, -30.0, -90.0)}  # kPa
 JOINTS = (0, 1, 2)
 
@@ -144,16 +112,6 @@ def test_lines_along_the_finger_are_the_truth_and_the_estimates() -> None:
             assert list(drawn[str(n)].get_ydata()) == pytest.approx(expected)
 
 
-def test_every_torque_is_inside_its_panel() -> None:
-    """Also where the errors of a later panel are the largest."""
-    rows = [replace(row, estimated_nm=5 * row.estimated_nm) if "outside" in row.scenario else row for row in ROWS]
-    for axes in force_figure(rows, tuple(SCENARIOS)).axes:
-        for line in axes.lines:
-            low, high = axes.get_ylim()
-            assert low <= min(line.get_ydata()) <= max(line.get_ydata()) <= high
-    assert axes.get_ylim()[0] == 0
-
-
 def test_errors_are_means_over_joints_and_fingers() -> None:
     for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
         for n in (1, 2, 3, 4):
@@ -161,13 +119,6 @@ def test_errors_are_means_over_joints_and_fingers() -> None:
             mean = [1e-2 * abs(p) / n * (1 + 4 + 7) / 3 * (1 + 2) / 2 for p in line.get_xdata()]
             assert sorted(line.get_xdata()) == sorted(steps)
             assert list(line.get_ydata()) == pytest.approx(mean)
-
-
-def test_pressure_runs_as_in_the_scenario() -> None:
-    for axes, steps in zip(panels()[1], SCENARIOS.values(), strict=True):
-        left, right = axes.get_xlim()
-        assert abs(left) < abs(0.1 * steps[-1])
-        assert right == pytest.approx(steps[-1], rel=0.1)
 
 
 PRESSING = [

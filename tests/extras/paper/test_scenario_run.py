@@ -99,22 +99,6 @@ def test_a_run_that_fails_in_the_middle_leaves_what_was_there(short, tmp_path, b
     assert [path.name for path in folder.parent.iterdir()] == ["short"] * before
 
 
-@pytest.mark.slow
-def test_a_run_that_fails_at_its_tables_leaves_nothing(short, tmp_path, monkeypatch):
-    def fail(*_):
-        raise MemoryError
-
-    monkeypatch.setattr("soft_gripper.extras.paper.scenario_run.force_table", fail)
-    with pytest.raises(MemoryError):
-        run_scenario(short, tmp_path / "short")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_another_scenario_is_not_finished(short, folder, tmp_path):
-    assert not is_finished(folder, load_scenario(short, ["pressure.settle=0.21"]))
-    assert not is_finished(tmp_path / "nothing", evaluated_scenario(short))
-
-
 def test_sections_that_do_not_divide_the_segments_are_refused(short, tmp_path):
     (tmp_path / "ten.yaml").write_text(dump_scenario(load_scenario(short, ["models.1.segments=10"])))
     with refused("sections", 3):

@@ -48,25 +48,12 @@ def test_one_slider_moves_all_fingers_when_it_is_moved(station: Station, panel: 
     assert panel.values == {ALL_FINGERS: 60, LEFT: 60, RIGHT: -20}
 
 
-def test_reset_moves_all_sliders_back(station: Station, panel: ControlPanel) -> None:
-    move(panel, ALL_FINGERS, 60.0)
-    panel.reset()
-    assert commanded(station, panel) == [0, 0]
-    assert panel.values[ALL_FINGERS] == 0
-
-
 def test_a_click_counts_once(panel: ControlPanel) -> None:
     assert panel.take_clicks() == []
     assert panel.take({"button": "reset"})
     assert panel.take({"button": "pause"})
     assert panel.take_clicks() == [Button.PAUSE, Button.RESET]
     assert panel.take_clicks() == []
-
-
-def test_the_ends_of_a_slider_can_be_reached(panel: ControlPanel) -> None:
-    for slider in panel.sliders:
-        assert move(panel, slider.name, slider.low)
-        assert move(panel, slider.name, slider.high)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9, -51, 211, True, "60", None, [60], {}])
@@ -90,11 +77,6 @@ def test_what_is_no_command_is_refused(panel: ControlPanel, message: object) -> 
     assert not panel.take(message)
     assert panel.values == before
     assert panel.take_clicks() == []
-
-
-def test_a_single_finger_has_no_slider_of_all() -> None:
-    station, _ = played("free_bending", None, "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]")
-    assert ControlPanel(station).values == {"f [kPa]": 0}
 
 
 def test_chambers_and_tendons_have_sliders_of_their_own() -> None:

@@ -30,13 +30,6 @@ def test_a_signal_is_held_back_and_known(number: signal.Signals) -> None:
         assert is_interrupted(), "nor does a second one break anything in two"
 
 
-def test_afterwards_they_are_as_before() -> None:
-    with held_back():
-        pass
-    with pytest.raises(KeyboardInterrupt):
-        signal.raise_signal(signal.SIGINT)
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_a_signal_that_is_ignored_stays_ignored(number: signal.Signals) -> None:
     signal.signal(number, signal.SIG_IGN)

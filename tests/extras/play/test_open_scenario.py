@@ -31,11 +31,6 @@ def test_a_task_that_does_not_command_the_gripper_closes_no_loop() -> None:
     assert open_scenario(moving).external == ["pressure", "tool"]
 
 
-def test_a_scenario_that_is_open_stays_so() -> None:
-    opened = open_scenario(load_scenario("pick_and_place_box"))
-    assert open_scenario(opened) == opened
-
-
 def test_what_is_simulated_stays() -> None:
     scenario = load_scenario("pick_and_place_delicate")
     opened = open_scenario(scenario)

@@ -50,13 +50,6 @@ def test_a_simulation_keeps_to_real_time_and_says_its_factor(
     assert factor is None or pacer.factor == pytest.approx(factor)
 
 
-def test_the_factor_is_of_late(clock: Clock) -> None:
-    pacer = Pacer(clock, clock.pass_by)
-    play(pacer, clock, [4 * FRAME] * 100)
-    play(pacer, clock, [0.01] * 100, begin=100 * FRAME)
-    assert pacer.factor == pytest.approx(1, rel=0.03)
-
-
 def test_a_pause_leaves_nothing_to_make_up_for(clock: Clock) -> None:
     pacer = Pacer(clock, clock.pass_by)
     play(pacer, clock, [0.01] * 10)

@@ -17,7 +17,6 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser import click, open_url
-from command_line import soft_gripper
 from served_page import SMALL_SCENE, Served, see
 from waiting import LONG, wait_until
 from websockets.exceptions import WebSocketException
@@ -38,9 +37,6 @@ let drawn = 0;
 for (let i = 0; i < pixels.length; i += 4)
   drawn += Math.max(...[r, g, b].map((part, j) => Math.abs(pixels[i + j] - part))) < 40 && pixels[i + 3] > 60;
 return drawn;"""  # pixels of a colour in the plot of pressures, edges of its lines included
-
-
-BUSY = """setInterval(() => { for (const end = performance.now() + 900; performance.now() < end;); }, 1000)"""
 
 
 class Played(Served):
@@ -110,46 +106,6 @@ def test_a_user_plays_records_and_stops(played: Played, driver: Any) -> None:
     wait_until(lambda: driver.find_element("id", "mode").text == "ended")
 
 
-def test_a_page_that_is_left_open_says_that_its_session_has_ended(played: Played, driver: Any, tmp_path: Path) -> None:
-    played.process.kill()
-    played.process.wait()
-    wait_until(lambda: driver.find_element("id", "mode").text == "no connection")
-    others: list[Played] = []
-    try:
-        while not others or others[-1].port < played.port:  # other tests may leave lower ports meanwhile
-            others.append(Played(tmp_path / f"other {len(others)}"))
-        wait_until(lambda: "has ended" in driver.find_element("id", "note").text)
-    finally:
-        for other in others:
-            other.process.kill()
-            other.process.wait()
-
-
-def test_a_slow_browser_says_that_its_picture_is_late(played: Played, driver: Any) -> None:
-    driver.execute_script(BUSY)
-    pace = driver.find_element("id", "pace")
-    wait_until(lambda: "picture late by" in pace.text and "slow" in pace.get_attribute("class"))
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_is_a_normal_end(played: Played, number: signal.Signals) -> None:
-    assert played.message()["status"]["factor"] > 0
-    played.process.send_signal(number)
-    code, said = played.end()
-    assert (code, said.splitlines()[-1]) == (0, "Recordings: none.")
-
-
-def meshcat_addresses(process: int) -> set[tuple[str, int]]:
-    """Where a process listens, beside the page: what nobody on another machine, and no page, could read."""
-    inodes = set()
-    for descriptor in Path(f"/proc/{process}/fd").iterdir():
-        with suppress(OSError):
-            inodes.add(str(descriptor.readlink()).removeprefix("socket:[").removesuffix("]"))
-    lines = [line.split() for line in Path("/proc/net/tcp").read_text().splitlines()[1:]]
-    listening = [line[1].split(":") for line in lines if line[3] == "0A" and line[9] in inodes]
-    return {(socket.inet_ntoa(bytes.fromhex(ip)[::-1]), int(port, 16)) for ip, port in listening}
-
-
 def attack(played: Played, clients: ExitStack) -> int:
     """Tries what a page from elsewhere can, with 100 connections that stay; how many of its sockets were opened."""
     opened = 0
@@ -202,31 +158,3 @@ def test_an_attacker_commands_nothing_writes_nothing_and_stops_nothing(played: P
     assert said.splitlines()[-1] == f"Recordings: {played.out / '1'}"
     assert (played.out / "1" / "animation.html").exists()
     assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] > 0.3
-
-
-@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs to look up where Meshcat listens")
-def test_junk_to_meshcat_itself_is_no_end(played: Played) -> None:
-    (meshcat,) = meshcat_addresses(played.process.pid) - {("127.0.0.1", played.port)}
-    assert meshcat[0] != "127.0.0.1"
-    with played.open() as page, connect(f"ws://{meshcat[0]}:{meshcat[1]}/", proxy=None, compression=None) as stranger:
-        page.send(json.dumps({"button": "record"}))
-        wait_until(lambda: see(page)["status"]["recording"])
-        wait_until(lambda: see(page)["status"]["time"] > 0.1)
-        stranger.send(b"\xc1")
-        wait_until(lambda: "opened again" in see(page)["status"]["note"])
-        time_then = played.message()["status"]["time"]
-        wait_until(lambda: see(page)["status"]["time"] > time_then)
-        played.process.send_signal(signal.SIGINT)
-        code, said = played.end()
-    assert code == 0
-    assert "Traceback" not in said
-    assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] >= 0.05
-
-
-ALONE = "models=[{name: f, file: package://soft_gripper/grippers/finger.urdf}]"
-
-
-def test_a_finger_alone_has_no_opening(tmp_path: Path) -> None:
-    found = soft_gripper("play", "free_bending", "--out", tmp_path / "out", "--set", ALONE, "--grip", "opening")
-    assert (found.code, found.err.count("\n")) == (2, 1)
-    assert "control: fingers = ['f']" in found.err

@@ -10,7 +10,6 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.extras.play.station_recorder import StationRecorder
 from soft_gripper.files.output import is_whole
-from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
 
 BEGIN, END = 0.3, 0.6  # s
@@ -38,11 +37,6 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Recording
     return found[0], Recording.load(folder / "1" / "recording.nc"), folder / "1"
 
 
-def test_it_has_its_own_time(runs) -> None:
-    _, part, _ = runs
-    np.testing.assert_allclose(part["time"], np.arange(31) * 0.01, atol=1e-9)
-
-
 @pytest.mark.parametrize(
     ("signal", "settled"), [("plant.state", 0), ("left_finger.strain", 1), ("left_finger.external_torque", 5)]
 )
@@ -59,16 +53,3 @@ def test_everything_to_look_at_it_is_there_and_whole(runs) -> None:
     assert is_whole(folder)
     assert "DecompressionStream" in (folder / "animation.html").read_text()
     assert load_scenario(str(folder / "scenario.yaml")).external == ["pressure"]
-
-
-@pytest.mark.slow
-def test_a_scenario_of_ones_own_is_found_again_from_the_recording(tmp_path: Path) -> None:
-    (tmp_path / "own.urdf").write_text((DIRECTORY / "grippers" / "finger.urdf").read_text())
-    (tmp_path / "own.yaml").write_text("models: [{name: only, file: own.urdf}]")
-    station, meshcat = played(str(tmp_path / "own.yaml"))
-    simulator = make_simulator(station)
-    station.diagram.GetInputPort("only.pressure_command").FixValue(simulator.get_mutable_context(), [0.0])
-    recorder = StationRecorder(station, meshcat, simulator, tmp_path / "play" / "1")
-    simulator.AdvanceTo(0.02)
-    recorder.end()
-    assert "file: ../../own.urdf" in (recorder.folder / "scenario.yaml").read_text()

@@ -1,34 +1,26 @@
 """A session, its user's clicks coming between the frames as a browser would send them."""
 
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
-from itertools import pairwise
+from collections.abc import Callable
 from pathlib import Path
-from time import sleep
 
 import pytest
 from live_station import played
 from pydrake.geometry import Meshcat
-from websockets.sync.client import connect
 
 from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import cut_off, has_failed
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.page.panel import ALL_FINGERS, Button
 from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play import simulation_driver
 from soft_gripper.extras.play.commands import play as play_command
-from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.extras.play.station_recorder import StationRecorder
 from soft_gripper.interrupts import held_back
-from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = "left_finger.pressure"
 User = Callable[[Session], object]  # does something
@@ -120,18 +112,6 @@ def test_reset_begins_again(play: Play) -> None:
     assert sent[4][PRESSURE] == sent[0][PRESSURE] == 0
 
 
-def test_what_is_played_for_hours_is_not_kept(play: Play) -> None:
-    session, _ = play(_8=nothing)
-    driver = session.driver
-    assert len(driver.station.recording(driver._simulator.get_context())["time"]) == 5, "of the last frame"
-
-
-def test_a_recording_in_a_pause_is_of_the_sample_that_is_seen(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_1=pause, _2=record, _4=record, _6=nothing)
-    assert sent[-1]["note"] == f"written: {tmp_path / '1'}"
-    assert Recording.load(tmp_path / "1" / "recording.nc")["time"].values.tolist() == [0.0]
-
-
 @pytest.mark.parametrize("error", [InputError("output", "folder", "a", "give another"), OSError("no space")])
 def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, error: Exception) -> None:
     def fail(*_: object) -> None:
@@ -140,27 +120,6 @@ def test_a_recording_that_cannot_be_written_is_no_end(play: Play, monkeypatch, e
     monkeypatch.setattr(StationRecorder, "_write", fail)
     _, sent = play(_1=record, _2=record, _4=nothing)
     assert [each["note"] for each in sent] == ["", "", *[f"not written: {error}"] * 2]
-
-
-@pytest.mark.slow
-def test_every_recording_has_a_folder_of_its_own(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_1=record, _2=record, _3=record, _5=record, _6=nothing)
-    assert sent[-1]["note"] == f"written: {tmp_path / '2'}"
-    ends = [Recording.load(tmp_path / number / "recording.nc")["time"][-1] for number in ("1", "2")]
-    assert ends == pytest.approx([0.05, 0.1])
-
-
-@pytest.mark.slow
-def test_reset_ends_a_recording(play: Play, tmp_path: Path) -> None:
-    _, sent = play(_1=record, _3=reset, _4=nothing)
-    assert [each["recording"] for each in sent] == [False, True, True, False]
-    assert Recording.load(tmp_path / "1" / "recording.nc")["time"][-1] == pytest.approx(0.1)
-
-
-def test_a_recording_is_written_when_the_session_ends(play: Play, tmp_path: Path) -> None:
-    session, _ = play(_1=record, _3=nothing)
-    assert session.recordings == [tmp_path / "1"]
-    assert (tmp_path / "1" / "animation.html").exists()
 
 
 def test_a_recording_is_written_whatever_ends_the_session(play: Play, tmp_path: Path) -> None:
@@ -189,75 +148,6 @@ def test_ctrl_c_in_the_middle_of_a_frame_waits_for_its_end(play: Play, tmp_path:
     finally:
         signal.signal(signal.SIGINT, before)
     assert end_time(tmp_path / "1") == pytest.approx(0.15)
-
-
-@pytest.fixture
-def attacked(tmp_path: Path) -> Iterator[tuple[Session, User]]:
-    """A session of its own, and one who ends the thread of its Meshcat, and stays connected."""
-    scenario = open_scenario(load_scenario("free_bending"))
-    with ExitStack() as clients:
-
-        def send_junk(session: Session) -> None:
-            client = clients.enter_context(connect(session.driver.scene.replace("http", "ws"), compression=None))
-            client.send(b"\xc1")
-            while not has_failed(session.driver.meshcat):
-                sleep(0.01)
-
-        yield Session(SimulationDriver(lambda meshcat: make_station(scenario, meshcat)), tmp_path), send_junk
-
-
-@pytest.mark.slow
-def test_a_meshcat_that_fails_is_no_end(attacked, tmp_path: Path) -> None:
-    session, send_junk = attacked
-    first = session.driver.meshcat
-    user = {1: move(ALL_FINGERS, 50.0), 2: record, 8: send_junk, 14: nothing}
-    session.feed = feed = Watched(session, user)
-    session.run(lambda: False)
-    assert session.driver.meshcat is not first
-    assert not has_failed(session.driver.meshcat)
-    times = [each["time"] for each in feed.sent[2:]]
-    assert times[0] == pytest.approx(0.05)
-    assert all(0.04 < later - earlier < 0.11 for earlier, later in pairwise(times)), "a frame is lost at most"
-    pressures = [each[PRESSURE] for each in feed.sent]
-    assert pressures == sorted(pressures), "it goes on from the state in which it was"
-    assert pressures[-1] > 45e3
-    assert feed.sent[-1]["note"].startswith("the view failed and was opened again; written:")
-    assert session.recordings == [tmp_path / "1"]
-    assert end_time(tmp_path / "1") == pytest.approx(0.3, abs=0.07)
-    assert not (tmp_path / "1" / "animation.html").exists()
-
-
-@pytest.mark.slow
-def test_a_recording_begins_though_meshcat_fails_before_the_click(attacked, tmp_path: Path) -> None:
-    session, send_junk = attacked
-    session.feed = feed = Watched(session, {1: lambda session: (send_junk(session), record(session)), 4: nothing})
-    session.run(lambda: False)
-    assert [each["recording"] for each in feed.sent] == [False, True, True, True]
-    assert "opened again" in feed.sent[1]["note"]
-    assert session.recordings == [tmp_path / "1"]
-    assert end_time(tmp_path / "1") == pytest.approx(0.15)
-
-
-@pytest.mark.slow
-def test_reset_begins_again_though_meshcat_fails_before_the_click(attacked) -> None:
-    session, send_junk = attacked
-    user = {3: lambda session: (send_junk(session), move(ALL_FINGERS, 50.0)(session), reset(session)), 5: nothing}
-    session.feed = feed = Watched(session, user)
-    session.run(lambda: False)
-    assert [each["time"] for each in feed.sent] == pytest.approx([0.05, 0.1, 0.15, 0.05, 0.1])
-    assert feed.sent[-1][PRESSURE] == 0
-
-
-@pytest.mark.slow
-def test_a_meshcat_that_fails_again_and_again_is_an_end(attacked, monkeypatch) -> None:
-    monkeypatch.setattr(simulation_driver, "_MAX_VIEWS", 1)
-    session, send_junk = attacked
-    session.feed = Watched(session, {1: record, 3: send_junk, 9: nothing})
-    with pytest.raises(InputError) as error:
-        session.run(lambda: False)
-    assert error.value.field == "Meshcat"
-    assert len(session.recordings) == 1
-    cut_off(session.driver.scene)
 
 
 def test_divergence_is_reported_and_reset_goes_on(play: Play, monkeypatch) -> None:

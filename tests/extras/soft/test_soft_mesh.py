@@ -7,7 +7,6 @@ import pytest
 import trimesh
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
-from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import DiagramBuilder
 from refusals import refused
 
@@ -52,13 +51,6 @@ def test_drake_reads_the_material_the_mass_and_the_scale():
     assert friction.dynamic_friction() == 0.6
 
 
-def test_without_a_modulus_it_is_rigid():
-    plant, inspector = parsed(MeshConfig())
-    assert SoftKind().objects(plant, inspector, ["thing"]) == {}
-    assert plant.GetBodyByName("thing").default_mass() == pytest.approx(0.02)
-    assert plant.deformable_model().GetBodyIds(ModelInstanceIndex(2)) == []
-
-
 @pytest.mark.parametrize("key", ["mass", "friction"])
 def test_what_an_sdformat_file_says_of_a_soft_object_stays(tmp_path, key):
     text = mesh_to_sdf(BLOCK, SOFT)
@@ -79,11 +71,3 @@ def test_a_surface_with_a_modulus_is_refused(tmp_path):
 def test_a_mesh_in_millimetres_is_refused():
     with refused("mesh.scale", 100):
         mesh_to_sdf(BLOCK, MeshConfig(scale=100, youngs_modulus=3e4))
-
-
-@pytest.mark.parametrize("scale", [0.976463, 1.039179, 0.9104042602128819, 0.9643738782151885])
-def test_a_mesh_of_any_scale_is_drawn(scale):
-    """Rounding put drawn vertices of the tomato outside its elements, which Drake refuses."""
-    text = mesh_to_sdf(OBJECTS / "tomato.vtk", MeshConfig(scale=scale, youngs_modulus=1e5))
-    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.01)
-    assert len(Parser(plant).AddModelsFromString(text, "sdf")) == 1

@@ -17,7 +17,6 @@ from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SPONGE = "pick_and_place_sponge"
-BLOCK = "package://soft_objects/objects/soft_block.vtk"
 
 
 @pytest.mark.parametrize(
@@ -32,21 +31,6 @@ BLOCK = "package://soft_objects/objects/soft_block.vtk"
 def test_what_does_not_go_with_a_soft_object_is_refused(override, field, value):
     with refused(field, value):
         make_station(load_scenario(SPONGE, [override]))
-
-
-def test_a_soft_object_cannot_be_welded():
-    welded = [
-        f"models.2.file={BLOCK}",
-        "models.2.mesh.youngs_modulus=2e4",
-        "models.2.free=false",
-    ]
-    with refused("free", False):
-        make_station(load_scenario("box_grasp", welded))
-
-
-def test_a_rigid_object_has_no_limit_of_its_squeeze():
-    with refused("squeeze_limit", 1e-3):
-        make_station(load_scenario("pick_and_place_box", ["task.squeeze_limit=1e-3"]))
 
 
 def test_other_approximations_of_contact_are_warned_of(caplog):
@@ -102,7 +86,6 @@ SDF = """<sdf version="1.7"><model name="jelly"><link name="jelly">
   <drake:deformable_properties xmlns:drake="http://drake.mit.edu"><drake:youngs_modulus>2e4</drake:youngs_modulus>
     <drake:poissons_ratio>0.3</drake:poissons_ratio><drake:mass_density>150</drake:mass_density>
   </drake:deformable_properties></link>{}</model></sdf>"""
-RIGID_LINK = "<link name='other'/>"
 
 
 def test_an_sdf_file_of_finite_elements_is_a_soft_object(tmp_path):
@@ -112,9 +95,3 @@ def test_an_sdf_file_of_finite_elements_is_a_soft_object(tmp_path):
     assert soft.mass == pytest.approx(150 * 0.044 * 0.04 * 0.06)
     recorded = {f"box.{signal}" for signal in ("pose", "vertices", "squeeze", "largest_strain", "contact_wrench")}
     assert recorded <= set(station.logs.signals)
-
-
-def test_an_sdf_file_with_a_rigid_link_too_is_refused(tmp_path):
-    (tmp_path / "jelly.sdf").write_text(SDF.format(RIGID_LINK))
-    with refused("file"):
-        make_station(load_scenario("box_grasp", [f"models.2.file={tmp_path / 'jelly.sdf'}"]))

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from drawing import Drawing
 from pydrake.geometry import Rgba
 from scipy.spatial.transform import Rotation
@@ -49,15 +48,6 @@ def shown(drawing: MeshDrawing, shapes: list[Array]) -> None:
         context.SetTime(time)
         visualizer.GetInputPort("sponge.vertices").FixValue(context, vertices.ravel())
         visualizer.ForcedPublish(context)
-
-
-@pytest.mark.parametrize("vertices", [REST.vertices, MOVED, SQUEEZED], ids=["rest", "moved", "squeezed"])
-def test_the_surface_is_drawn_where_the_vertices_are(vertices):
-    drawing = MeshDrawing(is_recording=False)
-    shown(drawing, [vertices])
-    (path,) = drawing.objects
-    drawn = drawing.in_world(path, drawing.objects[path].reshape(3, -1))
-    np.testing.assert_allclose(drawn.reshape(3, 3, -1), vertices.T[:, REST.boundary.T], atol=1e-6)
 
 
 def test_a_motion_is_drawn_without_a_new_shape_and_a_deformation_with_one():

@@ -7,7 +7,6 @@ import pytest
 from refusals import refused
 
 from soft_gripper.extras import soft
-from soft_gripper.extras.soft import tetrahedra
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells, read_tetrahedra
 
 CORNER = Tetrahedra(np.array([[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 4]], dtype=float), np.array([[0, 1, 2, 3]]))
@@ -24,17 +23,6 @@ def outward(mesh: Tetrahedra) -> np.ndarray:
     """Area vectors of the faces of the surface, (F, 3)."""
     a, b, c = np.swapaxes(mesh.vertices[mesh.boundary], 0, 1)
     return np.cross(b - a, c - a) / 2
-
-
-def test_a_tetrahedron_has_a_sixth_of_the_volume_of_its_block():
-    assert CORNER.volumes == pytest.approx([2 * 3 * 4 / 6])
-    assert CORNER.scaled(0.1).volumes == pytest.approx([4e-3])
-
-
-def test_the_faces_of_a_tetrahedron_look_outward():
-    centers = CORNER.vertices[CORNER.boundary].mean(axis=1) - CORNER.vertices.mean(axis=0)
-    assert len(CORNER.boundary) == 4
-    assert np.all((outward(CORNER) * centers).sum(axis=1) > 0)
 
 
 def test_tetrahedra_that_are_inside_out_are_turned():
@@ -97,10 +85,3 @@ def test_a_mesh_that_is_not_a_solid_is_refused(tmp_path, old, new, field, value)
     assert old in GOOD
     with refused(field, value):
         read_tetrahedra(written(tmp_path, GOOD.replace(old, new)))
-
-
-def test_a_mesh_of_too_many_tetrahedra_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(tetrahedra, "MAX_CELLS", 100)
-    path = Path(soft.__path__[0]) / "objects" / "soft_block.vtk"
-    with refused("cells", 216):
-        read_tetrahedra(path)

@@ -12,6 +12,7 @@ import pytest
 from refusals import refused
 from waiting import LONG, wait_until
 
+from soft_gripper.child_processes import environment
 from soft_gripper.errors import InputError, WorkerDiedError
 from soft_gripper.runs import executor as worker_processes
 from soft_gripper.runs.executor import MainScriptError, WorkerProcesses, open_executor
@@ -239,18 +240,15 @@ def test_a_function_that_processes_cannot_import_is_named():
         worker_processes.make("mine(3)", b"c__main__\nmine\n.")
 
 
-@pytest.mark.slow
-def test_a_program_without_a_file_has_processes():
-    script = "from soft_gripper.runs.executor import open_executor\ndef mine(number): return number\n"
-    script += "with open_executor(1) as executor: print(executor.submit(abs, -3).result(), flush=True)\n"
-    script += "with open_executor(1) as executor: executor.submit(mine, 3).result()"
-    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=LONG, check=False)
-    assert ended.stdout == "3\n"
-    assert "__main__ = 'mine(3)': import it from a module" in ended.stderr.splitlines()[-1]
-
-
 @pytest.mark.parametrize("jobs", [0, -1, "two", 1.5])
 def test_a_number_of_processes(jobs):
     with pytest.raises(InputError) as caught, open_executor(jobs):
         pass
     assert caught.value.field == "jobs"
+
+
+def test_variables_of_processes_leave_those_of_the_user(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    with environment({"OMP_NUM_THREADS": "1", "OF_A_PROCESS": "1"}):
+        assert os.environ["OMP_NUM_THREADS"] == "1"
+    assert (os.environ["OMP_NUM_THREADS"], os.environ.get("OF_A_PROCESS")) == ("3", None)

@@ -52,11 +52,6 @@ def test_a_row_for_every_finger_number_of_sections_step_and_joint():
     ]
 
 
-def test_truth_does_not_depend_on_the_sensors(obstructed):
-    truth = column(force_table("obstructed", *obstructed, [1, 4]), "true_nm", 2, 3, 12)
-    np.testing.assert_array_equal(truth[0], truth[1])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("time_step", [0.01, 0.0])
 def test_a_held_step_knows_nothing_of_the_next_one(time_step):

@@ -15,10 +15,8 @@ from soft_gripper.runs.scores.grasp import (
     GraspSignals,
     Sizes,
     finger_grips,
-    held_since,
     judge,
     largest_impulse,
-    motion,
     pump_energy,
     slip_ratio,
     stiffness,
@@ -82,17 +80,6 @@ def test_the_verdict_in_one_word(of, speed, word):
     assert verdict(of, speed) == judged(of, speed).grasp == word
 
 
-def test_without_weight_nothing_rests():
-    assert verdict(signals()._replace(weight=0.0, support=np.zeros(len(TIME))), 0.0) == "held"
-
-
-def test_it_is_held_since_the_fingers_alone_carry_it():
-    assert held_since(signals(1.0, np.where(TIME < 1.0, WEIGHT, 0.0))) == 100
-    assert held_since(signals()) == 0
-    resting = held_since(signals(1.0, WEIGHT))
-    assert TIME[resting] == pytest.approx(TIME[-1] - 0.5, abs=0.011)
-
-
 def test_motion_counts_while_held_only():
     moved = signals(1.0, np.where(TIME < 1.0, WEIGHT, 0.0))
     moved.place[:100] = [0.5, 0.5, 0.5]
@@ -100,12 +87,6 @@ def test_motion_counts_while_held_only():
     found = judged(moved)
     assert (found.moved_mm, found.sideways_play_mm, found.turned_deg) == pytest.approx((2.0, 2.0, 0.0))
     assert np.isnan(judged(signals(0.0, WEIGHT)).moved_mm)
-
-
-def test_a_turn_is_that_of_the_rotation():
-    c, s = np.cos(0.3), np.sin(0.3)
-    turns = np.array([np.eye(3), [[c, 0, s], [0, 1, 0], [-s, 0, c]]])
-    assert motion(np.array([[0, 0, 0], [0, 0.01, 0]]), turns) == pytest.approx((0.01, 0.3, 0.01))
 
 
 def test_friction_that_fingers_apply_against_each_other_carries_nothing():

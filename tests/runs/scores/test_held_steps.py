@@ -27,15 +27,6 @@ def recording(scenario: Scenario) -> Recording:
     return Recording(xr.Dataset({"sampled_at": ("time", time - period)}, {"time": time}))
 
 
-def test_holds_as_many_samples_as_asked_for(scenario: Scenario, recording: Recording) -> None:
-    assert held_samples(scenario, recording, "sampled_at").shape == (STEPS, scenario.pressure.hold_samples)
-
-
-def test_samples_are_one_period_apart(scenario: Scenario, recording: Recording) -> None:
-    held = held_samples(scenario, recording, "sampled_at")
-    np.testing.assert_allclose(np.diff(held, axis=1), scenario.sensor.period)
-
-
 def test_samples_were_taken_in_their_step_after_it_settled(scenario: Scenario, recording: Recording) -> None:
     """To the nearest sample, where settling is no whole number of periods."""
     period, rounding = scenario.sensor.period, 1e-9
@@ -45,19 +36,3 @@ def test_samples_were_taken_in_their_step_after_it_settled(scenario: Scenario, r
         assert held[0] >= begin + scenario.pressure.settle - nearest
         assert begin - rounding <= held[0]
         assert end - period - nearest <= held[-1] < end - rounding
-
-
-def test_keeps_the_axes_of_a_signal(scenario: Scenario, recording: Recording) -> None:
-    factors = np.arange(6.0).reshape(2, 3)
-    folded = recording["sampled_at"] * xr.DataArray(factors, dims=["path", "section"])
-    expected = held_samples(scenario, recording, "sampled_at")[..., None, None] * factors
-    with_axes = Recording(recording.data.assign(folded=folded))
-    np.testing.assert_array_equal(held_samples(scenario, with_axes, "folded"), expected)
-
-
-def test_values_are_taken_as_a_signal_is(scenario: Scenario, recording: Recording) -> None:
-    """What was computed from a recording has no name in it."""
-    values = recording["sampled_at"].values
-    computed = np.column_stack([values, -values])
-    held = held_samples(scenario, recording, "sampled_at")
-    np.testing.assert_array_equal(held_samples(scenario, recording, computed), np.stack([held, -held], axis=-1))

@@ -68,14 +68,6 @@ def test_the_first_width_is_that_of_the_band_of_a_run(grasp):
     assert not band_widths(grasp, recording, replace(row, least_n=0.0)), "no contact"
 
 
-def test_there_are_no_more_sections_than_segments(grasp):
-    scenario = replace(grasp.scenario, sensor=replace(grasp.scenario.sensor, sections=12))
-    station = make_private_station(scenario)
-    recording = simulate(scenario)
-    row = replace(contact_rows(station, recording)[-1], least_n=0.1)
-    assert list(band_widths(station, recording, row))[1:] == ["a calibration", "a mean over 0.2 s"]
-
-
 def test_changes_that_are_worth_it_are_named():
     widths = {"": 0.9, "a calibration": 0.3, "3 sections": 0.8}
     assert narrower_text("f", widths) == "f: the band is 0.90 of the force wide; with a calibration 0.30\n"

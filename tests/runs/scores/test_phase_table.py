@@ -41,20 +41,6 @@ def test_a_row_for_every_phase_with_what_was_read_at_its_end():
     np.testing.assert_allclose([values(row) for row in rows], expected, atol=1e-12)
 
 
-def test_rescues_follow_where_they_were_gone_through():
-    rows = phase_table(STATION, recorded([0, 0, 1, 1, 3, 3, 3, 4, 4, 5]))
-    assert [row.phase for row in rows] == ["approach", "close", "rescue: open", "rescue: home"]
-    ends = [row.began_s + row.lasted_s for row in rows]
-    assert ends[:-1] == pytest.approx([row.began_s for row in rows[1:]])
-    assert ends[-1] == pytest.approx(0.09)
-
-
-def test_a_task_out_of_time_ends_with_the_recording():
-    last = phase_table(STATION, recorded([0, 0, 1, 1, 1]))[-1]
-    assert last.phase == "close"
-    np.testing.assert_allclose(values(last), [0.02, 0.02, 4, -8, 16], atol=1e-12)
-
-
 @pytest.mark.parametrize("ended", Outcome)
 def test_outcome_is_that_at_the_end(ended):
     found = outcome(recorded([0, 1, 2, 5], ended))

@@ -102,17 +102,6 @@ def test_each_estimator_agrees_with_a_run_with_it(station: Station, recording: R
         np.testing.assert_allclose(found, run, rtol=1e-6, atol=1e-9)
 
 
-def test_a_straight_finger_has_no_error(bent: Bent) -> None:
-    for row in bent([0.0]):
-        assert row.bend_angle_deg == 0
-        assert row.pose_error_mm == pytest.approx(0, abs=1e-9)
-        assert row.tip_error_mm == pytest.approx(0, abs=1e-9)
-
-
-def test_bend_angle_is_that_of_the_tip(bent: Bent) -> None:
-    assert [row.bend_angle_deg for row in bent([90.0])] == pytest.approx([90.0] * 4)
-
-
 def test_errors_are_averaged_not_shapes(bent: Bent) -> None:
     """A finger that flips between two mirrored bends errs as in the mean of both, though on average it is straight.
 

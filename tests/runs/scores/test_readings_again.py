@@ -12,7 +12,6 @@ from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.arcs import Arcs, arcs_from_readings
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again, read_recorded, with_sections
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -143,16 +142,6 @@ def test_from_recorded_readings_the_estimate_is_that_of_the_run(name: str) -> No
         np.testing.assert_allclose(posterior.transverse_force_interval, band, rtol=1e-9, atol=1e-12)
 
 
-def test_torque_of_another_estimator_is_that_of_a_run_with_it() -> None:
-    station, recording = run_of("free_bending", SHORT)
-    _, other = run_of("free_bending", [*SHORT, "estimator.type=gaussian"])
-    for finger in station.fingers:
-        again = read_again(station, recording, finger, 4)
-        torque = external_torque_again(station, recording, finger, again, "gaussian")
-        expected = other[f"{finger.name}.external_torque"].values
-        np.testing.assert_allclose(torque, expected, rtol=1e-6, atol=1e-9)
-
-
 def test_borders_belong_to_the_number_of_sections_of_the_scenario() -> None:
     """Of the sensors as of those that are assumed in; others are equally long."""
     station = make_station(load_scenario(*RUNS["unequal sections"]))
@@ -177,10 +166,3 @@ def test_the_nominal_model_is_that_of_the_scenario_and_the_sensors_are_not_belie
     )
     theta, nominal = (arcs_of(read_again(s, recording, f, 4)).theta for s, f in ((station, finger), (doubting, same)))
     np.testing.assert_allclose(1.1 * nominal, theta, rtol=1e-9, atol=1e-12)
-
-
-def test_sections_are_as_they_are_or_as_asked(shipped_finger: Finger) -> None:
-    own = SensorLayout(shipped_finger, 2, borders=(0.25,))
-    assert with_sections(own, 2) is own
-    assert with_sections(own, 2, (0.5,)).borders == (0.5,)
-    assert with_sections(own, 4) == SensorLayout(shipped_finger, 4)

@@ -92,14 +92,6 @@ def test_a_finger_believed_too_stiff_seems_to_be_pushed_by_what_its_elasticity_i
             np.testing.assert_array_equal(true, 0)
 
 
-def test_a_nominal_model_about_the_stiffness_changes_no_pose() -> None:
-    poses = [
-        [(row.pose_error_mm, row.tip_error_mm) for row in recorded_pose_table("run", *run_of("free_bending", *nominal))]
-        for nominal in ([], STIFFER)
-    ]
-    np.testing.assert_allclose(*poses, rtol=1e-9)
-
-
 def test_an_estimator_of_the_users_has_its_name_and_its_own_errors(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

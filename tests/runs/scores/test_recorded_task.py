@@ -65,16 +65,6 @@ def test_a_task_that_goes_well_is_a_success(station):
         assert value == (pytest.approx(other, abs=1e-9, nan_ok=True) if isinstance(other, float) else other)
 
 
-def test_placed_error_is_the_distance_at_the_end(station):
-    signals = good_signals(station)
-    put(station, signals, slice(None, -1), [0.5, 0.5, 0.5])
-    put(station, signals, slice(-1, None), [0.003, -0.004, 0.0])
-    assert row(station, signals).placed_error_mm == pytest.approx(5.0)
-    assert row(station, signals).success
-    put(station, signals, slice(-1, None), [0.006, 0.0, 0.0085])
-    assert row(station, signals).cause == "placed 10.4 mm from the goal, above 10 mm"
-
-
 @pytest.mark.parametrize(
     ("rpy_deg", "cause"),
     [

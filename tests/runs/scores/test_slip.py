@@ -93,13 +93,6 @@ def test_a_box_that_turns_about_the_line_between_the_contacts_does_not_slip(stat
     assert slip_mm(station, placed, centers) == pytest.approx(0, abs=1e-9)
 
 
-def test_without_contact_or_samples_there_is_no_slip_to_measure(station):
-    placed = [(RigidTransform(), {})]
-    assert np.isnan(slip_mm(station, placed, {}))
-    signals = {"plant.state": np.zeros((5, station.plant.num_multibody_states()))}
-    assert not len(RecordedObject(station, box_recording(station, signals), "box").slip(np.array([], dtype=int)))
-
-
 def test_creep_adds_to_the_path_though_it_leads_back():
     """Two fingers lift an object by 0.15 mm in 1 s; then it creeps down by 0.015 mm/s for 2 and for 8 s."""
     lengths = []

@@ -90,18 +90,6 @@ def test_a_slippery_bottle_slips_as_it_is_lifted(slippery):
     assert recorded_grasp(RecordedObject(station, recording, "bottle"))[0].grasp == DROPPED
 
 
-def test_while_the_bottle_stands_the_fingers_slide_as_fast_as_they_are_lifted(slippery):
-    station, recording = slippery
-    bottle = RecordedObject(station, recording, "bottle")
-    samples = bottle.samples
-    time = recording["time"].values[samples]
-    lifting = samples[(time > 3.4) & (time < 3.9)]
-    lift = station.plant.GetStateNames().index("gantry_z_v")
-    rising = recording["plant.state"].values[lifting, lift]
-    speeds = bottle.sliding_speeds(lifting)
-    np.testing.assert_allclose(speeds, np.stack([rising, rising], axis=1), rtol=0.05)
-
-
 @pytest.mark.slow  # two more lifts; the one above runs the same code
 @pytest.mark.parametrize(("share", "held"), [(0.97, False), (1.03, True)])
 def test_the_least_friction_of_the_object_holds_it_and_less_does_not(slippery, share, held):

@@ -41,11 +41,3 @@ def test_every_line_shows_the_recording_of_its_name() -> None:
     assert len({line.get_color() for line in opening.lines}) == len(NAMES) + 1
     assert (opening.get_ylabel(), pressure.get_ylabel()) == ("opening [mm]", "pressure [kPa]")
     assert pressure.get_xlabel() == "time [s]"
-
-
-def test_legend_colours_are_those_of_the_lines() -> None:
-    figure = step_figure({name: recording(number) for number, name in enumerate(NAMES, start=1)})
-    legend = figure.axes[0].get_legend()
-    assert legend is not None
-    for handle, line in zip(legend.get_lines(), figure.axes[0].lines, strict=True):
-        assert same_color(handle.get_color(), line.get_color())

@@ -66,17 +66,6 @@ def test_steady_errors_are_signed_and_apart(monkeypatch):
     assert row.steady_error_true_mm == pytest.approx(0.1, rel=1e-6)
 
 
-def test_what_never_settles_has_no_settling_time(monkeypatch):
-    (row,) = rows(monkeypatch, lambda time: 0.5 * first_order(time))
-    assert np.isnan(row.settling_s)
-
-
-def test_every_step_begins_where_the_last_one_ended(monkeypatch):
-    table = rows(monkeypatch, lambda time: 0.9 * first_order(time, 0.1), [0.05, 0.1])
-    assert [row.step for row in table] == [0, 1]
-    assert [row.from_mm for row in table] == pytest.approx([90, 54])
-
-
 @pytest.mark.parametrize("damping", [0.1, 0.3, 0.9])
 def test_crossings_of_second_order_are_its_half_waves_that_leave_the_band(monkeypatch, damping):
     """Every half wave is smaller than the one before by exp(-pi damping / sqrt(1 - damping^2))."""

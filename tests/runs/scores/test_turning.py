@@ -23,9 +23,3 @@ def test_tilt_and_turn_are_separated(tilted, toward, turned):
     assert yaw(R) == pytest.approx(turned, abs=1e-6)
     # Half-angle formula of the product of two rotations about axes at right angles.
     assert np.cos(angle(R) / 2) == pytest.approx(np.cos(tilted / 2) * np.cos(turned / 2), abs=1e-9)
-
-
-def test_a_toppled_object_is_tilted_by_a_right_angle_and_one_upside_down_by_two():
-    assert np.degrees(tilt(rotation(np.pi / 2, 0.3, 1.0))) == pytest.approx(90)
-    assert np.degrees(tilt(rotation(np.pi, 0.3, 1.0))) == pytest.approx(180)
-    assert np.degrees(angle(rotation(np.pi / 2, 0.3, 0.0))) == pytest.approx(90)

@@ -1,13 +1,11 @@
 """What --vary means, and the points that follow."""
 
-import time
-
 import numpy as np
 import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.axes import MAX_RUNS, Range, Values, read_axis, sweep_points
+from soft_gripper.runs.sweep.axes import Range, Values, read_axis, sweep_points
 
 
 @pytest.mark.parametrize(
@@ -70,13 +68,6 @@ def test_a_dash_inside_a_value_is_no_range(text):
     assert isinstance(read_axis(f"a={text}"), Values)
 
 
-@pytest.mark.parametrize("text", ["0..1" + 3000 * " " + "x", 3000 * "." + "x"])
-def test_a_long_text_takes_no_time(text):
-    began = time.process_time()
-    assert isinstance(read_axis(f"a={text}"), Values)
-    assert time.process_time() - began < 0.5
-
-
 @pytest.mark.parametrize("count", ["1000000000", "9" * 5000, "1000001"])
 def test_more_values_than_anybody_waits_for_are_refused_before_they_are_listed(count):
     with pytest.raises(InputError) as error:
@@ -114,10 +105,6 @@ def test_samples_fill_every_axis_evenly(method, number):
     assert [sum(point["c"] == c for point in found) for c in "xy"] == [number // 2] * 2
     assert found == sweep_points(axes, method, number, 3)
     assert found != sweep_points(axes, method, number, 4)
-
-
-def test_a_relative_range_gives_changes():
-    assert all(point["a"].endswith(" %") for point in sweep_points([Range("a", -5, 5, is_relative=True)], "latin", 3))
 
 
 @pytest.mark.parametrize(
@@ -163,10 +150,6 @@ def test_points_of_what_is_none(arguments, field):
     with pytest.raises(InputError) as caught:
         sweep_points(*arguments)
     assert caught.value.field == field
-
-
-def test_as_many_points_as_may_be():
-    assert len(sweep_points([Values("a", tuple(range(1000))), Values("b", tuple(range(1000)))])) == MAX_RUNS
 
 
 @pytest.mark.parametrize("count", [1, -1, 2.5, None])

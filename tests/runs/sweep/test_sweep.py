@@ -149,13 +149,6 @@ def test_what_is_varied_counts_before_what_is_fixed(executor, tmp_path):
     assert [changes[KEY] for _, (changes,), *_ in executor.calls] == [3, 4]
 
 
-def test_a_failure_that_is_resumed_is_reported_as_one(executor, tmp_path):
-    swept(tmp_path, executor)
-    reported = []
-    swept(tmp_path, executor, resume=True, report=reported.append)
-    assert reported == [True, False, True, True]
-
-
 def test_measures_that_change_with_the_step_are_named():
     """By more than 5 % and by more than a hundredth of their units; and words that differ."""
     coarse = {"same": 1.0, "tiny": 0.001, "changed": 2.0, "lost": "held", "unknown": float("nan"), "gone": 1.0}

@@ -62,14 +62,6 @@ def recorded(tmp_path_factory):
         return scored(tmp_path_factory.mktemp("benchmark"), *arguments)
 
 
-@pytest.mark.slow
-def test_contacts_and_grasps_that_ship_are_scored_without_data(shipped):
-    assert {task for task, _, _ in shipped} == SHIPPED
-    assert {name for task, _, name in shipped if task == "contact_tip"} == {
-        *("ridge", "nearest", "arcs", "gaussian", "contact")
-    }
-
-
 DOCS = Path(__file__).parents[3] / "docs" / "studies"
 LEADERS = Path(__file__).parents[3] / "studies" / "benchmark" / "README.md"
 
@@ -129,22 +121,6 @@ def test_recordings_give_the_reference_results(recorded):
     assert_as_the_reference(ours, rel=0.05)
 
 
-@pytest.mark.slow
-def test_what_is_missing_is_where_it_is(tmp_path, capsys):
-    scored(tmp_path, "--data", str(tmp_path))
-    said = capsys.readouterr().err
-    assert all(task.source in said for task in TASKS if task.name not in SHIPPED)
-
-
-@pytest.mark.slow
-def test_results_are_compared(shipped_file, capsys):
-    file = str(shipped_file)
-    assert main(["benchmark", "--compare", file, file], STUDIES) == 0
-    printed = capsys.readouterr().out
-    assert printed.count("scores: contact ") == 2 * 12 - 12  # the same name in both files
-    assert "contact_force, near tip [N]" in printed
-
-
 ROW = {"task": "contact_tip", "region": "middle", "estimator": "it", "samples": 1, "unit": "m", "mean": 1.0}
 ROW |= {"median": 1.0, "percentile_95": 1.0, "proper": 1.0, "within_band_percent": None, "band": None}
 
@@ -176,16 +152,6 @@ def test_files_that_cannot_be_compared(tmp_path, capsys, text, said):
     assert said in capsys.readouterr().err
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["linear", "with_memory"])
-def test_the_example_is_scored_beside_the_baselines(tmp_path, monkeypatch, name):
-    monkeypatch.syspath_prepend(EXAMPLES)
-    found = scored(tmp_path, f"benchmark_estimator:{name}")
-    for task in SHIPPED:
-        names = {estimator for of, _, estimator in found if of == task}
-        assert {"ridge", "nearest", f"benchmark_estimator:{name}"} < names
-
-
 def test_mistakes_of_a_users_estimator_are_named_before_others_run(tmp_path, monkeypatch, capsys):
     (tmp_path / "broken.py").write_text("def estimator(task, train):\n    return lambda inputs: inputs[:, :9]\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -195,12 +161,3 @@ def test_mistakes_of_a_users_estimator_are_named_before_others_run(tmp_path, mon
     assert "broken:estimator" in error
     assert "contact_tip" in error
     assert not out.exists()
-
-
-@pytest.mark.slow
-def test_published_numbers_are_quoted_with_their_source(shipped_file):
-    found = json.loads(shipped_file.read_text())["published"]
-    assert found
-    for each in found:
-        assert SHIPPED.intersection(each["tasks"])
-        assert "arXiv" in each["source"] or "doi" in each["source"]

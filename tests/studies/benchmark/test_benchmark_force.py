@@ -14,7 +14,6 @@ from studies.benchmark.estimates import answers
 from studies.benchmark.measured_force import force_tasks
 from studies.benchmark.ours import ours
 from studies.benchmark.scores import scores
-from studies.commands.benchmark import _tasks
 
 TRAINED, TESTED = FORCES.values()
 
@@ -52,20 +51,6 @@ def test_contact_finds_the_force_and_neighbours_do_not(data, tmp_path):
         assert score(task, tmp_path / other.__name__, "it", other).mean > 3 * found.mean
 
 
-def test_along_an_axis_the_force_is_that_part(data, tmp_path):
-    """Of a finger that turns by less than 60 degrees, more than half of the force is along x of the base."""
-    copytree(data, tmp_path, dirs_exist_ok=True)
-    bench = tmp_path / "measured_force/scale/bench.yaml"
-    bench.write_text(bench.read_text().replace("place_unit: mm", "place_unit: mm, along: [-1, 0]"))
-    found = []
-    for task in (*force_tasks(data), *force_tasks(tmp_path)):
-        train = read_training(task, task.folder, tmp_path / f"copies_{len(found)}")
-        (tested,) = read_tests(task, task.folder)["test"]
-        found.append(ours(task)["contact"](task.question, train)(tested.inputs)[0][:, 0])
-    share = found[1] / found[0]
-    assert np.all((share > 0.5) & (share < 1.0))
-
-
 @pytest.mark.parametrize(
     ("file", "change", "said"),
     [
@@ -84,15 +69,3 @@ def test_folders_that_do_not_fit_are_refused(data, tmp_path, file, change, said)
         path.write_text(text.replace(*change) if isinstance(change, tuple) else change(text))
     with pytest.raises(InputError, match=said):
         [read_training(task, task.folder, tmp_path / "copies") for task in force_tasks(tmp_path)]
-
-
-def test_logs_that_no_pattern_fits_are_named(data, tmp_path, capsys):
-    """And are given to no one as a test."""
-    copytree(data, tmp_path, dirs_exist_ok=True)
-    folder = tmp_path / "measured_force/scale"
-    (folder / "test.csv").rename(folder / "test_1.csv")
-    for name in ("Test_2.csv", "monday.CSV"):
-        (folder / name).write_bytes((folder / "test_1.csv").read_bytes())
-    _tasks(tmp_path)
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if "not read" in line]
-    assert line == f"{folder}: not read: Test_2.csv, monday.CSV; recordings are called train*.csv, test*.csv"

@@ -2,11 +2,9 @@
 
 import hashlib
 import json
-import runpy
 from dataclasses import replace
 from itertools import pairwise
 from operator import attrgetter
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,11 +17,9 @@ from studies.benchmark.benchmark_task import (
     Part,
     Recorded,
     Task,
-    missing_files,
     read_tests,
     read_training,
     region_inputs,
-    unread_files,
 )
 from studies.benchmark.contacts import FOLDER
 from studies.benchmark.estimates import answers
@@ -154,21 +150,6 @@ def test_another_file_of_the_same_name_is_refused(twin, tmp_path):
         read_training(twin, tmp_path, tmp_path / "copies")
 
 
-def test_missing_files_are_named(twin, tmp_path):
-    (tmp_path / "a.txt").unlink()
-    assert missing_files(twin, tmp_path) == ["a.txt"]
-
-
-def test_a_band_in_some_recordings_only_is_refused(twin, tmp_path):
-    twice = replace(twin, tested={"later": (Part("a.txt", 0.5, 0.7), Part("a.txt", 0.7))}, period=0.1)
-
-    def predict(inputs):
-        return inputs if len(inputs) in (800, 400) else (inputs, np.ones_like(inputs))
-
-    with pytest.raises(InputError, match="missing in some recordings"):
-        score(twice, tmp_path, lambda task, train: predict)
-
-
 def lagging(seed, samples=1500):
     """An output that follows its input slowly."""
     inputs = np.random.default_rng(seed).uniform(-1, 1, (samples, 1)).repeat(20, axis=0)[:samples]
@@ -207,21 +188,6 @@ def test_wrong_answers_and_unknown_ones_are_counted():
     assert row.proper == pytest.approx(np.mean(brier))
 
 
-def test_a_set_of_answers_has_95_percent_of_the_stated_probability():
-    row = recognized([[0.96, 0.04], [0.6, 0.4], [0.5, 0.3], [0.96, 0.0]], [0, 1, 2, 2])
-    assert row.within_band_percent == 75
-    assert row.band == (1 + 2 + 3 + 1) / 4
-
-
-def test_true_probabilities_cover_what_they_state():
-    random = np.random.default_rng(5)
-    stated = random.dirichlet([1, 1, 1], 4000)
-    held = (random.uniform(size=(4000, 1)) > stated.cumsum(axis=1)).sum(axis=1)
-    sums = np.sort(stated, axis=1)[:, ::-1].cumsum(axis=1)
-    in_set = np.where(sums >= 0.95, sums, 1.0).min(axis=1)  # a set of few answers states more than 95 %
-    assert recognized(stated[:, :2], held).within_band_percent == pytest.approx(100 * in_set.mean(), abs=0.5)
-
-
 def test_scores_of_a_regression_count_as_probabilities():
     found = add_unknown(np.array([[1.2, -0.2], [0.3, 0.3], [2.0, 2.0]]))
     assert found == pytest.approx(np.array([[1, 0, 0], [0.3, 0.3, 0.4], [0.5, 0.5, 0]]))
@@ -234,20 +200,6 @@ def test_nothing_is_both_trained_and_tested_on(task):
             assert part.file in task.sha256
             for own in task.trained:
                 assert own.file != part.file or part.begin >= own.end or part.end <= own.begin
-
-
-def test_the_example_follows_the_protocol(twin, tmp_path):
-    example = runpy.run_path(str(Path(__file__).parents[3] / "examples/benchmark_estimator.py"))
-    row = score(twin, tmp_path, example["linear"])
-    assert score(twin, tmp_path, ridge).mean < row.mean < 1  # the law is not linear
-
-
-def test_the_example_with_a_memory_is_better_where_one_is_needed():
-    example = runpy.run_path(str(Path(__file__).parents[3] / "examples/benchmark_estimator.py"))
-    train, test = [lagging(1), lagging(2)], lagging(3)
-    task = Task("memory", "", {}, (Channel("u", "1"),), (Channel("y", "m"),), (), {}, lambda path: test, period=0.01)
-    rows = [scored(task, example[name], train, {"all": [test]}) for name in ("linear", "with_memory")]
-    assert rows[1].mean < 0.7 * rows[0].mean
 
 
 @pytest.mark.parametrize(
@@ -297,17 +249,6 @@ def test_a_further_file_is_another_region(twin, tmp_path):
     assert task.sha256.keys() == {"a.txt", "kept.txt"}
     (kept,) = read_tests(task, tmp_path)["kept"]
     np.testing.assert_allclose(kept.inputs, own.inputs[25:])
-
-
-def test_files_that_no_task_reads_are_named(twin, tmp_path):
-    """Their names do not fit the pattern; what is called like no recording is not looked at."""
-    for name in ("a.txt", "kept.txt", "Kept_2.TXT", "later.csv", "README.txt", ".hidden.csv", "LICENSE", "a.yaml"):
-        (tmp_path / name).write_text("1 2\n")
-    (tmp_path / "folder").mkdir()
-    task = replace(twin, kept_back=Part("*.txt", 0.5)).add_kept_back(tmp_path)
-    other = replace(task, sha256={"later.csv": "0"})
-    assert unread_files([task], tmp_path) == ["Kept_2.TXT", "later.csv"]
-    assert unread_files([task, other], tmp_path) == ["Kept_2.TXT"]
 
 
 def test_the_transverse_force_of_shipped_contacts_is_better_known_than_the_normal_force():

@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from study_line import study_line
 
 from soft_gripper.errors import InputError
 from studies.benchmark import tasks, user_estimator
-from studies.benchmark.benchmark_task import Channel, Question, Recorded, read_tests, read_training, recorded_folders
+from studies.benchmark.benchmark_task import Channel, Question, Recorded, read_tests, read_training
 from studies.benchmark.measured_force import force_tasks
 from studies.commands import benchmark
 
@@ -63,12 +62,6 @@ def test_a_cheat_finds_no_answer(score, cheat, task):
     if "no Landlock" in said:
         pytest.skip(said)
     assert errors == pytest.approx(of_mean)
-
-
-def test_the_order_of_samples_that_stand_alone_tells_nothing(score):
-    """Random places are further off than the middle of all."""
-    errors, of_mean, _ = score("counting", "contact_place")
-    assert np.mean(errors) > np.mean(of_mean)
 
 
 def test_a_system_that_cannot_hide_files_is_named(score, monkeypatch):
@@ -136,56 +129,6 @@ def test_whatever_an_estimator_does_is_one_line(asked, body, said):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["nothing:here", "nowhere.py:here", "json:here"])
-def test_what_cannot_be_imported_is_named(name):
-    with (
-        pytest.raises(InputError, match=r"benchmark: estimator = .*cannot be imported"),
-        user_estimator.user_estimator(name, []),
-    ):
-        pass
-
-
-def test_what_an_estimator_prints_is_not_among_the_scores(asked, capfd):
-    asked("print('epoch 1')\nreturn lambda inputs: inputs")
-    assert capfd.readouterr() == ("", "epoch 1\n")
-
-
-def test_its_folder_and_command_line_are_empty(asked, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    asked("assert os.listdir() == [] and sys.argv == ['-c']\nreturn lambda inputs: inputs")
-
-
-def test_a_long_silence_is_said(asked, monkeypatch, capsys):
-    monkeypatch.setattr(user_estimator, "_SILENT_SECONDS", 1)
-    asked("time.sleep(1.2)\nreturn lambda inputs: inputs")
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.endswith("mine.py:estimator: no answer on twin for 1 s; Ctrl-C ends it")
-
-
-def test_ctrl_c_ends_it_with_all_that_it_has_started(tmp_path):
-    (tmp_path / "mine.py").write_text(
-        "import os, subprocess\n"
-        f"others = os.getpid(), subprocess.Popen(['sleep', '60']).pid\nopen({str(tmp_path / 'pids')!r}, 'w').write("
-        "' '.join(map(str, others)))\ndef estimator(task, train): pass\n"
-    )
-    with pytest.raises(KeyboardInterrupt), user_estimator.user_estimator(f"{tmp_path / 'mine.py'}:estimator", []):
-        raise KeyboardInterrupt
-    for pid in map(int, (tmp_path / "pids").read_text().split()):
-        assert has_ended(pid)
-
-
-def has_ended(pid):
-    """Within a second; what nobody waits for remains as a zombie."""
-    for _ in range(100):
-        try:
-            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                return True
-        except OSError:
-            return True
-        time.sleep(0.01)
-    return False
-
-
 HIDE = """
 import subprocess, sys
 from pathlib import Path
@@ -213,19 +156,3 @@ def test_hidden_files_can_be_neither_read_nor_written_and_others_can(tmp_path):
     assert {name for name, said in found.items() if said == "read"} == {"other/file", "beside/two"}
     assert {name for name in found if name.startswith("written:")} == {"written:other/file", "written:beside/two"}
     assert {said for said in found.values() if said not in ("read", "")} == {"Permission denied"}
-
-
-def test_where_recordings_are_links_both_ends_are_hidden(tmp_path):
-    (task,) = [task for task in tasks.TASKS if task.name == "tendons_v4_tip"]
-    (file,) = task.sha256
-    (tmp_path / "store").write_text("")
-    (tmp_path / file).parent.mkdir()
-    (tmp_path / file).symlink_to(tmp_path / "store")
-    assert recorded_folders({task: tmp_path}) == {tmp_path / "store", tmp_path / "tendon_robots"}
-
-
-def test_the_repository_around_recordings_is_hidden(tmp_path):
-    """Git would show its files."""
-    (task,) = [task for task in tasks.TASKS if task.name == "tendons_v4_tip"]
-    (tmp_path / ".git").mkdir()
-    assert tmp_path / ".git" in recorded_folders({task: tmp_path / "data"})

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from pydrake.math import RollPitchYaw
 
-from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
+from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
 from studies.contacts.contacts import G, read_finger
 from studies.contacts.peg import (
     SIDES,
-    STILL,
     ContactBench,
     Settled,
     combined_friction,
@@ -65,27 +64,6 @@ def test_friction_acts_along_the_face(side: str) -> None:
     assert friction > 0.01 * found.total
     errors = [np.abs(torque_of(found, sign * friction) - found.torque).max() for sign in (-1, 1)]
     assert min(errors) < 3e-3 * np.abs(found.torque).max()
-
-
-@pytest.mark.parametrize("friction", [0.0, ROUGH])
-@pytest.mark.parametrize("side", SIDES)
-def test_the_place_is_that_of_the_peg(side: str, friction: float) -> None:
-    """The foot of its centre on the axis of the link that it meets."""
-    found, center, _ = pressed(side, friction)
-    finger = read_finger()
-    chain, link = forward_kinematics(found.q, finger.segment_length), int(np.argmax(found.link_force))
-    foot = ((center - chain.joints[link - 1]) * np.exp(-1j * chain.headings[link])).real + finger.link_ends[link]
-    assert found.arc_length == pytest.approx(foot, abs=1e-4)
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_the_finger_rests_in_balance(side: str) -> None:
-    """In the gravity of a base that is turned any way."""
-    found, _, gravity = pressed(side, ROUGH)
-    finger, pressure = read_finger(), PRESSURES[side][1]
-    known = pressure * finger.pressure_gain + gravity_torque(finger, found.q, gravity)
-    assert found.velocity < STILL
-    np.testing.assert_allclose(finger.elastic_torque(found.q), known + found.torque, atol=2e-5)
 
 
 def test_friction_is_that_of_both_surfaces() -> None:

@@ -3,10 +3,8 @@
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from soft_gripper.files.row_table import read_csv
 from studies.contacts import estimates as contact_estimates
 from studies.contacts.contacts import Contacts
 from studies.contacts.peg import contact_arrays, run_contact
@@ -38,17 +36,6 @@ def of(rows: list[ContactErrorRow], **wanted: object) -> ContactErrorRow:
     return next(row for row in rows if all(getattr(row, name) == value for name, value in wanted.items()))
 
 
-def test_table_and_figure_are_written(scored: Scored) -> None:
-    folder, rows, reports = scored
-    assert reports == len(contact_estimates.SETUPS)
-    written = read_csv(folder / "contact_errors.csv", ContactErrorRow)
-    assert [(row.sections, row.nominal, row.side) for row in written] == [
-        (row.sections, row.nominal, row.side) for row in rows
-    ]
-    assert {row.estimator for row in rows} == {"contact"}, "the others estimate no contact"
-    assert {path.suffix for path in folder.glob("contact_errors.*")} == {".csv", ".png", ".svg"}
-
-
 def test_without_friction_force_and_place_are_found(scored: Scored) -> None:
     row = of(scored[1], sections=4)
     assert row.friction == 0
@@ -68,9 +55,3 @@ def test_the_place_needs_the_ratio_and_the_force_the_stiffness(scored: Scored, c
     assert trusting_chamber.place_median_percent < 0.2
     assert trusting_chamber.force_median_percent < 1
     assert trusting_stiffness.force_median_percent == pytest.approx(10, abs=2)
-
-
-def test_errors_of_sensors_cost(scored: Scored) -> None:
-    ideal, realistic = (of(scored[1], sections=4, sensors=sensors) for sensors in ("ideal", "realistic"))
-    assert realistic.place_median_percent > 3 * ideal.place_median_percent
-    assert np.isfinite(realistic.force_90_percent)

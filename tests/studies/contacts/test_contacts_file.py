@@ -1,15 +1,12 @@
 """Contacts as arrays: what is saved is what is read."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
-from damaged_files import damaged_arrays
 from refusals import refused
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.errors import InputError
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from studies.contacts.peg import Contact, RandomContact, Settled, contact_arrays
 
@@ -50,24 +47,6 @@ def file(tmp_path: Path, arrays: Contacts) -> Path:
     return tmp_path / "contacts.nc"
 
 
-@pytest.mark.slow
-def test_a_damaged_file_is_refused_or_gives_finite_contacts(file: Path) -> None:
-    data, kinds, refusals = Recording.load(file).data, 0, []
-    for kinds, (how, content) in enumerate(damaged_arrays(data, list(data), seed=1), 1):  # noqa: B007
-        file.write_bytes(content)
-        try:
-            found = vars(load_contacts(file))
-        except InputError:
-            refusals.append(how)
-        else:
-            shapes = {values.shape for name, values in found.items() if name != "finger"}
-            assert all(np.isfinite(values).all() for name, values in found.items() if name != "finger"), how
-            assert shapes <= {(2,), (2, 3), (2, 12)}, how
-    assert kinds > 200
-    assert len(refusals) > 0.6 * kinds
-    assert {"without q", "q: transposed", "side: text", "friction: nan", "normal_force: 5e-324"} <= set(refusals)
-
-
 @pytest.mark.parametrize(
     ("name", "values", "value"),
     [
@@ -84,16 +63,3 @@ def test_the_array_and_its_value_are_named(file: Path, name: str, values: np.nda
     Recording(data.drop_vars(name).assign({name: (axes, values)})).save(file)
     with refused(name):
         load_contacts(file)
-
-
-@pytest.mark.parametrize("kind", ["missing", "folder", "pipe", "text"])
-def test_a_file_without_contacts_is_refused(tmp_path: Path, kind: str) -> None:
-    path = tmp_path / "contacts.nc"
-    if kind == "folder":
-        path.mkdir()
-    elif kind == "pipe":
-        os.mkfifo(path)
-    elif kind == "text":
-        path.write_bytes(b"no archive")
-    with refused("file"):
-        load_contacts(path)

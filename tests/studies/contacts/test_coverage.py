@@ -1,25 +1,15 @@
 """How often what is stated of a contact is true: the rows, the situations, and the study on few contacts."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from soft_gripper.commands.dispatch import dispatch
-from studies.commands import STUDIES
 from studies.contacts.contact_coverage import (
     COLUMNS,
-    FIGURE,
-    SETUPS,
-    SITUATIONS,
-    TABLE,
-    coverage_figure,
     coverage_row,
-    coverage_rows,
 )
 from studies.contacts.estimates import Estimates
 from studies.contacts.situations import PEG, STATICS, peg_estimates, static_estimates
-from studies.estimator_setup import MODELS, EstimatorSetup
+from studies.estimator_setup import EstimatorSetup
 
 IDEAL = EstimatorSetup(4)
 
@@ -94,15 +84,6 @@ def test_forces_of_an_exact_model_are_found(situation):
     assert np.isfinite(found.degrees).any() == (situation == "in space")
 
 
-def test_a_wrong_model_errs_more():
-    exact, wrong = (static_estimates(STATICS["at rest"], replace(IDEAL, model=model), 60, 4) for model in MODELS[:2])
-    np.testing.assert_array_equal(np.sort(exact.force), np.sort(wrong.force))
-    errors = [
-        np.nanmedian(np.abs(each.estimated_location - each.location)[each.location > 0.5]) for each in (exact, wrong)
-    ]
-    assert errors[1] > 1.2 * errors[0]
-
-
 @pytest.mark.slow
 def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
     found = peg_estimates(IDEAL, 1, 1)
@@ -110,34 +91,3 @@ def test_a_finger_on_a_peg_is_seen_at_rest_and_after_steps():
     for each in found.values():
         assert len(each.force) > 3
         assert np.nanmedian(np.abs(each.estimated_force - each.force)) < 0.3 * np.median(each.force)
-
-
-@pytest.mark.slow
-def test_the_study_is_resumed(tmp_path, monkeypatch, capsys):
-    statics = {name: STATICS[name] for name in ("at rest", "sliding")}
-    for name, value in (("STATICS", statics), ("PEG", ()), ("ARM", ())):
-        monkeypatch.setattr(f"studies.contacts.contact_coverage.{name}", value)
-    arguments = ["contact-coverage", "--size", "0.03", "--jobs", "1", "--out", str(tmp_path)]
-    assert dispatch(arguments, STUDIES) == 0
-    whole = (tmp_path / TABLE).read_text()
-    assert len(whole.splitlines()) == 1 + 2 * len(SETUPS)
-    (tmp_path / TABLE).write_text("".join(whole.splitlines(keepends=True)[:-3]))
-    assert dispatch([*arguments, "--resume"], STUDIES) == 0
-    assert (tmp_path / TABLE).read_text() == whole
-    assert (tmp_path / f"{FIGURE}.png").stat().st_size > 10_000
-    assert "sliding" in capsys.readouterr().out
-
-
-def test_the_figure_has_a_panel_for_every_case():
-    rows = coverage_rows("at rest", IDEAL, 0.03, 1)
-    figure = coverage_figure([*rows, *[replace(each, sections="2") for each in rows]])
-    assert len(figure.axes) == 4
-    assert len(SITUATIONS) == 10
-
-
-@pytest.mark.parametrize("model", MODELS[:2])
-def test_one_force_with_friction_is_not_taken_for_several(model):
-    """In space, where ideal sensors read more than it takes: of 250 contacts a few leave more than noise."""
-    found = static_estimates(STATICS["in space"], EstimatorSetup(4, model=model), 500, 1)
-    far = found.location > 0.7
-    assert np.abs(found.estimated_location - found.location)[far].max() < 0.2

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from logged_ports import LoggedStation, assert_same
 from scipy.integrate import solve_ivp
 
 from soft_gripper.diagrams.simulation import simulate
@@ -126,16 +125,3 @@ def test_intervals_of_a_finger_that_moves_cover_the_force_of_drake(sections, rea
     assert covered.mean() >= 0.9
     beyond = found.bounds[:, 0]
     assert np.mean((found.force <= beyond) | np.isnan(beyond)) >= 0.9
-
-
-def test_a_station_that_begins_later_states_the_same():
-    station, runs = (
-        LoggedStation(stepped(), lambda names: [name for name in names if "left_finger.contact" in name]),
-        [],
-    )
-    for begin in (0.0, 10.0):
-        simulator = station.simulator(begin)
-        simulator.AdvanceTo(begin + 0.7)
-        runs.append({**station.recorded(simulator), **station.logged(simulator)})
-    assert_same(*runs, share=1e-9)
-    assert (runs[0]["left_finger.contact_answer"] == MOVING).any()

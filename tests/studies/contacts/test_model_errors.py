@@ -1,27 +1,22 @@
 """Plants that differ from the nominal finger, and coverage of what is stated of contacts with them."""
 
-from contextlib import nullcontext
 from dataclasses import fields
 
 import numpy as np
 import pytest
-from here_executor import HereExecutor
-from study_line import study_line
 
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.files.row_table import read_csv
 from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from studies import kept_rows
 from studies.contacts import model_errors
 from studies.contacts.contacts import read_finger
 from studies.contacts.estimates import Estimates, driving_torque
-from studies.contacts.model_errors import TABLE, ModelErrorRow, model_error_rows
+from studies.contacts.model_errors import ModelErrorRow, model_error_rows
 from studies.contacts.situations import DIFFERENCES, graded_finger, static_estimates
 from studies.contacts.statics import rubbing_contacts
-from studies.estimator_setup import MODELS, NOMINAL, EstimatorSetup
+from studies.estimator_setup import NOMINAL, EstimatorSetup
 from studies.robustness.plants import RUBBER
 
 FAR = 0.42, 0.99  # of the length, where a finger is usually touched
@@ -42,13 +37,6 @@ def test_contacts_of_rubber_are_in_balance():
     loads = finger.pressure_torque(contacts.pressure) + weight + contacts.torque
     np.testing.assert_allclose(finger.elastic_torque(contacts.q), loads, atol=1e-8)
     assert np.abs(finger.stiffness * contacts.q - loads).max() > 1e-3, "far from the linear law"
-
-
-def test_nothing_but_the_difference_is_wrong():
-    """The uncertainty is the default one, stiffness and pressure are exact."""
-    exact, default = (EstimatorSetup(4, model=model) for model in MODELS[:2])
-    assert FOUR.is_exact
-    assert FOUR.uncertainty == default.uncertainty != exact.uncertainty
 
 
 @pytest.mark.parametrize("difference", DIFFERENCES)
@@ -74,13 +62,6 @@ def test_a_stiffness_that_varies_along_the_finger_is_no_contact_and_intervals_co
     driving = driving_torque(contacts.finger, ("bending",), contacts.pressure)
     known = believing.posterior(believing.layout.read(contacts.q), driving, contacts.gravity)
     assert np.mean(known.probability > DETECTION_PROBABILITY) > 0.5
-
-
-def test_a_border_that_is_off_is_that_of_the_sensors_alone():
-    name = "a border between sections 10 mm off"
-    straight, shifted = (static_estimates(DIFFERENCES[each], FOUR, 12, 1) for each in ("none", name))
-    np.testing.assert_array_equal(straight.force, shifted.force)
-    assert np.nanmedian(np.abs(straight.estimated_location - shifted.estimated_location)) > 0.02
 
 
 def test_a_row_counts_what_is_stated(monkeypatch):
@@ -110,16 +91,3 @@ def test_a_row_counts_what_is_stated(monkeypatch):
     rms_z = 2 * (0.25 / 3) ** 0.5
     expected = ModelErrorRow("none", 4, "ideal", 4, 200 / 3, 200 / 3, rms_z, 50.0, 75.0, 25.0, 7)
     assert [getattr(row, each.name) for each in fields(row)] == pytest.approx(list(vars(expected).values()))
-
-
-def test_the_command_writes_a_row_for_each_case_and_resumes(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_errors, "SETUPS", [FOUR])
-    monkeypatch.setattr(kept_rows, "open_executor", lambda *_: nullcontext(HereExecutor()))
-    arguments = "model-errors", "--contacts", "2", "--seed", "3", "--out", tmp_path
-    assert study_line(*arguments).code == 0
-    rows = read_csv(tmp_path / TABLE, ModelErrorRow)
-    assert [(row.difference, row.sections, row.seed) for row in rows] == [(name, 4, 3) for name in DIFFERENCES]
-    whole = (tmp_path / TABLE).read_text()
-    (tmp_path / TABLE).write_text("".join(whole.splitlines(keepends=True)[:-2]))
-    assert study_line(*arguments, "--resume").code == 0
-    assert (tmp_path / TABLE).read_text() == whole

@@ -1,11 +1,8 @@
 """Random contacts: which numbers are drawn, that each stands for itself, and what counts as a single contact."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from studies.contacts.contacts import G
 from studies.contacts.peg import (
     MIN_FORCE,
     PLACE,
@@ -33,32 +30,6 @@ def test_all_that_is_drawn_lies_in_its_range() -> None:
         assert -50 <= each.pressure_kpa <= 150
         assert (each.pressure_kpa > each.touching_kpa) == (each.side == "inner")
         assert np.linalg.norm(each.orientation) == pytest.approx(1)
-
-
-def test_gravity_points_any_way_in_and_out_of_the_bending_plane() -> None:
-    gravity = np.array([draw_contact(np.random.default_rng(i), LENGTH).gravity for i in range(400)])
-    np.testing.assert_allclose(np.linalg.norm(gravity, axis=-1), G)
-    assert np.abs(gravity.mean(axis=0)).max() < 0.1 * G
-    np.testing.assert_allclose((gravity**2).mean(axis=0), G**2 / 3, rtol=0.12)  # of a direction on the sphere
-
-
-def test_gravity_of_a_base_that_stands_upright() -> None:
-    np.testing.assert_allclose(DRAWN.gravity, [0, 0, -G], atol=1e-12)
-    lying = replace(DRAWN, orientation=(np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0))  # z of B along x of the world
-    np.testing.assert_allclose(lying.gravity, [G, 0, 0], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("orientation", "gravity"),
-    [
-        ((np.cos(np.pi / 12), 0.0, np.sin(np.pi / 12), 0.0), (0.5, 0, -np.sqrt(0.75))),  # by 30 degrees about y
-        ((np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0), (0, -1, 0)),  # by 90 about x: gravity pulls out of the bending plane
-        ((np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)), (0, 0, -1)),  # about z: nothing changes
-        ((0.0, 1.0, 0.0, 0.0), (0, 0, 1)),  # by 180 about x: the finger hangs
-    ],
-)
-def test_an_orientation_is_a_quaternion_w_x_y_z(orientation, gravity) -> None:
-    np.testing.assert_allclose(replace(DRAWN, orientation=orientation).gravity, G * np.array(gravity), atol=1e-12)
 
 
 def settled(links, force, total=None, velocity=0.0):

@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.contact import ContactShape, _force_vectors, _vector_with_covariance
-from soft_gripper.estimators.contact_cells import SurfaceCells
-from soft_gripper.estimators.force_posterior import HERE, NOTHING
+from soft_gripper.estimators.force_posterior import NOTHING
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
-from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
+from soft_gripper.fingers.spatial_chain import resting_positions, spatial_chain, weights
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from studies.contacts.contacts import Contacts
 from studies.contacts.statics import contacts_in_space, finger_in_space
 
 GRAVITY = np.array([0.0, 0.0, 9.81])
-Z = np.array([0.0, 0.0, 1.0])
 INNER, LEFT, OUTER, RIGHT = 1, 3, 5, 7
 
 
@@ -39,62 +37,6 @@ def read(found, contacts, noise=0.0):
     exact = found.layout.predict(contacts.q)
     noisy = exact + noise * np.random.default_rng(7).standard_normal(exact.shape)
     return found.layout.response.reading(1 + noisy), driving(contacts.pressure), contacts.gravity
-
-
-def changed_by(shape, q, point, force):
-    """What a force on a point, both in the frame of the last link but one, changes of the readings."""
-    finger, layout = shape.layout.finger, shape.layout
-    chain = spatial_chain(finger)
-    at, frame = posture(chain, q[chain.position_indices(WAYS)]), chain.link_frames(np.array([LINK]))
-    load = Loads(frame, point[None], (at.rotations[frame[0]] @ force)[None], np.zeros((1, 3)))
-    torque = torques(at, load)[np.argsort(chain.position_indices(WAYS))]
-    compliance = 1 / np.concatenate([finger.stiffnesses[way] for way in WAYS])
-    return layout.slopes(q) @ (compliance * torque)
-
-
-LINK = 9
-
-
-@pytest.mark.parametrize(
-    ("side", "normal"),
-    [(INNER, [1, 0, 0]), (LEFT, [0, 1, 0]), (OUTER, [-1, 0, 0]), (RIGHT, [0, -1, 0]), (2, [1, 1, 0]), (6, [-1, -1, 0])],
-)
-def test_a_cell_changes_the_readings_as_its_force_does(bent, side, normal):
-    """By torques of dead loads at the joints, one after the other; so do friction and another place."""
-    shape, finger = estimator(), finger_in_space()
-    q, surface = 0.05 * bent(36), SurfaceCells.from_finger(finger, WAYS, 0.9)
-    left, _ = shape._linearize(q, shape.layout.read(q), np.zeros(36), GRAVITY)
-    cells = shape.contact.cells(left.q, left.bent, left.slopes)
-    (number,) = np.flatnonzero((surface.side == side) & (surface.place == 37) & ~surface.rough)
-    assert surface.link[number] == LINK
-    normal = np.array(normal) / np.linalg.norm(normal)
-    across, s = np.array([-normal[1], normal[0], 0.0]), surface.arc_length[number]
-    section = finger.section(s)
-    half = np.array([(section.inner_face - section.outer_face) / 2, section.width / 2, 0])
-    outline = np.sign(normal.round(6)) * half
-    middle = (section.inner_face + section.outer_face) / 2
-    point = outline + np.array([middle, 0, s - finger.joint_arc_lengths[LINK - 1]])
-    expected = changed_by(shape, q, point, -normal)
-    np.testing.assert_allclose(cells.response[number], expected, rtol=1e-9, atol=1e-15)
-    rub = cells.deviations[number, 0] / changed_by(shape, q, point, Z)
-    np.testing.assert_allclose(rub, rub[0], rtol=1e-9)
-    assert rub[0] == pytest.approx(0.01)
-    step = finger.length / (surface.place.max() + 1) / np.sqrt(12)
-    moved = changed_by(shape, q, point + step * Z, -normal) - expected
-    np.testing.assert_allclose(cells.deviations[number, 2], moved, rtol=1e-9, atol=1e-15)
-    width = 2 * np.abs(across) @ half / np.sqrt(12) * (side % 2)
-    moved = changed_by(shape, q, point + width * across, -normal) - expected
-    np.testing.assert_allclose(cells.deviations[number, 3], moved, rtol=1e-9, atol=1e-15)
-
-
-def test_prior_and_places_of_the_cells(bent):
-    surface = SurfaceCells.from_finger(finger_in_space(), WAYS, 0.9)
-    assert surface.prior.sum() == pytest.approx(1)
-    assert (np.diff(surface.side) >= 0).all()
-    assert set(surface.side) == set(range(1, 9))
-    assert surface.angle[surface.side == LEFT] == pytest.approx(np.pi / 2)
-    assert surface.angle[surface.side == RIGHT] == pytest.approx(-np.pi / 2)
-    assert surface.arc_length.max() == finger_in_space().length
 
 
 @pytest.mark.slow
@@ -153,34 +95,6 @@ def test_nothing_touches_a_finger_that_is_free():
     assert np.isnan(shape.contact.side).all()
     known = found.posterior(*read(found, contacts))
     assert (known.answer == NOTHING).all()
-
-
-@pytest.mark.slow
-def test_a_strong_contact_is_here_and_on_its_side():
-    contacts, found = contacts_in_space(200, 0.0, 13), estimator(4)
-    strong = (contacts.arc_length > 0.6 * finger_in_space().length) & (contacts.normal_force > 0.5)
-    posterior = found.posterior(*read(found, contacts.subset(strong)))
-    assert (posterior.answer == HERE).mean() > 0.9
-    assert np.isfinite(posterior.mode_sides[:, 0]).mean() > 0.9
-
-
-def test_samples_are_estimated_alone_as_together():
-    contacts, found = contacts_in_space(20, 0.3, 14), estimator()
-    given = read(found, contacts)
-    together, alone = found(*given), [found(*(values[i] for values in given)) for i in range(len(contacts.q))]
-    np.testing.assert_allclose([each.q for each in alone], together.q, atol=1e-9)
-    np.testing.assert_allclose([each.contact.vector for each in alone], together.contact.vector, atol=1e-7)
-
-
-def test_without_readings_the_force_is_unknown():
-    contacts, found = contacts_in_space(3, 0.0, 15), estimator()
-    readings, torque, gravity = read(found, contacts)
-    shape = found(np.full_like(readings, np.nan), torque, gravity)
-    assert np.isnan(shape.contact.force).all()
-    assert np.isnan(shape.contact.force).all()
-    assert np.isfinite(shape.q).all()
-    readings[:, 4] = np.nan
-    assert np.isfinite(found(readings, torque, gravity).contact.vector).all()
 
 
 @pytest.mark.slow

@@ -4,20 +4,10 @@ import numpy as np
 
 from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.fingers.statics import relaxed_law, softened
-from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import INNER, OUTER, read_finger
-from studies.contacts.estimates import calibrated_estimates, contact_readings
 from studies.contacts.statics import balanced_contacts, link_forces, rubbing_contacts
-from studies.contacts.trials import relative_errors
-from studies.estimator_setup import EstimatorSetup
 
 FAR = 0.42, 0.99  # of the length, where a finger is usually touched
-
-
-def median_errors(contacts, sections):
-    readings = contact_readings(SensorLayout(contacts.finger, sections), contacts, None)
-    errors = relative_errors(calibrated_estimates(EstimatorSetup(sections), readings, contacts))
-    return np.nanmedian(errors["force"]), np.nanmedian(errors["place"])
 
 
 def test_torque_of_a_force_on_a_straight_finger_by_hand():
@@ -43,17 +33,3 @@ def test_contacts_are_in_balance():
     size = np.linalg.norm(contacts.force, axis=-1)
     np.testing.assert_allclose(size, contacts.normal_force * np.hypot(1, 0.45))
     assert {*contacts.side} == {INNER, OUTER}
-
-
-def test_friction_spoils_what_is_exact_without_it_where_it_is_not_seen():
-    """Two sections do not tell friction from another place; four do, which are exact with it as well."""
-    for sections in (2, 4):
-        force, place = median_errors(rubbing_contacts(60, 3, 0.45, 0.0, FAR), sections)
-        assert force < 0.005
-        assert place < 0.002
-    force, place = median_errors(rubbing_contacts(60, 3, 0.45, 1.0, FAR), 2)
-    assert 0.05 < force < 0.2
-    assert place > 0.01
-    force, place = median_errors(rubbing_contacts(60, 3, 0.45, 1.0, FAR), 4)
-    assert force < 0.02
-    assert place < 0.005

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.estimate import force_along
 from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import read_finger
@@ -52,27 +51,3 @@ def test_its_errors_are_small_and_its_interval_is_true(contacts, sections, borde
     assert np.median((most - least) / transverse[counted]) < 0.75 * np.median(normal_width)
     z = (contact.transverse_force - transverse)[counted] / contact.transverse_force_std[counted]
     assert 0.2 < np.sqrt((z**2).mean()) < 1.2
-
-
-@pytest.fixture(scope="module")
-def along_the_finger():
-    """Contacts from the base on."""
-    return rubbing_contacts(400, 5, FRICTION)
-
-
-@pytest.mark.parametrize("degrees", [-30, 0, 30])
-@pytest.mark.parametrize("sections", [2, 4])
-def test_two_deviations_hold_a_component_as_often_as_the_page_says(along_the_finger, sections, degrees):
-    """Along axes about that of closing, realistic and default: docs/estimators.md."""
-    contacts, setup = along_the_finger, EstimatorSetup(sections, 1.0, NOMINAL)
-    layout, angle = SensorLayout(read_finger(), sections), np.radians(degrees)
-    shape = ContactShape(layout, setup.uncertainty)
-    readings = read_pressed(layout, contacts.q, setup.errors, np.random.default_rng(1))
-    given = readings, driving_torque(layout.finger, layout.deformations, contacts.pressure), contacts.gravity
-    contact, axis = shape(*given).contact, np.array([-np.cos(angle), 0.0, np.sin(angle)])
-    estimate, std = force_along(contact.vector, contact.vector_covariance, axis)
-    detected = shape.posterior(*given).probability > DETECTION_PROBABILITY
-    far, holds = contacts.arc_length > FAR * layout.finger.length, np.abs(contacts.force @ axis - estimate) < 1.96 * std
-    assert holds[detected & far].mean() > 0.92
-    if sections == 2:
-        assert 0.6 < holds[detected & ~far].mean() < 0.85

@@ -25,21 +25,6 @@ def test_ideal_sensors_read_the_shape() -> None:
     assert found.free.readings.shape == (1, 3, len(PRESSURES), LAYOUT.readings)
 
 
-def test_sensors_whose_errors_are_none_read_as_ideal_ones() -> None:
-    pressed = contacts(3)
-    ideal, found = (
-        contact_readings(LAYOUT, pressed, None),
-        contact_readings(LAYOUT, pressed, StrainErrors(), seeds=2, averaged=5),
-    )
-    np.testing.assert_allclose(found.pressed, np.repeat(ideal.pressed, 2, axis=0), atol=1e-12)
-    np.testing.assert_allclose(found.free.readings, np.repeat(ideal.free.readings, 2, axis=0), atol=1e-12)
-
-
-def test_every_set_of_sensors_has_errors_of_its_own() -> None:
-    one, other = contact_readings(LAYOUT, contacts(3), StrainErrors(gain_error=0.01), seeds=2, averaged=5).pressed
-    assert (np.abs(one - other) > 1e-6).all()
-
-
 def test_a_mean_is_less_noisy_by_the_root_of_its_samples() -> None:
     pressed, noise = contacts(40), StrainErrors(noise=0.002)
     ideal = contact_readings(LAYOUT, pressed, None)
@@ -55,11 +40,3 @@ def test_a_sensor_keeps_its_gain_from_free_motion_to_contact() -> None:
     gains = found.pressed / ideal.pressed
     assert gains.std() > 0.05
     np.testing.assert_allclose(found.free.readings / ideal.free.readings, np.repeat(gains[:, :, None], 4, axis=2))
-
-
-def test_hysteresis_remembers_the_free_motion() -> None:
-    """After a larger bend the outer sensors, which stretch, still read some of it."""
-    pressed = contacts(1)
-    found = contact_readings(LAYOUT, pressed, StrainErrors(hysteresis=0.02), seeds=1, averaged=1)
-    excess = np.abs(found.pressed) - np.abs(contact_readings(LAYOUT, pressed, None).pressed)
-    assert np.all(excess[..., LAYOUT.sections :] > 1e-3)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hardware_files import published
-from refusals import refused
 from scipy.signal import find_peaks
 from synthetic_hardware import write_beam
 
@@ -17,26 +16,11 @@ from studies.hardware.published import BEAM, SEGMENT, identify_published, publis
 
 
 @pytest.mark.parametrize("experiment", [BEAM, SEGMENT])
-def test_nothing_is_fitted_and_tested(experiment):
-    assert not set(experiment.fitted) & set(experiment.tested)
-
-
-@pytest.mark.parametrize("experiment", [BEAM, SEGMENT])
 def test_the_finger_files_have_what_is_freed(experiment):
     free = free_parameters(read_finger(experiment.finger_file), experiment.free, [1e4])
     assert {name.split("pressure_law.")[0] or "pressure_law" for name in free.keys} == {*experiment.free} - {
         "held_pose"
     }
-
-
-def test_a_missing_folder_is_named(tmp_path):
-    with refused("--data", str(tmp_path / "nowhere")):
-        published_recordings(tmp_path / "nowhere")
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with refused("FILE", "clamped_beam/gravity.csv"):
-        published_recordings(tmp_path)
 
 
 def test_reads_all_published_recordings_without_gaps():

@@ -6,12 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from soft_gripper.extras.hardware.commands.printing import _score_cells
 from soft_gripper.extras.hardware.identification.fit import UNHELD, MotionScore
 from soft_gripper.extras.hardware.identification.identified_finger import repetitions
 from soft_gripper.extras.hardware.replay.held_out import ALL, ReplayRow
 from soft_gripper.fingers.finger_parts import CreepBranch, TipLoad
-from studies.hardware.published import _of_segment, hardware_claims
+from studies.hardware.published import hardware_claims
 
 GOOD = MotionScore(
     "a",
@@ -113,24 +112,6 @@ def test_a_held_out_decrement_is_judged_by_the_spread_of_two_repetitions(simulat
     """0.40 was recorded, and 0.46 in a repetition."""
     failed = failing(beam=replace(GOOD, simulated_decrement=simulated))
     assert failed == [] if holds else failed[0].endswith("within 15 % of two repetitions, 0.40 and 0.46")
-
-
-def test_recovery_is_judged_where_it_was_recorded():
-    short = replace(GOOD, recovery_deg=np.nan)
-    assert not failing(segment=short)
-    (claim,) = (claim for claim in _of_segment(identified(short)) if "recovery" in claim.text)
-    assert not claim.holds
-
-
-def test_the_table_says_where_recovery_is_not_known():
-    assert [cell for cell in _score_cells(replace(GOOD, recovery_deg=np.nan)) if "nan" in str(cell)] == []
-    assert "not known" in _score_cells(replace(GOOD, recovery_deg=np.nan))
-
-
-def test_a_fit_of_the_segment_in_a_bad_minimum_fails():
-    beam = identified(GOOD, replace(GOOD, role="fit"), replace(GOOD, role=UNHELD))
-    found = hardware_claims(beam, identified(GOOD, rms=0.06), ARM)
-    assert [claim.text for claim in found if not claim.holds] == ["segment: fit better than 4 %"]
 
 
 def test_the_modulus_is_the_one_that_creep_leaves():

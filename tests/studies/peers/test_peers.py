@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from soft_gripper.extras.export.mjcf import to_mjcf
-from studies.peers.comparison import Result, chosen_results, equal_setting
+from studies.peers.comparison import Result, chosen_results
 from studies.peers.measures import creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
 from studies.peers.task import Trial, load_task
@@ -55,15 +55,6 @@ def test_a_free_finger_moves_as_ours_does(ours, simulator, setting, within):
     assert np.abs(trial.tips - ours.tips).max() < within
 
 
-@pytest.mark.parametrize("simulator", ["MuJoCo", "PyBullet"])
-@pytest.mark.parametrize("task", ["obstructed", "box grasp"])
-def test_what_is_touched_stays_in_place(simulator, task):
-    config = settings()
-    spec = config["tasks"][task] | {"overrides": [*config["tasks"][task]["overrides"], *MOMENT]}
-    trial = run(simulator, spec, config["simulators"][simulator][task]["settings"][0])
-    assert holds(load_task(spec), trial)
-
-
 def test_the_second_engine_ends_where_ours_does(ours):
     late = run(ENGINE, FREE | {"sensed": True}, {"runs": 2})
     assert np.abs(late.tips[1:] - ours.tips[:-1]).max() < 5e-3  # its long steps damp motion
@@ -98,23 +89,6 @@ def test_sensing_is_that_of_our_blocks():
     assert external[4, :, 0] == pytest.approx(task.fingers[0].stiffness[0] * 0.05, rel=0.4)  # and the weight
 
 
-def test_every_step_divides_the_period_and_every_task_is_known():
-    config = settings()
-    for of_simulator in config["simulators"].values():
-        for task, tried in of_simulator.items():
-            assert task in config["tasks"]
-            for setting in [tried["reference"], *tried["settings"]]:
-                ratio = 0.01 / setting.get("step", setting.get("time_step", 0.005))
-                assert ratio == pytest.approx(round(ratio))
-
-
-def test_pressure_in_the_chambers_follows_the_command_late():
-    task = load_task(FREE)
-    fine, tau = task.pressures(10), task.scenario.pressure.time_constant
-    times = (np.arange(fine.shape[0] * 10) + 0.5) * 0.001
-    assert fine[..., 0].ravel() == pytest.approx(60e3 * (1 - np.exp(-times / tau)))
-
-
 def test_creep_and_error_are_those_of_the_end():
     config = settings()
     task = load_task(config["tasks"]["box grasp"])
@@ -139,24 +113,3 @@ def test_the_fastest_setting_that_is_as_good_is_chosen():
     bad, lost = result("B", 0.1, 3.0), result("B", 0.1, 0.1, stays=False)
     assert chosen_results([ours, fast, good, slow, bad, lost]) == [ours, good, bad]
     assert good.times_behind(ours) == 0.5
-
-
-def test_the_comparison_goes_both_ways():
-    """Of ours the fastest setting that is as good as another simulator, wherever there is one."""
-    rough, fine = result(OURS, 1.0, 1.0), result(OURS, 5.0, 0.1)
-    rougher, better, best = result("A", 0.1, 3.0), result("A", 0.5, 0.1), result("A", 9.0, 0.01)
-    assert [equal_setting([rough, fine], other) for other in (rougher, better, best)] == [rough, fine, None]
-
-
-def test_the_table_takes_the_place_of_the_one_before(tmp_path):
-    from studies.page_table import write_table
-    from studies.peers.report import rows, table
-
-    page = tmp_path / "page.md"
-    page.write_text("\n".join(["before", "", *table([]), "| old |", "", "after"]) + "\n", encoding="utf-8")
-    results = [result(OURS, 1.0, 1e-3), result("A", 0.5, 1e-3)]
-    write_table(page, table([results]))
-    lines = page.read_text(encoding="utf-8").splitlines()
-    assert lines == ["before", "", *table([results]), "", "after"]
-    assert rows(results)[1] == "| task | A |  | 2 | 1.000 |  | 0.5 | yes | 0.5 |"
-    assert all(line.count("|") == lines[2].count("|") for line in lines if line.startswith("|"))

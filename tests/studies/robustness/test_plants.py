@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.strain_errors import StrainErrors
-from studies.robustness.plants import EVERY, FINE, PLANTS, RUBBER, TAPERED, rubber_moment, touched_fingers
+from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED, rubber_moment
 
 
 def test_fingers_differ_as_they_say(shipped_finger) -> None:
@@ -53,13 +50,6 @@ def test_stations_have_these_fingers(tmp_path, shipped_finger, plant) -> None:
     assert station.scenario.plant_config.time_step == plant.time_step
 
 
-@pytest.mark.parametrize("end", ["base", "tip"])
-def test_small_curvatures_meet_the_bending_stiffness(tapered_finger, end) -> None:
-    section = getattr(tapered_finger, end)
-    curvature = np.array([-1e-3, 1e-3])
-    np.testing.assert_allclose(rubber_moment(section, curvature), section.bending_stiffness * curvature, rtol=2e-3)
-
-
 def test_a_solid_strip_meets_the_series(shipped_finger) -> None:
     """Without layer and chamber the even terms cancel: M = E I k (1 + (4/3) k^2 <x^4> / <x^2>)."""
     solid = dict.fromkeys(("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"), 0.0)
@@ -67,20 +57,6 @@ def test_a_solid_strip_meets_the_series(shipped_finger) -> None:
     curvature, h = np.array([2.0, 6.0]), section.thickness
     expected = section.bending_stiffness * curvature * (1 + 4 / 3 * curvature**2 * (h**4 / 80) / (h**2 / 12))
     np.testing.assert_allclose(rubber_moment(section, curvature), expected, rtol=5e-5)
-
-
-def test_closing_softens_and_opening_stiffens(shipped_finger) -> None:
-    curvature = np.array([-10.0, -5.0, 5.0, 10.0, 20.0])
-    secant = rubber_moment(shipped_finger.base, curvature) / curvature
-    assert (np.diff(secant) < 0).all()
-    assert secant[1] > shipped_finger.base.bending_stiffness > secant[2]
-
-
-def test_samples_are_those_of_the_held_steps(held) -> None:
-    q = held.recording[f"{held.finger.name}.sampled_joint_angles"].values
-    expected = held_samples(held.station.scenario, held.recording, q)[:, ::EVERY]
-    np.testing.assert_array_equal(q[1:][held.samples], expected.reshape(-1, q.shape[-1]))
-    assert len(held.samples) == 2 * 20 // EVERY
 
 
 def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
@@ -104,29 +80,3 @@ def test_seeds_err_differently_and_every_time_alike(held) -> None:
     np.testing.assert_array_equal(read, held.readings(2, errors, 3))
     assert (read - truth).std(axis=0) == pytest.approx(1e-3, rel=0.4)
     assert np.abs(read[:, 0] - read[:, 1]).min() > 0
-
-
-def test_points_of_finer_chains_converge_to_an_arc(shipped_finger) -> None:
-    """With the square of the length of the segments: joints lie in their middles."""
-    bend, s = 1.5, np.linspace(0.013, 0.12, 7)
-    arc = (np.exp(1j * bend * s / 0.12) - 1) / (1j * bend / 0.12)
-    errors = []
-    for segments in (12, 24, 48):
-        finger = replace(shipped_finger, segments=segments)
-        chain = forward_kinematics(np.full(segments, bend / segments), finger.segment_length)
-        errors.append(np.abs(chain.sites(s).points - arc).max())
-    assert errors[0] / errors[1] == pytest.approx(4, rel=0.25)
-    assert errors[1] / errors[2] == pytest.approx(4, rel=0.25)
-
-
-def test_fingers_that_touch_nothing_all_count(held) -> None:
-    found = touched_fingers("free_bending", held.station, held.recording)
-    assert [each.finger.name for each in found] == [finger.name for finger in held.station.fingers]
-
-
-def test_pegs_are_touched_by_a_single_finger(held, monkeypatch) -> None:
-    name = held.station.fingers[1].name
-    force = f"{name}.link_contact_force"
-    pressed = held.recording.data.assign({force: held.recording[force] + 1.0})
-    (found,) = touched_fingers("free_bending", held.station, Recording(pressed))
-    assert found.finger.name == name

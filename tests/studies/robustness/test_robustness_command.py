@@ -6,14 +6,12 @@ from itertools import product
 import pytest
 from csv_rows import csv_rows
 from here_executor import HereExecutor
-from refusals import refusal
 from study_line import study_line
 
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.extras.paper.claims import Claim
 from soft_gripper.extras.paper.scenario_run import SCENARIOS, SECTIONS
 from studies import ROOT, kept_rows
-from studies.commands import STUDIES
 from studies.robustness import robustness as module
 from studies.robustness.robustness import FOLDER, NOISE_JOBS, NOISY, OTHERS, PLANT_JOBS, SUMMARY
 from studies.robustness.rows import NOMINAL_ERRORS, PlantRow, RobustnessRow, nominal_name
@@ -81,38 +79,3 @@ def test_a_claim_that_fails_is_printed_and_ends_with_1(claim, code, tmp_path, ex
     outcome = study_line("robustness", "--out", tmp_path)
     assert outcome.code == code
     assert claim.text in outcome.out
-
-
-def test_jobs_whose_rows_are_damaged_are_run_again(tmp_path, executor):
-    study_line("robustness", "--out", tmp_path)
-    whole = {table: (tmp_path / FOLDER / table).read_bytes() for table in (NOISY, OTHERS)}
-    (tmp_path / FOLDER / NOISY).write_bytes(whole[NOISY].replace(b"0.500000", b"0.510000", 1))
-    (tmp_path / FOLDER / OTHERS).write_bytes(whole[OTHERS][:-5])
-    executor.calls.clear()
-    study_line("robustness", "--out", tmp_path, "--resume")
-    assert [call[:2] for call in executor.calls] == [NOISE_JOBS[0], PLANT_JOBS[-1]]
-    assert {table: (tmp_path / FOLDER / table).read_bytes() for table in whole} == whole
-
-
-def test_other_seeds_and_estimators_are_another_study(tmp_path, executor):
-    study_line("robustness", "--out", tmp_path)
-    for other in (("--seeds", "5"), ("--estimator", "own_blocks:contact_again")):
-        assert "--resume" in refusal("robustness", "--out", tmp_path, "--resume", *other, program=STUDIES)
-
-
-def test_a_job_that_fails_ends_the_study_after_the_others(tmp_path, executor, monkeypatch):
-    def fail(name, noise, *settings):
-        if (name, noise) == NOISE_JOBS[0]:
-            raise RuntimeError
-        return of_noise(name, noise, *settings)
-
-    monkeypatch.setattr(module, "noise_rows", fail)
-    with pytest.raises(RuntimeError):
-        study_line("robustness", "--out", tmp_path)
-    rows = csv_rows(tmp_path / FOLDER / NOISY)
-    assert len(rows) == len(SHAPE_FUNCTIONS) * len(SECTIONS) * len(NOMINAL_ERRORS) * (len(NOISE_JOBS) - 1)
-
-
-def test_without_an_evaluation_it_says_how_to_make_one(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert f"soft-gripper evaluate --out {tmp_path}" in refusal("robustness", "--out", tmp_path, program=STUDIES)

@@ -7,16 +7,13 @@ from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.kinematics import forward_kinematics, in_space
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import softened
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import StrainErrors
-from studies import estimator_setup
 from studies.estimator_setup import EstimatorSetup
 from studies.robustness import rows as module
 from studies.robustness.plants import FINE, RUBBER
 from studies.robustness.rows import (
-    NOMINAL_ERRORS,
     Errors,
     band_coverage,
     estimator_errors,
@@ -24,7 +21,6 @@ from studies.robustness.rows import (
     nominal_name,
     plant_table,
     pose_statistics,
-    position_errors,
     robustness_table,
 )
 
@@ -42,23 +38,6 @@ def test_noise_is_a_multiple_of_the_preset() -> None:
         assert getattr(one, name) > 0
         assert getattr(four, name) == pytest.approx(4 * getattr(one, name))
     assert four.creep_time == one.creep_time
-
-
-def test_every_error_grows_with_the_noise_whatever_the_preset_has(monkeypatch) -> None:
-    """All sizes of errors; neither times nor steps."""
-    sizes = ("creep", "hysteresis", "gain_error", "offset", "drift", "low_frequency_noise", "noise")
-    preset = StrainErrors(**dict.fromkeys(sizes, 0.01))
-    monkeypatch.setattr(estimator_setup, "strain_errors", lambda _: preset)
-    assert errors_at(2.0) == StrainErrors(**dict.fromkeys(sizes, 0.02))
-
-
-def test_nominal_models_have_names() -> None:
-    assert [nominal_name(*errors) for errors in NOMINAL_ERRORS] == [
-        "as simulated",
-        "E -10 %, p +1 %",
-        "E +10 %, p -1 %",
-    ]
-    assert nominal_name(0.05, 0.0) == "E +5 %"
 
 
 def test_a_nominal_model_is_wrong_by_its_size(shipped_finger) -> None:
@@ -111,13 +90,6 @@ def test_a_pressure_that_is_read_wrong_misleads_an_estimator_that_uses_it_and_no
     assert row_of(held, (0.0, 0.2), "arcs").mean_mm == row_of(held, EXACT, "arcs").mean_mm
 
 
-def test_errors_of_stiffness_and_pressure_add_up_as_their_signs_say(held) -> None:
-    """A finger assumed too soft and a pressure read too high both promise too much bend."""
-    alone = row_of(held, (-0.1, 0.0), "gaussian").mean_mm
-    assert row_of(held, (-0.1, 0.05), "gaussian").mean_mm > 1.2 * alone
-    assert row_of(held, (-0.1, -0.05), "gaussian").mean_mm < 0.8 * alone
-
-
 def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held, monkeypatch) -> None:
     """Of stiffness and pressure together; beside the half percent of a finger that is known."""
     expected = []
@@ -127,22 +99,6 @@ def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held
     row_of(held, (-0.06, 0.08), "gaussian")
     found = np.array([uncertainty.bend_per_pressure for uncertainty in expected])
     np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
-
-
-@pytest.mark.parametrize(("noise", "sets"), [(0.0, 1), (1.0, 4)])
-def test_so_many_sets_of_sensors_are_read(held, monkeypatch, noise, sets) -> None:
-    seeds = []
-    monkeypatch.setattr(
-        module, "estimator_errors", lambda *given: seeds.append(given[4].shape[1]) or estimator_errors(*given)
-    )
-    robustness_table("free", [held], noise, 4, NAMES, TWO_NOMINALS[:1])
-    assert set(seeds) == {sets}
-
-
-def test_fingers_are_taken_joined(held) -> None:
-    one, twice = (robustness_table("free", [held] * n, 1.0, 2, NAMES, TWO_NOMINALS[:1]) for n in (1, 2))
-    for row, same in zip(one, twice, strict=True):
-        assert (row.mean_mm, row.worst_mm) == pytest.approx((same.mean_mm, same.worst_mm))
 
 
 def test_a_finger_that_is_known_errs_by_no_more_than_its_chain(held) -> None:
@@ -192,22 +148,6 @@ def points(finger, q):
     return in_space(ShapeEstimate(q).points(finger))
 
 
-def test_errors_are_distances(shipped_finger, bent) -> None:
-    q = bent(3, 12)
-    errors = position_errors(shipped_finger, ShapeEstimate(q), points(shipped_finger, q) + np.array([2e-3, 2e-3, 1e-3]))
-    np.testing.assert_allclose(errors.pose, 3e-3)
-    np.testing.assert_allclose(errors.tip, 3e-3)
-    assert errors.covered.size == 0
-
-
-def test_the_error_of_the_tip_is_that_of_the_tip_alone(shipped_finger, bent) -> None:
-    q = bent(12)
-    truth = points(shipped_finger, q).copy()
-    truth[-1, 1] += 2e-3
-    errors = position_errors(shipped_finger, ShapeEstimate(q), truth)
-    assert (errors.pose.item(), errors.tip.item()) == pytest.approx((0.0, 2e-3))
-
-
 @pytest.mark.parametrize(("scale", "share"), [(1.0, 0.95), (0.5, 0.67), (2.0, 1.0)])
 def test_bands_cover_as_they_say(shipped_finger, bent, scale, share) -> None:
     """Of normal errors with a known covariance; of half that, 0.67, and of twice, nearly all."""
@@ -218,14 +158,6 @@ def test_bands_cover_as_they_say(shipped_finger, bent, scale, share) -> None:
     found = band_coverage(shipped_finger, ShapeEstimate(q, covariance), truth)
     assert found.shape == (4000, 12)
     assert found.mean() == pytest.approx(share, abs=0.015)
-
-
-def test_only_what_is_across_the_finger_counts(shipped_finger) -> None:
-    q = np.full(12, 0.1)
-    chain, truth = forward_kinematics(q, shipped_finger.segment_length), points(shipped_finger, q)
-    estimate = ShapeEstimate(q, 1e-6 * np.eye(12))
-    assert band_coverage(shipped_finger, estimate, truth + 0.01 * in_space(chain.directions)).all()
-    assert not band_coverage(shipped_finger, estimate, truth + 0.01 * in_space(chain.normals)).any()
 
 
 def test_numbers_of_a_row() -> None:
@@ -250,17 +182,6 @@ def test_estimators_are_compared_with_the_recording(held, name) -> None:
     assert errors.pose.shape == errors.tip.shape == (2 * len(held.samples),)
     assert errors.pose.max() < (1.5e-3 if name == "recursive" else 5e-4)
     assert (errors.covered.size > 0) == (name not in ("arcs", "constant_curvature", "spline"))
-
-
-@pytest.mark.parametrize(
-    ("name", "misled"), [("arcs", False), ("spline", False), ("gaussian", True), ("contact", True)]
-)
-def test_a_pressure_that_is_read_too_high_misleads_who_uses_it(held, name, misled) -> None:
-    layout, readings = SensorLayout(held.simulated, 1), held.readings(1, None, 1)
-    right, wrong = (
-        estimator_errors(name, layout, Uncertainty(reading=1e-2), held, readings, gain) for gain in (1.0, 1.2)
-    )
-    assert (wrong.tip.max() > right.tip.max() + 1e-3) == misled
 
 
 def test_a_filter_goes_through_all_samples_whichever_are_wanted(held) -> None:

@@ -1,7 +1,6 @@
 """Soft bodies between plates: a block against F = E A strain, a ball against a series solution, and printed tables."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,13 +43,6 @@ def test_the_series_is_linear_far_from_the_contact():
     small, large = (PressedBall(force, MATERIAL).change() for force in (0.001, 0.1))
     assert large.halves / small.halves == pytest.approx(100, rel=0.01)
     assert large.equator / small.equator == pytest.approx(100, rel=0.01)
-
-
-def test_the_softer_the_ball_the_more_it_gives_way():
-    soft = replace(MATERIAL, modulus=MATERIAL.modulus / 2)
-    assert PressedBall(1e-3, soft).change().equator == pytest.approx(
-        2 * PressedBall(1e-3, MATERIAL).change().equator, rel=0.01
-    )
 
 
 def test_a_ball_of_tetrahedra_has_the_volume_of_a_ball():

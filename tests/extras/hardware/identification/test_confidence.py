@@ -74,20 +74,3 @@ def test_of_two_that_change_the_same_the_last_is_dropped(made_up, rows):
     expected = np.sqrt(np.diag(covariance) * (residuals @ residuals) / rows) * SCALES[[0, 2]]
     np.testing.assert_allclose(found.std, expected, rtol=0.2)  # the correlation time of noise is not quite 1
     assert np.isnan(found.std_of("density"))
-
-
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("strengths", [[0.0], [1.0, 1.0, 0.0]])
-def test_one_that_changes_nothing(made_up, rows, strengths):
-    random = np.random.default_rng(4)
-    found = confidence(made_up(random.normal(size=(rows, len(strengths))) * strengths, random.normal(size=rows)))
-    (dropped,) = found.undetermined
-    assert (dropped.name, dropped.beside) == (NAMES[len(strengths) - 1], ())
-    assert found.names == NAMES[: len(strengths) - 1]
-
-
-def test_perfect_fit(made_up, rows):
-    jacobian = np.linalg.qr(np.random.default_rng(5).normal(size=(rows, 2)))[0]
-    found = confidence(made_up(jacobian, np.zeros(rows)))
-    assert np.all(found.std == 0)
-    np.testing.assert_allclose(found.correlation, np.eye(2), atol=1e-9)

@@ -70,23 +70,6 @@ def test_residuals_are_parts_of_the_largest_displacement(beam, motion):
     assert np.sum(away**2) == pytest.approx((0.1 * motion.largest / beside.largest) ** 2, rel=0.05)
 
 
-def test_markers_that_are_not_seen_count_nothing(beam, motion):
-    hidden = motion.markers.copy()
-    hidden[10:60, 1] = np.nan
-    residuals = marker_residuals(Model(beam), replace(motion, markers=hidden)).reshape(len(hidden), 3, 2)
-    assert np.all(residuals[10:60, 1] == 0)
-    assert np.all(residuals[10:60, 0] != 0)
-
-
-def test_fit_that_does_not_converge(beam, motion, pool, monkeypatch):
-    """What it found so far is its result; one that is nowhere near is not."""
-    monkeypatch.setattr(fit_module, "_MOST_STEPS", 1)
-    free = free_parameters(softened(beam, 2.0), ["youngs_modulus"], [])
-    assert not fit(free, [motion], pool.map).converged
-    with refused("residual"):
-        fit(free, [replace(motion, markers=motion.reference + 0.1 * (motion.markers - motion.reference))], pool.map)
-
-
 def test_search_leaves_what_cannot_be(beam, motion, pool):
     """Shares of creep of which nothing would be left are far off, not an error."""
     creep = (CreepBranch(0.2, 0.2), CreepBranch(0.2, 0.3))

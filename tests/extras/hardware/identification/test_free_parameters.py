@@ -96,14 +96,6 @@ def test_a_path_is_turned_as_a_whole(tendoned):
     assert (turned.at, straight) == (tendoned.tendons[0].at, tendoned.tendons[1])
 
 
-def test_bounds_are_those_of_values(guessed):
-    free = free_parameters(guessed, ["creep.share", "load_x"], [])
-    lower, upper = free.bounds
-    np.testing.assert_allclose(free.values(lower)[:2], 1e-3)
-    np.testing.assert_allclose(free.values(upper)[:2], 0.6)
-    assert (lower[2], upper[2]) == (-np.inf, np.inf)
-
-
 @pytest.mark.parametrize("margin", [0.15, 1.0, 3.0])
 def test_pressure_law_is_read_as_it_is_written(hollow, margin):
     law, p = pressure_law(4e4, 1.3, margin), np.array([0.0, 1e3, 2e4, 4e4])
@@ -114,18 +106,6 @@ def test_pressure_law_is_read_as_it_is_written(hollow, margin):
     np.testing.assert_allclose(values, [1.3, margin], rtol=1e-9)
 
 
-def test_pressure_law_has_a_margin_if_there_are_two_pressures():
-    assert list(pressure_law_keys([2e4, 2e4])) == ["pressure_law.gain"]
-    assert list(pressure_law_keys(PRESSURES)) == ["pressure_law.gain", "pressure_law.margin"]
-
-
-def test_held_pose_is_no_number_of_the_vector(beam):
-    free = free_parameters(beam, ["length", "held_pose"], [])
-    assert (free.names, free.model.setup.held_pose) == (["length"], True)
-    with refused("--free", "held_pose"):
-        free_parameters(beam, ["held_pose"], [])
-
-
 @pytest.mark.parametrize(
     "names",
     [["stiffness"], ["pressure_law"], ["length", "length"], ["creep.time"], ["shear_factor"], ["chamber_width"]],
@@ -133,12 +113,6 @@ def test_held_pose_is_no_number_of_the_vector(beam):
 def test_keys_that_cannot_be_fitted(beam, names):
     with refused("--free", names[0]):
         free_parameters(replace(beam, creep=()), names, [])
-
-
-def test_there_can_be_no_finger_that_is_all_creep(guessed):
-    free = free_parameters(guessed, ["creep.share"], [])
-    with refused("creep.share", [0.5, 0.5]):
-        free.build_model(np.log([0.5, 0.5]))
 
 
 def test_searches_begin_with_the_finger_as_it_is_and_near_it(guessed):

@@ -71,11 +71,6 @@ def test_valve_opens_and_closes(recording):
     assert motion.end == motion.events[1]
 
 
-def test_a_kick_of_the_hand_is_not_the_release(recording):
-    motion = measured_motion(recording(FALLS + 0.004j * (np.abs(TIME - 0.31) < 0.003)))
-    assert motion.events[0] > 0.34
-
-
 def test_load_hangs_where_it_is_said_to(recording):
     description = RELEASED + "load: {pattern: 'load_{number}'}\nload_place: [-0.015, 0.002]\n"
     load = measured_motion(recording(FALLS, description, "load_52g")).load

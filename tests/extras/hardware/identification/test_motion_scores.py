@@ -26,11 +26,6 @@ def test_swings_of_a_damped_cosine(frequency, decrement):
     assert found[1] == pytest.approx(decrement, rel=0.05, abs=2e-3)
 
 
-def test_what_does_not_swing_has_no_frequency():
-    time = np.arange(-0.3, 3, 0.01)
-    assert np.isnan(_swing(time, 1 - np.exp(-np.maximum(time, 0) / 0.1), 3.0)).all()
-
-
 def test_turn_of_an_exponential_that_creeps():
     motion = release(4.0)
     since = np.maximum(motion.time - RELEASE, 0)
@@ -81,20 +76,6 @@ def test_recovery_is_not_known_where_a_recording_ends_soon_after_the_valve_has_c
     motion = step(3e4, CLOSES + 0.7)
     turn = np.where(motion.time < CLOSES, 0.3 * (motion.time > OPENS), 0.02)
     assert np.isnan(tip_turn(motion, turning(motion, turn)).recovery)
-
-
-def test_a_middle_that_drifts_does_not_change_the_decrement():
-    time = np.arange(0, 2, 0.01)
-    swing = np.exp(-0.4 * 3.3 * time) * np.cos(2 * np.pi * 3.3 * time)
-    found = _swing(time, 1 - swing - 0.3 * np.exp(-time / 0.8), 2.0)
-    assert found == pytest.approx((3.3, 0.4), rel=0.07)
-
-
-def test_turn_is_looked_at_before_the_valve_closes():
-    motion = replace(step(3e4, 3.0), events=(OPENS, CLOSES + 1))
-    turn = -0.3 * ((motion.time > OPENS) & (motion.time < CLOSES + 1.005))
-    found = tip_turn(motion, turning(motion, turn))
-    assert (found.settled, found.creep) == pytest.approx((-0.3, 0.0), abs=1e-9)
 
 
 def test_errors_of_markers_to_either_side_do_not_make_up_for_each_other(beam):

@@ -200,15 +200,6 @@ def read(folder, rows, described=DESCRIBED, finger=TWO):
     return settled_states(recording, finger)
 
 
-def test_rows_of_a_file(tmp_path):
-    """A row without a marker is left out, a long rest is not; a row belongs to the family its label names, if any."""
-    rows = ["0,in_1,1,-2,10,20,150", "1,out,2,-2,11,21,151", "2,in_2,3,-2,,,", "300,in_3,4,-2,13,23,153"]
-    states = read(tmp_path, rows)
-    assert list(states.families) == ["in_", "", "in_"]
-    np.testing.assert_allclose(states.pulled, [[1e-3, -2e-3], [2e-3, -2e-3], [4e-3, -2e-3]])
-    np.testing.assert_allclose(states.markers[:, 0, 2], [0.15, 0.151, 0.153])
-
-
 @pytest.mark.parametrize(
     ("poses", "pressures", "said"),
     [(True, False, "not poses: name the columns"), (False, True, "a file for each constant pressure")],
@@ -248,13 +239,6 @@ def test_descriptions_that_are_refused(tmp_path, old, new, field):
     assert old in DESCRIBED
     with refused(field):
         read(tmp_path, ["0,in_1,1,-2,10,20,150", "1,in_2,2,-2,11,21,151"], DESCRIBED.replace(old, new))
-
-
-def test_a_tendon_needs_a_first_guess_of_its_stiffness(tmp_path):
-    stiff, soft = TWO.tendons
-    with refused("t1.stiffness", 0.0):
-        rows = ["0,in_1,1,-2,10,20,150", "1,in_2,2,-2,11,21,151"]
-        read(tmp_path, rows, finger=replace(TWO, tendons=(stiff, replace(soft, stiffness=0.0))))
 
 
 @pytest.mark.published
@@ -311,22 +295,6 @@ def test_rows_without_a_balance_are_left_out_and_named():
     assert {step.missing for step in steps} == {3 * 2}
     assert steps[-1].error < steps[0].error
     assert len(states_figure(found).axes) == 3
-
-
-def test_the_search_ends_where_the_section_does():
-    """The markers ask for a lever beyond the finger; and a finite difference does not leave it either."""
-    states = states_of(rows=30)
-    free = free_parameters(TRUE.finger, ["tendon.lever", "tendon.angle"], [])
-    _, upper = free.bounds
-    assert np.exp(upper[0]) == pytest.approx(SECTION.thickness / 2)
-    doubled = replace(states, pulled=2 * states.pulled)
-    fitted = fit_states(free, [doubled])
-    assert fitted.x[0] == pytest.approx(upper[0], abs=1e-3)
-    assert fitted.x[0] <= upper[0]
-    at_end = np.append(upper[0], free.start[1:])
-    steps = free.steps(at_end, 0.1)
-    assert steps[0] < 0 < steps[1]
-    free.build_model(at_end)
 
 
 def test_what_nothing_determines_is_predicted_by_the_best_fit(capsys):

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from identified import CLOSES, LET_GO, OPENS, REFERENCE, RELEASE, release, step
+from identified import CLOSES, OPENS, REFERENCE, RELEASE, release, step
 from scipy.signal import find_peaks
 
 from soft_gripper.extras.hardware.identification.simulated_motion import (
-    Hold,
     Setup,
     _chamber_pressure,
     simulated_markers,
@@ -81,26 +80,6 @@ def test_mounting_moves_markers_rigidly(beam):
     np.testing.assert_allclose(
         simulated_markers(beam, setup, along), place[0] + place[1] * simulated_markers(beam, Setup(), motion), atol=1e-9
     )
-
-
-def test_later_event_shifts_the_motion(beam):
-    motion = release(1.0)
-    later = motion.with_unknowns(np.array([RELEASE, LET_GO]) + 0.1)
-    markers, shifted = (simulated_markers(beam, Setup(), m) for m in (motion, later))
-    np.testing.assert_allclose(shifted[10:], markers[:-10], atol=1e-9)
-
-
-@pytest.mark.parametrize("gravity", [9.81, -9.81])
-def test_held_tip_begins_as_it_is_held(beam, gravity):
-    """And its markers do not move before it is let go; it then rests where a finger rests that was held straight."""
-    motion = replace(release(3.0, gravity), hold=Hold(0.002, 0.01))
-    damped = replace(beam, relaxation_time=0.05)
-    held, straight = (tip_motion(damped, Setup(), m) for m in (motion, replace(motion, hold=None)))
-    assert held.tip[0].imag == pytest.approx(0.002, rel=0.01)
-    assert held.heading[0] == pytest.approx(0.01, rel=1e-6)
-    assert held.tip[-1] == pytest.approx(straight.tip[-1], abs=1e-5)
-    markers = simulated_markers(damped, Setup(), motion)
-    np.testing.assert_allclose(markers[motion.time < RELEASE], np.tile(REFERENCE, (35, 1)), atol=1e-12)
 
 
 def test_load_and_markers_add_up(beam):

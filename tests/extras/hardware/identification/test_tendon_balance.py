@@ -49,13 +49,6 @@ def test_one_tendon_bends_an_arc_toward_itself(angle):
     np.testing.assert_allclose(found["twist"], 0.0, atol=1e-15)
 
 
-def test_slack_tendons_do_nothing():
-    finger = pulled_finger(tendon(0.0), tendon(np.pi, name="u"))
-    np.testing.assert_array_equal(pulled_positions(finger, np.array([[-1e-3, -2e-3], [0.0, 0.0]])), 0.0)
-    one = bends(pulled_finger(tendon(0.0)), [2e-3])["bending"]
-    np.testing.assert_allclose(bends(finger, [2e-3, -8e-3])["bending"], one, rtol=1e-12)
-
-
 def test_an_antagonist_under_tension_counts_as_a_second_spring():
     """Both pretensioned by s, the finger bends by  q (EI / l + 2 k r^2) = k r pulled  until one is slack."""
     finger = pulled_finger(tendon(0.0, slack=-2e-3), tendon(np.pi, slack=-2e-3, name="u"))

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 
 from soft_gripper.errors import InputError  # noqa: E402
 from soft_gripper.extras.hardware import isolated_reading  # noqa: E402
-from soft_gripper.extras.hardware.recordings import find_recordings, read_recording  # noqa: E402
+from soft_gripper.extras.hardware.recordings import read_recording  # noqa: E402
 from soft_gripper.extras.hardware.table import Columns  # noqa: E402
 from soft_gripper.extras.hardware.table_files import read_table  # noqa: E402  # noqa: E402
 from soft_gripper.files.notes import collect_notes  # noqa: E402
@@ -49,13 +49,6 @@ def series(columns):
     time = columns["time_s"]
     points = {f"/m/{m}": (time, np.column_stack([columns[f"{m}_{axis}_mm"] for axis in "xyz"])) for m in MARKERS}
     return {**points, "/pressure": (time[::2], columns["kPa"][::2, None])}
-
-
-def test_a_folder_is_found_with_the_description_beside_it(tmp_path):
-    write_ros(tmp_path / "run", series(with_pressure()), KINDS, StoragePlugin.MCAP)
-    (tmp_path / "run.yaml").write_text(OF_BAG)
-    (found,) = find_recordings([str(tmp_path / "run")])
-    assert (found.name, len(found.time)) == ("run", 200)
 
 
 def test_rows_without_a_message_are_counted(tmp_path):
@@ -99,12 +92,6 @@ def test_what_a_bag_has_is_listed(tmp_path, describe, old, new, value, known):
     with refused("column", value) as error:
         read_recording(path, describe(text=OF_BAG.replace(old, new)))
     assert known in str(error.value)
-
-
-def test_a_list_that_is_too_short_has_no_value(tmp_path, describe):
-    path = write_ros(tmp_path / "a.bag", series(with_pressure()), KINDS)
-    found = read_table(path, Columns({"/pressure.position[1]": "readings"}, "/pressure.header.stamp"))
-    assert np.isnan(found.values[:, 1]).all()
 
 
 def named(*columns: str) -> Columns:
@@ -164,22 +151,6 @@ def test_stamps_of_another_recording_are_not_sorted_into_this(tmp_path):
     rows = [("/a", 0.01 * (i % 200), 2.0 * (i >= 200), {"x": float(i)}) for i in range(400)]
     path = write_named(tmp_path / "a.bag", rows)
     assert (np.diff(read_table(path, named("/joints.position[0]")).values[:, 0]) < 0).any()
-
-
-def test_encodings_that_are_not_read_are_named(tmp_path, describe):
-    path = write_json_mcap(tmp_path / "a.mcap", series(with_pressure()), KINDS)
-    path.write_bytes(path.read_bytes().replace(b"json", b"cbor"))
-    with pytest.raises(InputError, match="encoded as 'cbor'"):
-        read_recording(path, describe(text=OF_BAG))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["a.bag", "a.db3", "a.mcap"])
-def test_what_is_no_bag_is_refused(tmp_path, describe, name):
-    for content in (b"", b"not one", bytes(1000)):
-        (tmp_path / name).write_bytes(content)
-        with refused("file", name):
-            read_recording(tmp_path / name, describe(text=OF_BAG))
 
 
 @pytest.mark.slow

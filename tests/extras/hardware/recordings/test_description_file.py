@@ -13,11 +13,6 @@ def test_shipped_descriptions_load(name):
     assert config.description
 
 
-def test_all_are_shipped():
-    robots = ["soft_trunk", "tendon_robot_v4", "tendon_robot_v6", "trunk_dc"]
-    assert description_names() == ["clamped_beam", "pneumatic_segment", *robots, "two_segment_arm"]
-
-
 @pytest.mark.parametrize(
     ("line", "field", "value"),
     [

@@ -40,21 +40,9 @@ def test_dates_are_counted_from_the_first(file):
     np.testing.assert_allclose(in_ms.columns(["clock"])[:, 0], [0, 10, 25])
 
 
-def test_a_time_without_entries_is_refused(tmp_path):
-    xr.Dataset({"t": ("t", [])}).to_netcdf(tmp_path / "a.nc", engine="scipy")
-    with refused("file", "a.nc"):
-        read_table(tmp_path / "a.nc", Columns({}, "t"))
-
-
 def test_what_has_no_time_is_refused(file):
     with refused("time", "a") as error:
         read_table(file, Columns({}, "a"))
     assert "p" in error.value.expected
     with refused("time", "none"):
         read_table(file, Columns({}, "none"))
-
-
-def test_netcdf_4_without_an_end_is_refused(tmp_path):
-    (tmp_path / "a.nc").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
-    with refused("file", "a.nc"):
-        read_table(tmp_path / "a.nc", Columns({}, "time"))

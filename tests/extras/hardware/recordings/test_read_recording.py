@@ -177,15 +177,6 @@ def test_a_unit_of_time_that_is_stated_is_believed(tmp_path, describe, step):
     assert found.time[1] == pytest.approx(step)
 
 
-def test_times_of_zero_before_a_clock_is_set_are_left_out(tmp_path, describe):
-    columns = swinging()
-    columns["time_s"] += 1.6e9
-    columns["time_s"][:10] = 0
-    found = read_recording(write_csv(tmp_path / "a.csv", columns), describe())
-    np.testing.assert_allclose(found.time, np.arange(190) / 100, atol=1e-6)
-    assert whys(found) == ["10 of 200 rows: their time is 0: the clock was set before row 12"]
-
-
 def test_a_clipped_length_is_noted(tmp_path, describe):
     columns = swinging()
     columns |= {"one": 100 + 10 * np.sin(5 * columns["time_s"]), "two": 90 + 9 * np.sin(5 * columns["time_s"])}

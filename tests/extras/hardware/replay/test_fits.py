@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive, measured
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-
-
-def test_a_delay_shows_bodies_where_they_were_before(arms):
-    positions, headings = measured(arms[0], 0.05)
-    np.testing.assert_allclose(positions[10], (arms[0].positions[7] + arms[0].positions[8]) / 2)
-    np.testing.assert_allclose(headings[10], (arms[0].headings[7] + arms[0].headings[8]) / 2)
 
 
 def test_creep_lets_a_held_torque_bend_further():

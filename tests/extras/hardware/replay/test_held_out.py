@@ -58,16 +58,6 @@ def test_what_an_arm_is_uncertain_by_follows_from_its_recordings(arms, replayed)
     assert bend == pytest.approx(0.1 * found.uncertainty.angle)
 
 
-@pytest.mark.slow
-def test_motion_capture_of_what_is_estimated_changes_nothing(arms, arm_finger, replayed):
-    moved = replace(arms[0], positions=arms[0].positions + 0.03, headings=arms[0].headings + 0.1)
-    again = replay_recordings([moved], arms[1:], ROWS, arm_finger, DOWN).replayed[0]
-    for row in ROWS:
-        name = f"{row}.body_positions"
-        np.testing.assert_array_equal(again.signals[name].values, replayed[0].signals[name].values)
-    assert again.signals["arcs 2.body_error"].values[1:].min() > 0.02
-
-
 def test_zeroed_wires_place_the_bodies_again_and_their_first_seconds_are_not_scored(arms, arm_finger):
     moved = replace(arms[0], inner=arms[0].inner + np.array([0.02, -0.01]))
     rows = {"arcs 2": ("arcs", 2)}

@@ -138,28 +138,6 @@ def test_scores_are_those_of_the_presses(found):
     assert score.within_band_percent == 100
 
 
-def test_a_recording_with_described_columns_is_read_alike(log):
-    (ours, _), (others, _) = logs(log), logs(log, None, str(log.parent / "scale.yaml"))
-    assert len(ours) == len(others) == 2
-    for one, other in zip(ours, others, strict=True):
-        for name in ("time", "pressure", "X_WB", "readings"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-        for name in ("value", "place"):
-            np.testing.assert_array_equal(getattr(one.measured["force"], name), getattr(other.measured["force"], name))
-
-
-def test_cells_may_be_empty_where_the_scale_is_not_read(log, found):
-    """It is read five times a second, and the sensors fifty times."""
-    lines = [line.split(",") for line in log.read_text().splitlines()]
-    seldom = [line if i % 10 == 0 else [*line[:6], "", *line[7:]] for i, line in enumerate(lines)]
-    (log.parent / "seldom.csv").write_text("\n".join(",".join(line) for line in seldom))
-    torques = rows(replayed(log.parent / "seldom.csv", estimators=("gaussian",)), "base torque")
-    whole = rows(found, "base torque")
-    assert len(torques) == len(whole)
-    for row, expected in zip(torques, whole, strict=True):
-        assert row.measured == pytest.approx(expected.measured, abs=0.1 * GRAM)  # N m: a gram on 0.1 m
-
-
 def test_a_force_along_an_axis_is_a_part_of_that_across_the_finger(log, found):
     """Of a finger that turns by less than 60 degrees, more than half of the force is along x of the base."""
     text = (log.parent / "bench.yaml").read_text()
@@ -241,11 +219,3 @@ def test_descriptions_that_do_not_fit_are_refused(log, tmp_path, monkeypatch, ol
 def test_options_that_do_not_go_together_are_refused(log, monkeypatch, arguments, said):
     monkeypatch.chdir(log.parent)
     assert said in refusal("replay", "press.csv", *arguments)
-
-
-def test_a_log_without_an_instrument_is_refused(log, monkeypatch):
-    monkeypatch.chdir(log.parent)
-    text = (log.parent / "bench.yaml").read_text()
-    (log.parent / "nothing.yaml").write_text(text[: text.index("    measured_force")])
-    how = ["--bench", log.parent / "nothing.yaml", "--scenario", log.parent / "one.yaml"]
-    assert "is described in no log" in refusal("replay", log, *how)

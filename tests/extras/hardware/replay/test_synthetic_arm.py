@@ -106,16 +106,6 @@ def test_each_number_of_the_geometry_is_found_where_the_others_are_known(tmp_pat
     assert numbers[name] == pytest.approx(expected, rel=0.12 if weakly_seen else 0.02)
 
 
-def test_the_geometry_of_all_at_once(geometry):
-    np.testing.assert_allclose(geometry.wires.length_offsets, -np.mean(ARM.wire_offsets, axis=1), atol=1e-3)
-    assert geometry.delay == pytest.approx(ARM.delay, abs=0.01)
-    assert geometry.parts.bodies.real == pytest.approx(np.real(ARM.bodies), abs=1e-3)
-    heading = ARM.tilt - np.diff(ARM.wire_offsets[0])[0] / ARM.spacing + ARM.turns[0]  # of the first body
-    assert geometry.parts.tilt + geometry.wires.bend_offsets[0] + geometry.parts.turns[0] == pytest.approx(
-        heading, abs=3e-3
-    )
-
-
 def test_the_drive_is_the_true_one(trials, geometry, arm_finger, monkeypatch):
     monkeypatch.setattr(geometry_fit, "_RIDGE_SHARE", 1e-6)  # the usual one makes hardly used chambers weaker
     drive = fit_drive(trials[:4], geometry, arm_finger, DOWN)

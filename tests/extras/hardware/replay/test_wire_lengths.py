@@ -1,9 +1,8 @@
 """Wires of a bent and lengthened arm, and what is read from them."""
 
 import numpy as np
-import pytest
 
-from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry, as_strain
+from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 
 SPACING = 0.04
 
@@ -44,11 +43,3 @@ def test_of_three_sections_each_is_passed_by_the_wires_of_the_next():
     found = WireGeometry(SPACING, zeros, crossing, zeros, bow).sections(*wires(seen, length - 2e-3 * theta**2))
     np.testing.assert_allclose(found.theta, theta, atol=1e-12)
     np.testing.assert_allclose(found.length, length, atol=1e-12)
-
-
-@pytest.mark.parametrize("sections", [1, 2])
-def test_strain_says_the_bends(shipped_finger, sections):
-    theta = np.array([0.5, -0.3])
-    layout, strain = as_strain(shipped_finger, theta, sections)
-    expected = theta if sections == 2 else [theta.sum()]
-    np.testing.assert_allclose(layout.linear(strain, 1e-4).values, expected, atol=5e-3)

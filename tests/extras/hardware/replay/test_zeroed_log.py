@@ -36,13 +36,6 @@ def test_offsets_are_taken_from_all_readings(layout, log):
     np.testing.assert_allclose(log.readings - found.readings, np.broadcast_to(OFFSETS, log.readings.shape), atol=1e-5)
 
 
-def test_samples_without_a_reading_are_left_out(layout, log):
-    readings = log.readings.copy()
-    readings[::2, 1] = np.nan
-    found = zeroed_log(replace(log, readings=readings), layout, 2.0)
-    np.testing.assert_allclose((readings - found.readings)[1], OFFSETS, atol=1e-5)
-
-
 def test_what_cannot_be_zeroed_is_refused(layout, log):
     with refused("--zero", 6.0):
         zeroed_log(log, layout, 6.0)
