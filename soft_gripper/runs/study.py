@@ -120,7 +120,7 @@ class StudyTables:
             InputError: if it is to be resumed, and the existing tables are of another study or have other columns.
         """
         if resume and self._about.is_file():
-            if read_text(self._about) != about:
+            if read_text(self._about, MAX_BYTES) != about:
                 expected = "contains another study, or one by other versions; repeat that one, or give another --out"
                 raise InputError("study", "--resume", str(self._folder), expected)
             self._read_rows()
