@@ -202,7 +202,7 @@ def test_an_object_is_lost_once_it_has_turned_in_every_finger_or_slid_on_average
         _shake=Shake(),
         grips=grips,
         _poses=[RigidTransform() for _ in grips],
-        _pose_in=lambda turned: RigidTransform(RotationMatrix.MakeXRotation(np.radians(turned)), [0, 0, 0]),
+        _relative_pose=lambda turned: RigidTransform(RotationMatrix.MakeXRotation(np.radians(turned)), [0, 0, 0]),
     )
     assert _HeldBody._loss(held, {"finger": (np.zeros(3), 1.0)}) == ended
     assert _HeldBody._loss(held, {"finger": (np.zeros(3), 0.0)}) == "let go"

@@ -87,7 +87,7 @@ def test_each_number_of_the_geometry_is_found_where_the_others_are_known(tmp_pat
     widths = {one: width if one in free else 1e-9 for one, width in geometry_fit._STDS.items()}
     monkeypatch.setattr(geometry_fit, "_STDS", widths)
     for of_all in {"base", "tilt", "delay"} - free:
-        monkeypatch.setattr(geometry_fit, f"_{of_all.upper()}", 1e-9)
+        monkeypatch.setattr(geometry_fit, f"_{of_all.upper()}_STD", 1e-9)
     found = fit_geometry(arms, arm_finger).model
     wires, parts = found.wires, found.parts
     numbers = {
