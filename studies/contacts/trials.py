@@ -143,7 +143,7 @@ def contact_errors_figure(columns: Sequence[tuple[EstimatorSetup, Estimates]], c
                 median = f"median error {100 * np.nanmedian(errors[name]):.2g} {unit}"
                 axes.text(0.98, 0.04, median, transform=axes.transAxes, ha="right", fontsize="small")
             column[0].set_title(_describe(setup), fontsize="medium")
-        for row, label in zip(panels, ("force [N]", "contact location [mm from the base]"), strict=True):
+        for row, label in zip(panels, ("force [N]", "contact location [mm]"), strict=True):
             row[0].set_ylabel(f"estimated {label}")
             for axes in row:
                 axes.set_xlabel(f"true {label}")

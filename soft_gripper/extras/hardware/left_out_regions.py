@@ -41,9 +41,9 @@ def regions_left_out(
     """
     for region in regions:
         for number in range(region.max() + 1) if region.any() else ():
-            found = without(region == number)
-            if len(found.errors):
-                yield found
+            left_out = without(region == number)
+            if len(left_out.errors):
+                yield left_out
 
 
 def learned_widths(fitted: Array, left_out: Sequence[LeftOut]) -> Widths:
@@ -97,8 +97,8 @@ def nearest(distance: Array) -> float:
 
 def fitted_disagreement(by_recording: Sequence[Array], spread: Array, shape: int) -> float:
     """The most that the states of a recording disagree with those of all others; infinite: it cannot be told."""
-    found = []
+    disagreements = []
     for number, own in enumerate(by_recording) if len(by_recording) > 1 else ():
         others = np.concatenate([states for i, states in enumerate(by_recording) if i != number])
-        found.append(disagreement(FittedStates(others, spread), own, shape))
-    return max(found, default=0.0) or float("inf")
+        disagreements.append(disagreement(FittedStates(others, spread), own, shape))
+    return max(disagreements, default=0.0) or float("inf")

@@ -59,33 +59,33 @@ def run(options: argparse.Namespace) -> None:
     )
     is_settled = _is_settled([*fitted, *tested])
     with opened as executor:
-        found = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
-        if isinstance(found, TestedStates):
-            print_identified_states(found)
+        result = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
+        if isinstance(result, TestedStates):
+            print_identified_states(result)
         else:
-            print_identified(found)
+            print_identified(result)
         kept, known = (
-            _kept(found)
-            if isinstance(found, Identified | IdentifiedStates)
+            _kept(result)
+            if isinstance(result, Identified | IdentifiedStates)
             else (STATES.read(file), CONFIDENCE.read(file))
         )
-        bands = [] if kept is None else band_rows(kept, found, known, executor.map)
+        bands = [] if kept is None else band_rows(kept, result, known, executor.map)
     if kept is not None:
         print_bands(bands)
         options.console.table("bands", bands)
     if options.out:
-        _write(found, file, outputs)
-        if kept is not None and known is not None and isinstance(found, Identified | IdentifiedStates):
+        _write(result, file, outputs)
+        if kept is not None and known is not None and isinstance(result, Identified | IdentifiedStates):
             STATES.write(options.out, kept)
             CONFIDENCE.write(options.out, known)
-    options.console.table("scores", found.scores)
+    options.console.table("scores", result.scores)
     options.console.wrote(*outputs)
 
 
-def _kept(found: Identified | IdentifiedStates) -> tuple[FittedStatesConfig, ConfidenceConfig]:
+def _kept(identified: Identified | IdentifiedStates) -> tuple[FittedStatesConfig, ConfidenceConfig]:
     """The states of a fit and the confidence in it, as they are kept beside the finger."""
-    growth = learned_growth(found) if isinstance(found, IdentifiedStates) else 0.0
-    return learned_band(found), kept_confidence(found.fit.free, found.confidence, growth)
+    growth = learned_growth(identified) if isinstance(identified, IdentifiedStates) else 0.0
+    return learned_band(identified), kept_confidence(identified.fit.free, identified.confidence, growth)
 
 
 def _check_chosen(options: argparse.Namespace) -> None:

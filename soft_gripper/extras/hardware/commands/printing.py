@@ -26,47 +26,47 @@ from soft_gripper.sensors.strain_errors import MINUTE
 _PRINTED_CORRELATION = 0.9
 
 
-def print_identified(found: Tested) -> None:
+def print_identified(tested: Tested) -> None:
     """Prints a line for each recording; of a fit first the parameters, with their confidence and correlations."""
-    if isinstance(found, Identified):
-        print(f"\nmarker error {100 * found.fit.error:.2f} % of the largest displacement (root mean square)")
-        _print_parameters(found.fit.free, found.fit.x, found.confidence)
-        finger = found.model.finger
+    if isinstance(tested, Identified):
+        print(f"\nmarker error {100 * tested.fit.error:.2f} % of the largest displacement (root mean square)")
+        _print_parameters(tested.fit.free, tested.fit.x, tested.confidence)
+        finger = tested.model.finger
         remains = 1 - sum(branch.share for branch in finger.creep)
         if finger.creep:
             print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
-        _print_correlations(found.confidence)
+        _print_correlations(tested.confidence)
     columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
     columns |= dict.fromkeys(("settled turn [degrees]", "creep [degrees]", "recovery [degrees]"), ">")
     columns |= dict.fromkeys(("50 % [ms]", "63 % [ms]"), ">")
-    print_table(columns, map(_score_cells, found.scores), "marker errors [mm], and measured motion")
-    for row in found.scores:
+    print_table(columns, map(_score_cells, tested.scores), "marker errors [mm], and measured motion")
+    for row in tested.scores:
         if not np.isnan(row.frequency_hz + row.simulated_frequency_hz):
             swing = f"{row.frequency_hz:.2f} Hz ({row.simulated_frequency_hz:.2f})"
             print(f"{row.recording}: swings at {swing}, decrement {row.decrement:.2f} ({row.simulated_decrement:.2f})")
-    for text in repetitions(found):
+    for text in repetitions(tested):
         print(text)
-    for motion in found.motions:
+    for motion in tested.motions:
         if motion.hold is not None:
             held = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"
             print(f"{motion.name}: held {held}")
     print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
     print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
     print("times that the turn is below these shares of the settled one, all swings together.")
-    for doubt in doubts(found):
+    for doubt in doubts(tested):
         print(f"WARNING: {doubt}")
 
 
-def print_identified_states(found: TestedStates) -> None:
+def print_identified_states(tested: TestedStates) -> None:
     """Prints the errors of every recording and family, after the parameters, if any are fitted."""
     print()
-    if isinstance(found, IdentifiedStates):
-        _print_parameters(found.fit.free, found.fit.x, found.confidence)
-        _print_correlations(found.confidence)
-    print_rows(found.scores, "marker errors, the mean offset removed, by the family of the rows")
-    if isinstance(found, IdentifiedStates):
+    if isinstance(tested, IdentifiedStates):
+        _print_parameters(tested.fit.free, tested.fit.x, tested.confidence)
+        _print_correlations(tested.confidence)
+    print_rows(tested.scores, "marker errors, the mean offset removed, by the family of the rows")
+    if isinstance(tested, IdentifiedStates):
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
-        for doubt in doubts_of_states(found):
+        for doubt in doubts_of_states(tested):
             print(f"WARNING: {doubt}")
 
 

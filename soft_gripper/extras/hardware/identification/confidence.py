@@ -74,10 +74,10 @@ def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Ar
             break
         group, correlation = groups[0]
         *beside, last = [left[i] for i in group]
-        found = Undetermined(
+        undetermined = Undetermined(
             names[last], float(values[last]), units[last], tuple(names[i] for i in beside), correlation
         )
-        dropped.append(found)
+        dropped.append(undetermined)
         left.remove(last)
     variance = np.sum(residuals**2) / max(len(residuals) - len(left), 1) * lasting
     spread = np.sqrt(np.diag(covariance))

@@ -112,8 +112,8 @@ def fit(
         options={"x_scale": np.append(free.scales, scales), "ftol": _TOLERANCE, "max_nfev": _MOST_STEPS},
     )
     begin = np.atleast_2d(free.start if starts is None else starts)
-    found = solve(problem, np.column_stack([begin, np.tile(unknowns, (len(begin), 1))]), report)
-    return FingerFit(**vars(found.profile(count)), free=free, recordings=with_unknowns(found.x))
+    solution = solve(problem, np.column_stack([begin, np.tile(unknowns, (len(begin), 1))]), report)
+    return FingerFit(**vars(solution.profile(count)), free=free, recordings=with_unknowns(solution.x))
 
 
 def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:

@@ -188,11 +188,11 @@ def _scored(
 _LARGEST_GOOD_ERROR = 5.0  # % of the finger's length
 
 
-def doubts(found: Tested) -> list[str]:
+def doubts(tested: Tested) -> list[str]:
     """Why not to trust a result: keys at an end of their range, a bad fit, recordings beyond those that were fitted."""
-    setup = found.model.setup
-    said = doubts_of_fit(found.fit, found.confidence) if isinstance(found, Identified) else []
-    for row, motion in zip(found.scores, found.motions, strict=True):
+    setup = tested.model.setup
+    said = doubts_of_fit(tested.fit, tested.confidence) if isinstance(tested, Identified) else []
+    for row, motion in zip(tested.scores, tested.motions, strict=True):
         if row.role == FITTED and row.tip_error_percent > _LARGEST_GOOD_ERROR:
             error = f"{row.tip_error_percent:.1f} % of the length"
             said.append(
@@ -208,10 +208,10 @@ def doubts(found: Tested) -> list[str]:
     return list(dict.fromkeys(said))
 
 
-def repetitions(found: Tested) -> list[str]:
+def repetitions(tested: Tested) -> list[str]:
     """How much recordings under the same load and pressure differ, as text: what no model can be judged below."""
     alike: dict[tuple[float, ...], list[MotionScore]] = {}
-    for row, motion in zip(found.scores, found.motions, strict=True):
+    for row, motion in zip(tested.scores, tested.motions, strict=True):
         if row.role != UNHELD:
             load = (motion.load.mass, motion.load.x, motion.load.z) if motion.load else (0.0,)
             alike.setdefault((motion.pressure or 0.0, *load), []).append(row)
@@ -245,11 +245,11 @@ def doubts_of_fit(fit: FingerFit[Any], confidence: Confidence) -> list[str]:
     return said
 
 
-def doubts_of_states(found: IdentifiedStates) -> list[str]:
+def doubts_of_states(identified: IdentifiedStates) -> list[str]:
     """Doubts of a fit to settled states, and tendons that no row tightens."""
-    slack = slack_tendons(found.model, found.states[: len(found.left_out)])
+    slack = slack_tendons(identified.model, identified.states[: len(identified.left_out)])
     said = f"no row tightens {', '.join(slack)}: do they pull the other way?"
-    return doubts_of_fit(found.fit, found.confidence) + ([said] if slack else [])
+    return doubts_of_fit(identified.fit, identified.confidence) + ([said] if slack else [])
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
@@ -264,9 +264,9 @@ _WIDTH, _HEIGHT = 2.6, 2.1  # inches, of a panel
 _TITLES = {FITTED: "fitted", TESTED: "held out", UNHELD: "held out, hold unknown"}
 
 
-def identify_figure(found: Tested) -> Figure:
+def identify_figure(tested: Tested) -> Figure:
     """Plots displacement and rotation of the tip, with a column for each recording."""
-    roles = [score.role for score in found.scores]
+    roles = [score.role for score in tested.scores]
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(
             2,
@@ -276,9 +276,9 @@ def identify_figure(found: Tested) -> Figure:
             squeeze=False,
             constrained_layout=True,
         )
-        motions = tqdm(found.motions, desc="figure", unit="recording", dynamic_ncols=True)
+        motions = tqdm(tested.motions, desc="figure", unit="recording", dynamic_ncols=True)
         for column, motion, role in zip(axes.T, motions, roles, strict=True):
-            simulated = simulated_markers(found.model.finger, found.model.setup, motion)
+            simulated = simulated_markers(tested.model.finger, tested.model.setup, motion)
             for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
                 column[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
                 column[1].plot(motion.time, np.degrees(turned(markers, motion.reference)), **style)

@@ -86,9 +86,9 @@ class _Learned(NamedTuple):
     is_local: bool  # whether errors differ between the states, and no covariance is counted
 
 
-def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
+def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfig:
     """The states that a finger was fitted to, and the band of its markers."""
-    fit, learned = found.fit, _learned(found)
+    fit, learned = identified.fit, _learned(identified)
     seen = np.isfinite(learned.errors).all(axis=1)
     states, count = learned.states, learned.errors.shape[1] * learned.parts
     spread, floor = _spreads(states), np.nanquantile(learned.errors, COVERAGE)
@@ -105,8 +105,8 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
 
     def by_keys(kept: NDArray[np.bool_]) -> Array:
         """Half widths by the keys of a fit to some of the residuals, (n, K)."""
-        assert isinstance(found, Identified)
-        moved = fit.slopes @ square_root(confidence(found.fit, kept).covariance)
+        assert isinstance(identified, Identified)
+        moved = fit.slopes @ square_root(confidence(identified.fit, kept).covariance)
         return ball_radius((moved.T * learned.to_error).reshape(-1, *learned.errors.shape, learned.parts))
 
     def without(region: NDArray[np.bool_]) -> LeftOut:
@@ -129,16 +129,18 @@ def learned_band(found: Identified | IdentifiedStates) -> FittedStatesConfig:
     ]
     widths = max((learned_widths(near, left_out) for left_out in each_way), key=attrgetter("growth"))
     of_states = size if learned.is_local else None
-    return kept_states(_names(found.model.finger, states), fitted, widths, sizes=of_states, most=_MOST_KEPT)
+    return kept_states(_names(identified.model.finger, states), fitted, widths, sizes=of_states, most=_MOST_KEPT)
 
 
-def _learned(found: Identified | IdentifiedStates) -> _Learned:
-    if isinstance(found, IdentifiedStates):
-        count = len(found.left_out)
-        recordings = [*_of_states(TestedStates(found.model, found.states[:count], found.errors[:count], ()))]
+def _learned(identified: Identified | IdentifiedStates) -> _Learned:
+    if isinstance(identified, IdentifiedStates):
+        count = len(identified.left_out)
+        recordings = [
+            *_of_states(TestedStates(identified.model, identified.states[:count], identified.errors[:count], ()))
+        ]
         states, errors = (np.concatenate(each) for each in zip(*(one[1:3] for one in recordings), strict=True))
         return _Learned(states, errors, 1.0, 3, is_local=True)
-    recordings = [*_of_motions(Tested(found.model, found.fit.recordings, ()), every=1)]
+    recordings = [*_of_motions(Tested(identified.model, identified.fit.recordings, ()), every=1)]
     states = np.concatenate([np.repeat(each.states, each.errors.shape[1], axis=0) for each in recordings])
     errors = np.concatenate([(each.errors / each.scale).reshape(-1, 1) for each in recordings])
     sizes = [each.errors.size for each in recordings]
@@ -156,19 +158,19 @@ def _spreads(states: Array) -> Array:
 
 
 def band_rows(
-    kept: FittedStatesConfig, found: Tested | TestedStates, known: ConfidenceConfig | None = None, run: Run = map
+    kept: FittedStatesConfig, tested: Tested | TestedStates, known: ConfidenceConfig | None = None, run: Run = map
 ) -> list[BandRow]:
     """How the markers of recordings lie in their bands.
 
     Args:
         kept: states and band of the fit.
-        found: recordings that are compared with the finger.
+        tested: recordings that are compared with the finger.
         known: confidence in its keys, which counts in motions; None: they are exact.
         run: calls a function with every one of its arguments, as `map` does, or that of an executor.
     """
     fitted, widths = kept.fitted, kept.widths
-    recordings = _of_states(found) if isinstance(found, TestedStates) else _of_motions(found, _STRIDE, known, run)
-    scores: Sequence[MotionScore | StateScore] = found.scores
+    recordings = _of_states(tested) if isinstance(tested, TestedStates) else _of_motions(tested, _STRIDE, known, run)
+    scores: Sequence[MotionScore | StateScore] = tested.scores
     roles = {score.recording: score.role for score in reversed(scores)}
     rows = []
     for each in recordings:
@@ -181,9 +183,9 @@ def band_rows(
         size = each.scale * kept.sizes_near(each.states)
         band = widths.band(by_distance) * np.hypot(size, each.by_keys / widths.floor)
         far = widths.is_far(by_distance)
-        dimensions = 3 if isinstance(found, TestedStates) else 2
+        dimensions = 3 if isinstance(tested, TestedStates) else 2
         rows.append(_band_row(each.name, roles[each.name], each.errors, band, far, dimensions))
-    return rows + (_left_out_rows(kept, found) if isinstance(found, IdentifiedStates) else [])
+    return rows + (_left_out_rows(kept, tested) if isinstance(tested, IdentifiedStates) else [])
 
 
 def _band_row(name: str, role: str, errors: Array, band: Array, far: NDArray[np.bool_], dimensions: int) -> BandRow:
@@ -191,13 +193,13 @@ def _band_row(name: str, role: str, errors: Array, band: Array, far: NDArray[np.
     return BandRow(name, role, *shares, 1e3 * float(band.mean()), 100 * float(far.mean()))
 
 
-def _left_out_rows(kept: FittedStatesConfig, found: IdentifiedStates) -> list[BandRow]:
+def _left_out_rows(kept: FittedStatesConfig, identified: IdentifiedStates) -> list[BandRow]:
     """How the markers of fitted rows lie in their bands, each by a fit without its family, and away from the others."""
-    fitted = found.states[: len(found.left_out)]
+    fitted = identified.states[: len(identified.left_out)]
     states, count = np.concatenate([_pulled(each) for each in fitted]), 0
-    size = np.linalg.norm(np.concatenate(found.errors[: len(fitted)]), axis=-1)
+    size = np.linalg.norm(np.concatenate(identified.errors[: len(fitted)]), axis=-1)
     rows = []
-    for each, errors in zip(fitted, found.left_out, strict=True):
+    for each, errors in zip(fitted, identified.left_out, strict=True):
         own, count = np.arange(count, count + len(errors)), count + len(errors)
         away, bands, far = [], [], []
         for family in sorted({*each.families} - {""}):
@@ -229,8 +231,8 @@ def extrapolations(rows: Sequence[BandRow]) -> list[str]:
     ]
 
 
-def _of_states(found: TestedStates) -> Iterator[_Driven]:
-    for states, errors in zip(found.states, found.errors, strict=True):
+def _of_states(tested: TestedStates) -> Iterator[_Driven]:
+    for states, errors in zip(tested.states, tested.errors, strict=True):
         yield _Driven(states.name, _pulled(states), np.linalg.norm(errors, axis=-1), 1.0)
 
 
@@ -238,16 +240,16 @@ def _pulled(states: SettledStates) -> Array:
     return np.column_stack([states.pulled, np.full(len(states.pulled), states.load)])
 
 
-def _of_motions(found: Tested, every: int, known: ConfidenceConfig | None = None, run: Run = map) -> Iterator[_Driven]:
+def _of_motions(tested: Tested, every: int, known: ConfidenceConfig | None = None, run: Run = map) -> Iterator[_Driven]:
     """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
-    motions = {motion.name: motion for motion in reversed(found.motions)}.values()
+    motions = {motion.name: motion for motion in reversed(tested.motions)}.values()
     for motion in tqdm(motions, desc="markers", unit="recording", dynamic_ncols=True):
-        simulated = simulated_markers(found.model.finger, found.model.setup, motion)
+        simulated = simulated_markers(tested.model.finger, tested.model.setup, motion)
         errors = np.abs(simulated - motion.markers)[::every]
         scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())
         states, by_keys = np.tile(_driven(motion), (len(errors), 1)), np.zeros(errors.shape)
         if known is not None:
-            deviations = marker_deviations(known.free(found.model), known.covariance, motion, run)
+            deviations = marker_deviations(known.free(tested.model), known.covariance, motion, run)
             by_keys = ball_radius(as_points(deviations[:, ::every]))
         yield _Driven(motion.name, states, errors, scale, by_keys)
 

@@ -168,17 +168,17 @@ def body_band(
     """The band of every body about its place by arcs; `variants` of zeroed wires, see `zeroing`."""
     distances = band.distances(geometry, recording)
     grown = _grown(geometry, recording, finger, distances)
-    found = band.widths.band(grown)
+    radius = band.widths.band(grown)
     if variants:
-        at, *moved = (
+        at, *variant_places = (
             places(one, finger, *one.wires.sections(recording.inner, recording.outer))[0]
             for one in (geometry, *variants)
         )
-        found = np.hypot(found, ball_radius(as_points(np.stack(moved) - at)))
-    return BodyBand(found, distances, band.widths.is_far(grown).any(axis=-1))
+        radius = np.hypot(radius, ball_radius(as_points(np.stack(variant_places) - at)))
+    return BodyBand(radius, distances, band.widths.is_far(grown).any(axis=-1))
 
 
-def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, found: BodyBand) -> list[str]:
+def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, body: BodyBand) -> list[str]:
     """Where a recording is far from what was fitted, as text: the furthest state of a section, or none."""
     states = section_states(geometry, recording)
 
@@ -188,7 +188,7 @@ def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmReco
         at = f"{1e3 * length:.0f} mm long and {np.degrees(bend):.0f} degrees bent under {driven} kPa"
         return f"section {section + 1} {at}"
 
-    return extrapolated(recording.time, found.distance, found.is_far, state)
+    return extrapolated(recording.time, body.distance, body.is_far, state)
 
 
 def disagreements(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording) -> list[str]:

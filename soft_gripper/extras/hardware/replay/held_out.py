@@ -180,11 +180,12 @@ def replay_recordings(
     splits = leave_one_out(reported) if fitted is None else [Split(fitted, reported)]
 
     def fit(others: Sequence[ArmRecording]) -> Callable[[ArmRecording], Replayed]:
-        found, fitted_on = fit_arm(others, finger, gravity), tuple(other.name for other in others)
-        return lambda recording: _replayed(recording, found, fitted_on, rows, finger, zero)
+        fitted_arm = fit_arm(others, finger, gravity)
+        fitted_on = tuple(other.name for other in others)
+        return lambda recording: _replayed(recording, fitted_arm, fitted_on, rows, finger, zero)
 
-    found = predictions(splits, fit)  # with a report of the progress, in a log as well
-    reports = tqdm(found, desc="replay", total=len(reported), mininterval=REPORT_PERIOD, dynamic_ncols=True)
+    replays = predictions(splits, fit)  # with a report of the progress, in a log as well
+    reports = tqdm(replays, desc="replay", total=len(reported), mininterval=REPORT_PERIOD, dynamic_ncols=True)
     return ArmReplay(list(reports), rows)
 
 
@@ -198,13 +199,13 @@ def _replayed(
         at = zeroed(fitted.geometry, recording, finger, zero, fitted.band.std)
         fitted = replace(fitted, arm=replace(fitted.arm, wires=at.geometry.wires), geometry=at.geometry)
     signals = estimate_recording(fitted.arm, replay_inputs(recording, at.geometry.delay), rows, about)
-    found = body_band(fitted.band, at.geometry, recording, finger, at.variants)
+    band = body_band(fitted.band, at.geometry, recording, finger, at.variants)
     bands = {
-        BAND: (("time", "body"), found.radius, {"units": "m"}),
-        DISTANCE: (("time", "arm_section"), found.distance, {"units": "1"}),
-        FAR: (("time",), found.is_far),
+        BAND: (("time", "body"), band.radius, {"units": "m"}),
+        DISTANCE: (("time", "arm_section"), band.distance, {"units": "1"}),
+        FAR: (("time",), band.is_far),
     }
-    warnings = extrapolations(fitted.band, at.geometry, recording, found)
+    warnings = extrapolations(fitted.band, at.geometry, recording, band)
     warnings += disagreements(fitted.band, at.geometry, recording)
     first = 1 + int(np.searchsorted(recording.time, zero, side="right")) if zero > 0 else 1
     return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(bands)), tuple(warnings), first)

@@ -75,9 +75,9 @@ def zeroed(geometry: ArmGeometry, recording: ArmRecording, finger: Finger, secon
         return np.concatenate([as_points(away).ravel(), apart])
 
     problem = Problem(build_geometry, residuals, options={"x_scale": np.repeat(_TYPICAL, len(std))})
-    found = fit(problem, np.zeros(2 * len(std)))
-    deviations = np.linalg.cholesky(found.covariance).T
-    return Zeroed(found.model, tuple(build_geometry(found.x + one) for one in deviations))
+    zero_fit = fit(problem, np.zeros(2 * len(std)))
+    deviations = np.linalg.cholesky(zero_fit.covariance).T
+    return Zeroed(zero_fit.model, tuple(build_geometry(zero_fit.x + one) for one in deviations))
 
 
 def zeroed_log(log: FingerLog, layout: MeasurementModel, seconds: float) -> FingerLog:
