@@ -134,7 +134,7 @@ def contact_force_figure(rows: Sequence[ContactForceRow], scenarios: Sequence[st
             force.axhline(0, color="0.8", lw=0.8, zorder=0)
             place.set(xlabel="pressure [kPa]", ylim=(0, 125))
         force_row[0].set_ylabel("contact force [N]")
-        place_row[0].set_ylabel("place [mm from the base]")
+        place_row[0].set_ylabel("contact location [mm]")
         place_row[0].legend(frameon=False, fontsize="small", title="sections per side, where they meet")
     return figure
 

@@ -50,8 +50,9 @@ def test_every_term_of_the_glossary_is_used() -> None:
 
 
 def test_avoided_words_are_recognized() -> None:
-    assert avoided_words().findall("its contact  places, Force\nacross, a bend ratio and the forces") == [
+    assert avoided_words().findall("its contact  places, Force\nacross, a bend ratio, place [mm] and the forces") == [
         "contact  places",
         "Force\nacross",
         "bend ratio",
+        "place [mm",
     ]
