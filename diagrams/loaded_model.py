@@ -20,7 +20,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf
-from soft_gripper.model_import.added_model import add_model
+from soft_gripper.model_import.added_model import AddedModel, add_model
 from soft_gripper.model_import.arm_joints import (
     couple,
     exclude_contact,
@@ -30,7 +30,7 @@ from soft_gripper.model_import.arm_joints import (
 )
 from soft_gripper.model_import.contact_properties import set_friction, touch_at_surfaces
 from soft_gripper.model_import.drake_parsing import drake_reads
-from soft_gripper.model_import.imported_model import ImportOptions, Mimic
+from soft_gripper.model_import.imported_model import ImportedModel, ImportOptions, Mimic
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.plausible_sizes import check_meshes, note_quantities, note_spread
 from soft_gripper.model_import.read_model import has_form, read_model
@@ -69,56 +69,35 @@ def load_model(
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
     """
-    path = model_path(config.file)
-    if not os.path.isfile(path):
-        raise InputError(where, "file", config.file, f"there is no file {path}")
+    file = ModelFile(_existing_file(config, where))
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
         raise InputError(where, "self_contact", True, expected)
-    stands = not config.free and config.parent == "world"
-    limits = {} if arm is None else arm.limits
-    file = ModelFile(path)
-    options = import_options(config, where, arm is not None)
-    fingers = tuple[Finger, ...]()
+    options, fingers = import_options(config, where, arm is not None), tuple[Finger, ...]()
+    is_welded_to_world = not config.free and config.parent == "world"
     is_urdf = has_form(file, "URDF")
     with drake_reads(where, "file", config.file, file):
         if is_urdf:
-            expanded = _expand(plant, path, config, where, visuals, points)
+            expanded = _expand(plant, file.path, config, where, visuals, points)
             file.root = deepcopy(expanded.robot)
             fingers = expanded.fingers
             options = replace(options, without=())  # with what hangs on them, before fingers are expanded
             _check_fingers_keep(config, where, fingers)
         imported = read_model(file, options)
         model = add_model(_parser(plant), file, imported)
-        check_meshes(model, config.free, is_fixture=arm is None and stands)
-    check_names(where, config.fingers, [finger.name for finger in fingers])
-    require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
-    if len(model.indices) != 1:
-        raise InputError(where, "file", config.file, f"holds {len(model.indices)} models; give a file with one")
-    if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(model.index) != config.name:
-        raise InputError(where, "name", config.name, "is taken by another model")
+        check_meshes(model, config.free, is_fixture=arm is None and is_welded_to_world)
+    _check_model(model, config, where, fingers)
     plant.RenameModelInstance(model.index, config.name)
-    couple(model)
-    exclude_contact(model, imported.apart)
-    if imported.friction is not None:
-        set_friction(where, imported.friction, model)
-    note_spread(model, stands)
-    if arm is None:
-        touch_at_surfaces(model)
-    else:
-        set_limits(model, limits)
-        exclude_self_contact(model)
-    free_followers(model, limits)
+    _set_joints_and_contact(model, imported, arm, where)
     for finger in fingers:
         if finger.length > _MAX_FINGER_LENGTH:
             file.note(READ, f"finger '{finger.name}': length", f"{finger.length:g} m", "is it in millimetres?")
+    note_spread(model, is_welded_to_world)
     note_quantities(model, config.free)
-    _check_contents(plant, model.index, config, where)
     report(file.notes)
-    put = add_torsion_springs if config.springs == "torsion" else PlantFinger
-    return LoadedModel(
-        model.index, [put(finger=finger, plant=plant, model=model.index) for finger in fingers], model.mimics
-    )
+    make_finger = add_torsion_springs if config.springs == "torsion" else PlantFinger
+    plant_fingers = [make_finger(finger=finger, plant=plant, model=model.index) for finger in fingers]
+    return LoadedModel(model.index, plant_fingers, model.mimics)
 
 
 def _parser(plant: MultibodyPlant) -> Parser:
@@ -167,6 +146,25 @@ def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:
     return can_be_implicit and unstable and time_step <= _MAX_STEP
 
 
+def _existing_file(config: ModelConfig, where: str) -> Path:
+    path = model_path(config.file)
+    if not os.path.isfile(path):
+        raise InputError(where, "file", config.file, f"there is no file {path}")
+    return path
+
+
+def _check_model(model: AddedModel, config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
+    """Checks that a file has one model, of another name, that suits its config."""
+    plant = model.plant
+    check_names(where, config.fingers, [finger.name for finger in fingers])
+    require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
+    if len(model.indices) != 1:
+        raise InputError(where, "file", config.file, f"holds {len(model.indices)} models; give a file with one")
+    if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(model.index) != config.name:
+        raise InputError(where, "name", config.name, "is taken by another model")
+    _check_contents(plant, model.index, config, where)
+
+
 def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
     """Checks that a model has links, or is one soft object that is free."""
     soft = deformable_body(plant, model)
@@ -180,6 +178,21 @@ def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: Mo
         raise InputError(
             where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
         )
+
+
+def _set_joints_and_contact(model: AddedModel, imported: ImportedModel, arm: ArmConfig | None, where: str) -> None:
+    """Couples joints, sets their limits, and says what touches what, with which friction."""
+    couple(model)
+    exclude_contact(model, imported.apart)
+    if imported.friction is not None:
+        set_friction(where, imported.friction, model)
+    if arm is None:
+        touch_at_surfaces(model)
+        free_followers(model)
+    else:
+        set_limits(model, arm.limits)
+        exclude_self_contact(model)
+        free_followers(model, arm.limits)
 
 
 def _check_fingers_keep(config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:

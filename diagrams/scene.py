@@ -19,8 +19,7 @@ from pydrake.geometry import (
     SceneGraphInspector,
 )
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import ModelDirective
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
 from pydrake.multibody.tree import ForceElementIndex, Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
@@ -39,7 +38,7 @@ from soft_gripper.model_import.imported_model import Mimic
 from soft_gripper.scenario.deformables import Deformable, deformable_body, deformable_kind
 from soft_gripper.scenario.directives import add_directives
 from soft_gripper.scenario.model_files import is_mjcf, model_path
-from soft_gripper.scenario.schema import ArmConfig, ModelConfig
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, Scenario
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -191,39 +190,26 @@ class Scene(NamedTuple):
 
 
 @collect_notes()  # so that the notes on all its models are few
-def add_plant(
-    builder: DiagramBuilder,
-    config: MultibodyPlantConfig,
-    models: Sequence[ModelConfig],
-    gravity: Sequence[float],
-    arm: ArmConfig | None = None,
-    visuals: bool = True,
-    points: int | None = None,
-    directives: Sequence[ModelDirective] = (),
-) -> Scene:
-    """Adds a finalized plant named "plant" and its SceneGraph, with all models placed.
+def add_plant(builder: DiagramBuilder, scenario: Scenario, visuals: bool = True) -> Scene:
+    """Adds a finalized plant named "plant" and its SceneGraph, with all models of a scenario placed.
 
     Args:
         builder: builder of the diagram.
-        config: Drake's config of the plant.
-        models: the models, each welded to an earlier one.
-        gravity: gravity in the world, (3,) m/s^2.
-        arm: which of the models is an arm, and its initial posture.
+        scenario: of which the plant, its models, directives and gravity, the arm and the kind of contact are read.
         visuals: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
-        points: on either side of every link of a finger, at which it touches other bodies; None: over its surface.
-        directives: what is added before the models.
 
     Raises:
         InputError: if a directive, a model or a finger in it is invalid.
     """
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    plant.mutable_gravity_field().set_gravity_vector(gravity)
-    add_directives(plant, directives)
+    models, arm, points = scenario.models, scenario.arm, scenario.points
+    plant, scene_graph = AddMultibodyPlant(scenario.plant_config, builder)
+    plant.mutable_gravity_field().set_gravity_vector(scenario.gravity)
+    add_directives(plant, scenario.directives)
     fingers: list[PlantFinger] = []
     mimics: dict[str, Sequence[Mimic]] = {}
     kind = deformable_kind()
     if kind is not None:
-        kind.check_config(config, models)
+        kind.check_models(scenario)
     for i, model in enumerate(models):
         where = f"models[{i}]"
         own = arm if arm is not None and model.name == arm.model else None
@@ -234,7 +220,7 @@ def add_plant(
             raise InputError(where, "free", True, "fingers need a welded base")
         fingers += model_fingers
     if kind is not None and plant.deformable_model().num_bodies():
-        kind.check_scene(config, models, points)
+        kind.check_scene(scenario)
     with drake_reads("models", "file", [model.file for model in models]):
         if points is not None:
             skins = (plant.GetCollisionGeometriesForBody(link) for finger in fingers for link in finger.links)

@@ -134,16 +134,7 @@ def add_station(
         scenario = checked_scenario("scenario", scenario)
         nominal = read_nominal_model(scenario.nominal)
         if like is None:
-            scene = add_plant(
-                builder,
-                scenario.plant_config,
-                scenario.models,
-                scenario.gravity,
-                scenario.arm,
-                visuals,
-                scenario.points,
-                scenario.directives,
-            )
+            scene = add_plant(builder, scenario, visuals)
         else:
             scene = add_copy(builder, like.scene, scenario.models)
             notes += [each for each in like.notes if each not in notes]
@@ -167,17 +158,7 @@ def add_station(
         if meshcat is not None:
             from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 
-            add_meshcat_view(
-                builder,
-                scene,
-                station.signals,
-                meshcat,
-                scenario.pressure,
-                scenario.models,
-                scenario.arm,
-                scenario.task,
-                scenario.visualization,
-            )
+            add_meshcat_view(builder, scene, station.signals, meshcat, scenario)
         station.notes += notes
     return station
 

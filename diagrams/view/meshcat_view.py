@@ -45,7 +45,7 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.deformables import deformable_kind
-from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, TaskConfig
+from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, Scenario, TaskConfig
 
 LOOPBACK = "127.0.0.1"
 _MAX_DESCRIPTORS = 4096
@@ -182,11 +182,7 @@ def add_meshcat_view(
     scene: Scene,
     signals: Mapping[str, OutputPort],
     meshcat: Meshcat,
-    pressure: PressureConfig,
-    models: Sequence[ModelConfig] = (),
-    arm: ArmConfig | None = None,
-    task: TaskConfig | None = None,
-    visualization: VisualizationConfig | None = None,
+    scenario: Scenario,
 ) -> None:
     """Adds the visualizers of bodies, true contact forces and estimates, and sets up camera, light and legend.
 
@@ -195,11 +191,10 @@ def add_meshcat_view(
         scene: the simulated scene.
         signals: see `add_estimates`.
         meshcat: the Meshcat to draw in.
-        pressure: the `pressure` part, whose limits determine the torque scale.
-        models, arm, task: parts of the scenario; their whole workspace is kept in view.
-        visualization: Drake's config of what else is shown; None: nothing else.
+        scenario: its whole workspace is kept in view, and its pressures determine the torque scale.
     """
-    add_estimates(builder, scene, signals, meshcat, pressure)
+    visualization = scenario.visualization
+    add_estimates(builder, scene, signals, meshcat, scenario.pressure)
     kind = deformable_kind()
     if kind is not None and scene.deformables:
         kind.add_view(builder, scene.plant, scene.scene_graph, scene.deformables, signals, meshcat, PERIOD)
@@ -207,7 +202,7 @@ def add_meshcat_view(
         ContactVisualizer.AddToBuilder(builder, scene.plant, meshcat, _contact_arrows())
     if visualization is not None:
         _add_others(builder, scene, meshcat, visualization)
-    set_up_view(scene, meshcat, pressure, models, arm, task)
+    set_up_view(scene, meshcat, scenario)
 
 
 def _add_others(builder: DiagramBuilder, scene: Scene, meshcat: Meshcat, config: VisualizationConfig) -> None:
@@ -243,22 +238,14 @@ def add_estimates(
             builder.Connect(signals[name], port)
 
 
-def set_up_view(
-    scene: Scene,
-    meshcat: Meshcat,
-    pressure: PressureConfig,
-    models: Sequence[ModelConfig] = (),
-    arm: ArmConfig | None = None,
-    task: TaskConfig | None = None,
-) -> None:
+def set_up_view(scene: Scene, meshcat: Meshcat, scenario: Scenario) -> None:
     """Sets up camera, light and legend for a scene. For the arguments see `add_meshcat_view`."""
-    plant, _, fingers, *_ = scene
-    direction = viewing_direction(arm, plant, fingers, _DEFAULT_DIRECTION)
+    direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, _DEFAULT_DIRECTION)
     _set_scene(meshcat)
-    if arm is not None:
+    if scenario.arm is not None:
         _light_from_camera(meshcat, direction)
-    _aim_camera(meshcat, _landmarks(scene, models, arm, task), direction)
-    draw_torque_legend(meshcat, torque_limit(pressure, fingers), FIELD_OF_VIEW)
+    _aim_camera(meshcat, _landmarks(scene, scenario.models, scenario.arm, scenario.task), direction)
+    draw_torque_legend(meshcat, torque_limit(scenario.pressure, scene.fingers), FIELD_OF_VIEW)
 
 
 def _contact_arrows() -> ContactVisualizerParams:

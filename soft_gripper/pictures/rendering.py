@@ -64,8 +64,7 @@ class RecordedScene:
 
     def __init__(self, scenario: Scenario, recording: Recording):
         builder = DiagramBuilder()
-        parts = scenario.models, scenario.gravity, scenario.arm
-        scene = add_plant(builder, scenario.plant_config, *parts, directives=scenario.directives)
+        scene = add_plant(builder, scenario)
         self.plant, self.scene_graph, self.fingers, self._deformables, *_ = scene
         give_normals(self.scene_graph, self.plant.get_source_id())
         self._diagram = builder.Build()

@@ -6,19 +6,19 @@ An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLE
 
 import xml.etree.ElementTree as ET
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydrake.geometry import GeometryId, Meshcat, SceneGraph, SceneGraphInspector
-from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import DeformableBody, ModelInstanceIndex
 from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from soft_gripper.arrays import Array
 from soft_gripper.registry import registered
-from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+from soft_gripper.scenario.schema import MeshConfig, Scenario
 
 if TYPE_CHECKING:  # imported when a signal is read
     import xarray as xr
@@ -69,12 +69,12 @@ class DeformableKind(ABC):
         """Describes an object of a density, kg/m^3, as the link of an SDFormat file."""
 
     @abstractmethod
-    def check_config(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig]) -> None:
+    def check_models(self, scenario: Scenario) -> None:
         """Checks, before models are read, that a plant can have those of them that are of this kind."""
 
     @abstractmethod
-    def check_scene(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
-        """Checks the rest of a scene that has one; `points` as of `add_plant`."""
+    def check_scene(self, scenario: Scenario) -> None:
+        """Checks the rest of a scenario that has one."""
 
     @abstractmethod
     def objects(

@@ -32,7 +32,7 @@ class Body(NamedTuple):
 def scene_bodies(scenario: Scenario) -> list[Body]:
     """Bodies of all models that are not URDF files: grippers are read from theirs."""
     builder = DiagramBuilder()
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
+    scene = add_plant(builder, scenario)
     diagram = builder.Build()
     plant, context = scene.plant, diagram.CreateDefaultContext()
     plant_context = plant.GetMyContextFromRoot(context)

@@ -23,7 +23,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     scenario, builder = task.scenario, DiagramBuilder()
     for field, value in setting.items():
         setattr(scenario.plant_config, field, value)
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, visuals=False)
+    scene = add_plant(builder, scenario, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.pressure_commands)
     signals = {}

@@ -131,7 +131,7 @@ def _print_blocks(name: str, overrides: list[str]) -> bool:
 def _bare_plant(station: Station) -> Diagram:
     """Diagram of the plant alone."""
     builder, scenario = DiagramBuilder(), station.scenario
-    add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
+    add_plant(builder, scenario, visuals=False)
     return builder.Build()
 
 

@@ -49,7 +49,7 @@ def main(name: str) -> None:
 def bare_diagram(scenario: Scenario) -> Diagram:
     """Diagram of the plant and its drive."""
     builder = DiagramBuilder()
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity, scenario.arm, visuals=False)
+    scene = add_plant(builder, scenario, visuals=False)
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.pressure_commands)
     return builder.Build()

@@ -117,7 +117,7 @@ class _Push(LeafSystem):
 def run(grasp: Grasp, yields: str) -> Run:
     """Simulates a grasp."""
     scenario, builder = grasp_scenario(grasp, yields), DiagramBuilder()
-    scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
+    scene = add_plant(builder, scenario)
     plant, thing = scene.plant, scenario.models[-1].name
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     for command in drive.commands.values():

@@ -54,10 +54,8 @@ def test_forces_are_in_balance(grasps):
 
 
 def test_a_mesh_is_touched_at_its_convex_parts():
-    scenario = load_scenario("irregular_grasp", ["contact=points"])
-    plant, scene_graph, fingers, *_ = add_plant(
-        DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, points=2
-    )
+    scenario = load_scenario("irregular_grasp", ["contact=points", "contact_points=2"])
+    plant, scene_graph, fingers, *_ = add_plant(DiagramBuilder(), scenario)
     inspector = scene_graph.model_inspector()
     skins = {each for finger in fingers for link in finger.links for each in plant.GetCollisionGeometriesForBody(link)}
     names = {each: inspector.GetName(each) for each in inspector.GetAllGeometryIds(Role.kProximity)}

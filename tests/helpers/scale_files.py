@@ -51,8 +51,7 @@ def write_log(folder: Path) -> Path:
     for name, text in {"one.yaml": SCENARIO, "bench.yaml": BENCH, "scale.yaml": RECORDING}.items():
         (folder / name).write_text(text, encoding="utf-8")
     scenario = load_scenario(str(folder / "one.yaml"))
-    plant = scenario.plant_config, scenario.models, scenario.gravity, None, False
-    (finger,) = add_plant(DiagramBuilder(), *plant).fingers
+    (finger,) = add_plant(DiagramBuilder(), scenario, visuals=False).fingers
     gravity = complex(planar_gravity(finger.X_WB.GetAsMatrix34(), np.array(scenario.gravity)))
     layout = SensorLayout(finger.finger, 2, borders=(0.333,))
     rows, begins = [], 0.0

@@ -19,8 +19,7 @@ def scenario_of(folder: Path, *models: str) -> Scenario:
 
 def add_scene(builder: DiagramBuilder, scenario: Scenario) -> Scene:
     """Adds what a scenario simulates."""
-    parts = scenario.models, scenario.gravity, scenario.arm
-    return add_plant(builder, scenario.plant_config, *parts, directives=scenario.directives)
+    return add_plant(builder, scenario)
 
 
 def arm_of(scenario: Scenario, scene: Scene) -> Arm:

@@ -236,8 +236,7 @@ def bench_scenario(scenario: Scenario) -> Scenario:
 
 
 def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
-    inputs = scenario.plant_config, scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), *inputs, visuals=False, directives=scenario.directives)
+    scene = add_plant(DiagramBuilder(), scenario, visuals=False)
     if not scene.fingers:
         raise InputError("scenario", "models", [m.file for m in scenario.models], "there is no <finger> in them")
     parts = _BenchParts(DiagramBuilder(), scenario.sensor.period)

@@ -41,18 +41,15 @@ class EstimateScene:
         """
         self._meshcat = meshcat
         builder = DiagramBuilder()
-        config, gravity = scenario.plant_config, scenario.gravity
-        directives = scenario.directives
-        whole = add_plant(DiagramBuilder(), config, scenario.models, gravity, scenario.arm, directives=directives)
-        models = _placed_models(scenario.models, whole.fingers, bool(moving))
-        arm = None if moving else scenario.arm
-        scene = add_plant(builder, config, models, gravity, arm, directives=() if moving else directives)
+        whole = add_plant(DiagramBuilder(), scenario)
+        drawn = replace(scenario, models=_placed_models(scenario.models, whole.fingers, bool(moving)))
+        scene = add_plant(builder, replace(drawn, arm=None, directives=[]) if moving else drawn)
         self._sizes = {
             name: signals[name].size() for finger in scene.fingers for name in _drawn_names(finger.name, signals)
         }
         inputs = {name: _add_input(builder, name, size) for name, size in self._sizes.items()}
         add_estimates(builder, scene, inputs, meshcat, scenario.pressure)
-        set_up_view(whole, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
+        set_up_view(whole, meshcat, scenario)
         self._positions = _estimated_positions(scene.fingers, signals)
         self._base = next((f for f in scene.fingers if f.name in moving), None)
         self._posed = _PosedScene(builder, scene)

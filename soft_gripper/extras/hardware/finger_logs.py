@@ -84,8 +84,7 @@ def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
         InputError: if it does not fit its description, or the scenario's fingers and sensors.
     """
     scenario = log.scenario
-    parts = scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
+    scene = add_plant(DiagramBuilder(), scenario, visuals=False)
     fingers = {log_.name: log_ for log_ in scene.fingers}
     gravity = np.array(scenario.gravity)
     if isinstance(log.described, BenchConfig):

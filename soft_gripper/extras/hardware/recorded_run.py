@@ -38,8 +38,7 @@ def load_run(file: Path) -> RecordedRun:
         raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no such attribute")
     scenario = parse_scenario(file, text)
     _check_time(file, recording, scenario.sensor.period)
-    parts = scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
+    scene = add_plant(DiagramBuilder(), scenario, visuals=False)
     if not scene.fingers:
         raise InputError(file, "fingers", [], "there is no finger in the recording")
     return RecordedRun(recording, scenario, scene.fingers)

@@ -2,13 +2,13 @@
 
 import logging
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from pydrake.geometry import Meshcat, SceneGraph, SceneGraphInspector
-from pydrake.multibody.plant import MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from soft_gripper.diagrams.wiring.named_wires import inputs
@@ -20,7 +20,7 @@ from soft_gripper.extras.soft.tetrahedra import SUFFIX, Tetrahedra, read_tetrahe
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.model_import.forms.mesh import add_geometry, add_values, add_visual
 from soft_gripper.scenario.deformables import Deformable, DeformableKind, deformable_body
-from soft_gripper.scenario.schema import MeshConfig, ModelConfig
+from soft_gripper.scenario.schema import MeshConfig, Scenario
 
 if TYPE_CHECKING:  # imported when a mesh is read
     import trimesh
@@ -58,25 +58,26 @@ class SoftKind(DeformableKind):
         }
         add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
 
-    def check_config(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig]) -> None:
-        if config.time_step == 0 and any(self.is_meant(model.mesh) for model in models):
+    def check_models(self, scenario: Scenario) -> None:
+        if scenario.plant_config.time_step == 0 and any(self.is_meant(model.mesh) for model in scenario.models):
             raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
 
-    def check_scene(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
+    def check_scene(self, scenario: Scenario) -> None:
         """Checks the parts of a scenario beside soft objects; some would fall through them without an error.
 
         Raises:
             InputError: for a part of the scenario that does not go with them.
         """
-        if points is not None:
+        if scenario.points is not None:
             raise InputError("scenario", "contact", "points", "must be surface: soft objects touch surfaces only")
-        for i, model in enumerate(models):
+        for i, model in enumerate(scenario.models):
             if model.half_space:
                 expected = "leave it out: soft objects fall through half spaces"
                 raise InputError(f"models[{i}]", "half_space", True, expected)
-        if config.discrete_contact_approximation != "sap":
+        approximation = scenario.plant_config.discrete_contact_approximation
+        if approximation != "sap":
             expected = "plant_config.discrete_contact_approximation: %s lets soft objects jitter at rest; sap does not"
-            _LOGGER.warning(expected, config.discrete_contact_approximation)
+            _LOGGER.warning(expected, approximation)
 
     def objects(
         self, plant: MultibodyPlant, inspector: SceneGraphInspector, names: Iterable[str]

@@ -41,9 +41,7 @@ def bench(tmp_path):
     (tmp_path / "one.yaml").write_text(SCENARIO)
     (tmp_path / "bench.yaml").write_text(BENCH)
     scenario = load_scenario(str(tmp_path / "one.yaml"))
-    (finger,) = add_plant(
-        DiagramBuilder(), scenario.plant_config, scenario.models, scenario.gravity, None, False
-    ).fingers
+    (finger,) = add_plant(DiagramBuilder(), scenario, visuals=False).fingers
     layout, period = SensorLayout(finger.finger, 2), 0.05
     steps = [np.append(np.linspace(p, q, 10), np.full(20, q)) for p, q in zip((0, *LEVELS), LEVELS, strict=False)]
     pressure = np.concatenate(steps)

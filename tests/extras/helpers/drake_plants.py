@@ -15,9 +15,7 @@ class DrakePlants:
     def __init__(self, station):
         scenario, builder = station.scenario, DiagramBuilder()
         models, arm = scenario.models, scenario.arm
-        scene = add_plant(
-            builder, scenario.plant_config, models, scenario.gravity, arm, visuals=False, points=scenario.points
-        )
+        scene = add_plant(builder, scenario, visuals=False)
         self._plant = plant = scene.plant
         if arm is not None:
             _set_gains(plant, make_arm(plant, models, arm, scene.fingers))
