@@ -160,27 +160,40 @@ class Mechanics:
     def _straight_modes(self) -> Array:
         return self._modes_at(self.bent_finger(self.layout.straight))
 
+    @cached_property
+    def weak_modes(self) -> Array:
+        """Torques of all weaker modes of a load, of one standard deviation each, on the straight finger, (D, W)."""
+        variances, forces = self._mode_basis(slice(_MODES_PER_AXIS, None))
+        return self._torques_of_forces(forces, self.bent_finger(self.layout.straight)) * np.sqrt(variances)
+
     def _modes_at(self, bent: BentFinger) -> Array:
+        return self._torques_of_forces(self._strong_mode_basis[1], bent)
+
+    def _torques_of_forces(self, forces: Array, bent: BentFinger) -> Array:
+        """Torques at the joints, (..., D, M), of M sets of forces along x, y and z of the links, (3 K, M) N."""
         torques = self._unit_torques(bent)
-        return np.asarray(torques.reshape(*torques.shape[:-2], 3 * len(self._forces.frames)) @ self._load_mode_basis[1])
+        return np.asarray(torques.reshape(*torques.shape[:-2], 3 * len(self._forces.frames)) @ forces)
 
     @property
     def load_variances(self) -> Array:
         """Variances of these modes before the sensors are read, (M,)."""
-        return self._load_mode_basis[0]
+        return self._strong_mode_basis[0]
 
     @cached_property
-    def _load_mode_basis(self) -> tuple[Array, Array]:
-        """Variances of the modes, and the forces of each along x, y and z of the links at all places, (3 K, M) N.
+    def _strong_mode_basis(self) -> tuple[Array, Array]:
+        return self._mode_basis(slice(_MODES_PER_AXIS))
 
-        With L = T_d w^1/2 the torques of forces along one of the axes, of one standard deviation each, the forces
-        w^1/2 L^T V / values  have the torques  L L^T V / values = V .
+    def _mode_basis(self, ranks: slice) -> tuple[Array, Array]:
+        """Variances of the modes of these ranks, and the forces of each along x, y and z of the links, (3 K, M) N.
+
+        Rank 0 is the strongest along each axis. With L = T_d w^1/2 the torques of forces along one of the axes, of one
+        standard deviation each, the forces  w^1/2 L^T V / values  have the torques  L L^T V / values = V .
         """
         straight = self._unit_torques(self.bent_finger(self.layout.straight))
         stds, forces_of_modes, variances = np.sqrt(self._forces.weights), [], []
         for axis in range(3):
             L = straight[..., axis, :] * stds
-            values, modes = _largest_eigenpairs(L @ L.T)
+            values, modes = (part[..., ::-1][..., ranks] for part in np.linalg.eigh(L @ L.T))
             is_kept = values > _MIN_VARIANCE_RATIO * self._forces.weights.max() * self.layout.finger.length**2
             forces = np.zeros((3, len(stds), int(is_kept.sum())))
             forces[axis] = stds[:, None] * (L.T @ modes[:, is_kept]) / values[is_kept]
@@ -384,12 +397,6 @@ class Mechanics:
 def _local_points(x: Array, z: Array) -> Array:
     """Points (p, 1) of the bending plane, (K, 4, 1)."""
     return np.stack([x, 0.0 * z, z, np.ones(z.shape)], axis=-1)[..., None]
-
-
-def _largest_eigenpairs(covariance: Array) -> tuple[Array, Array]:
-    """Largest eigenvalues, and their vectors in columns."""
-    values, vectors = np.linalg.eigh(covariance)
-    return values[::-1][:_MODES_PER_AXIS], vectors[:, ::-1][:, :_MODES_PER_AXIS]
 
 
 def outer(vector: Array) -> Array:

@@ -21,6 +21,9 @@ anything is learnt and looks like a finger that bends less than assumed, and off
 finger was loaded than their uncertainty allows: let the finger move freely first and often, or give a smaller
 `bend_per_pressure`.
 
+Weaker modes of a load bend the finger between the sensors, and stronger ones are taken for the readings that these
+change. They are no states, but both count in the covariance of a loaded finger's shape.
+
 The innovation test says when readings are other than predicted: the squared innovation, normalised by its covariance,
 over the limit that noise exceeds in one of 1000 samples (Bar-Shalom, Li and Kirubarajan 2001, section 5.4).
 
@@ -249,6 +252,8 @@ class RecursiveShape:
         contact, _ = self.contact.reported_contact(fit)
         joint_covariance = joint_jacobian @ covariance @ np.swapaxes(joint_jacobian, -1, -2) + self.mechanics.deviations
         joint_covariance = joint_covariance + outer((1 - is_loaded)[..., None] * self.uncertainty.gain * q)
+        weak_mode_errors = is_loaded[..., None, None] * self._weak_mode_errors(fit.linearized, joint_jacobian)
+        joint_covariance = joint_covariance + weak_mode_errors @ np.swapaxes(weak_mode_errors, -1, -2)
         if self.layout.calibrated is not None:
             joint_covariance += self._extrapolation_covariance(fit.linearized, extrapolation, is_loaded)
             joint_covariance = joint_covariance + self.mechanics.scale_covariance(q)
@@ -266,6 +271,16 @@ class RecursiveShape:
         """The forces in all cells, and the Jacobian of the joints with respect to the states."""
         linearized, joint_jacobian = self._linearize(q, mean, covariance, extrapolation, driving)
         return self.contact.explain(linearized), joint_jacobian
+
+    def _weak_mode_errors(self, linearized: LinearizedResidual, joint_jacobian: Array) -> Array:
+        """Errors of the joints by one standard deviation of each weaker mode of a load, (..., D, W).
+
+        They are its bends, less those of the stronger modes that its readings are taken for.
+        """
+        bends = self.mechanics.compliance(linearized.q)[..., None] * self.mechanics.weak_modes
+        strong = joint_jacobian[..., : self._modes] * np.sqrt(self.mechanics.load_variances)
+        gain, _ = kalman_gain(linearized.slopes, strong @ np.swapaxes(strong, -1, -2), self._noise)
+        return np.asarray(bends - gain @ (linearized.slopes @ bends))
 
     def _extrapolation_covariance(
         self, linearized: LinearizedResidual, extrapolation: Array, is_loaded: Array

@@ -65,7 +65,7 @@ def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(shipped_
     layout = sensors(yielding(shipped_finger)) if in_space else SensorLayout(shipped_finger, 1)
     finger, q = layout.finger, 0.1 * bent(layout.straight.size)
     mechanics, at = Mechanics(layout, Uncertainty()), bent_chain(layout.finger, q if in_space else 0 * q)
-    patterns, points = mechanics._load_mode_basis[1], mechanics._forces
+    patterns, points = mechanics._strong_mode_basis[1], mechanics._forces
     patterns = patterns.reshape(3, -1, count)  # forces along x, y and z of the links
     frames = points.frames
     for mode in range(count):
@@ -80,6 +80,15 @@ def test_modes_of_a_load_are_torques_of_forces_that_turn_with_the_links(shipped_
     variances, modes = np.linalg.eigh(torque_covariance(finger, Uncertainty().load_pressure))
     np.testing.assert_allclose(mechanics.load_variances[:5], variances[:-6:-1], rtol=1e-9)
     np.testing.assert_allclose(np.abs((modes[:, :-6:-1] * kept).sum(axis=0)), 1, rtol=1e-9)
+
+
+def test_strong_and_weak_modes_are_the_whole_load(shipped_finger):
+    mechanics = Mechanics(SensorLayout(shipped_finger, 1), Uncertainty())
+    strong = mechanics.load_modes(mechanics.bent_finger(np.zeros(12))) * np.sqrt(mechanics.load_variances)
+    modes = np.column_stack([strong, mechanics.weak_modes])
+    assert modes.shape == (12, 12)
+    expected = torque_covariance(shipped_finger, Uncertainty().load_pressure)
+    np.testing.assert_allclose(modes @ modes.T, expected, atol=1e-9 * expected.max())
 
 
 def test_a_joint_that_slides_deviates_as_far_as_one_that_turns_moves_its_segment(shipped_finger):

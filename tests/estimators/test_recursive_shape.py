@@ -389,3 +389,28 @@ def test_a_loaded_finger_of_another_stiffness_has_the_shape_that_is_read(shipped
     assert known.loaded
     assert shape.changes(known).bend_change == 0
     assert tip_errors(shipped_finger, q, known.q) < 0.1, "mm; as gaussian has"
+
+
+def test_the_covariance_of_a_loaded_shape_holds_in_every_direction(shipped_finger):
+    """Loads drawn from their prior: errors squared, normalised by their covariance, are 1 for each joint in the mean.
+
+    A load has more modes than the filter has states: without their bends, errors along them count fiftyfold.
+    """
+    layout, draws, random = SensorLayout(shipped_finger, 4), 200, rng(3)
+    shape = RecursiveShape(layout, Uncertainty(reading=NOISE), PERIOD)
+    straight = shape.mechanics.bent_finger(layout.straight)
+    covariance = shape.mechanics.load_covariance(straight, layout.straight)
+    root = np.linalg.cholesky(covariance + 1e-15 * np.eye(shipped_finger.segments))
+    loaded = random.normal(size=(draws, len(root))) @ root.T
+    q = np.concatenate([np.zeros((20, *loaded.shape)), np.tile(loaded, (250, 1, 1))])
+    noise = random.normal(0, NOISE, (*q.shape[:-1], layout.readings))
+    state = shape.begin((draws,))
+    for sample in layout.response.reading(1 + layout.predict(q) + noise):
+        state = shape.step(state, sample, np.zeros_like(loaded), np.zeros(3))
+    estimate, is_loaded = shape.estimate(state, np.zeros_like(loaded)), state.loaded
+    assert is_loaded.mean() > 0.9
+    variances, directions = np.linalg.eigh(estimate.covariance[is_loaded])
+    errors = (np.swapaxes(directions, -1, -2) @ (estimate.q - loaded)[is_loaded][..., None])[..., 0]
+    squares = (errors**2 / variances).mean(axis=0)
+    assert 0.5 < squares.mean() < 1.7
+    assert squares.max() < 5
