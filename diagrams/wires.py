@@ -18,7 +18,7 @@ class Level(NamedTuple):
         """The level of a builder's systems."""
         return cls(builder.connection_map())
 
-    def inside(self, diagram: Diagram) -> "Level":
+    def inner_level(self, diagram: Diagram) -> "Level":
         """The level of the systems in a diagram of this level."""
         return Level(diagram.connection_map(), diagram, self)
 
@@ -50,7 +50,7 @@ class Level(NamedTuple):
         if not isinstance(system, Diagram):
             return port, self
         inner, index = system.get_output_port_locator(port.get_index())
-        return self.inside(system).leaf_output(inner.get_output_port(index))
+        return self.inner_level(system).leaf_output(inner.get_output_port(index))
 
 
 class Feed(NamedTuple):
@@ -71,6 +71,6 @@ def leaf_systems(system: System, level: Level) -> Iterator[tuple[LeafSystem, Lev
     """All leaf systems of a system at a level, which may be a leaf itself, with their levels."""
     if isinstance(system, Diagram):
         for inner in system.GetSystems():
-            yield from leaf_systems(inner, level.inside(system))
+            yield from leaf_systems(inner, level.inner_level(system))
     else:
         yield system, level

@@ -21,7 +21,7 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
-        return in_one_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
+        return single_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """This error, reported from the file or option that contains the mistake."""
@@ -39,7 +39,7 @@ class WorkerDiedError(RuntimeError):
 def suggestion(name: object, valid_names: Iterable[str]) -> str:
     """A hint beside a name that is not known: the nearest of those that are, or all of them."""
     names = list(valid_names)
-    return did_you_mean(near_names(name, names)) or f"known: {', '.join(names)}"
+    return did_you_mean(similar_names(name, names)) or f"known: {', '.join(names)}"
 
 
 def did_you_mean(names: Iterable[str]) -> str:
@@ -48,7 +48,7 @@ def did_you_mean(names: Iterable[str]) -> str:
     return f"did you mean {choices}?" if choices else ""
 
 
-def near_names(name: object, valid_names: Iterable[str]) -> list[str]:
+def similar_names(name: object, valid_names: Iterable[str]) -> list[str]:
     """Valid names that an unknown one may stand for: the one spelt like it, then those that contain it.
 
     A part is the beginning of a name, or all but its first word, as in 'max' for 'maximum' or 'step' for 'time_step'.
@@ -92,7 +92,7 @@ def described(error: BaseException) -> str:
     return message if message == type(error).__name__ else f"{type(error).__name__}: {message}"
 
 
-def in_one_line(text: str) -> str:
+def single_line(text: str) -> str:
     """Text without characters that break the line or move the cursor of a terminal."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 

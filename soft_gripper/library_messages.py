@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from soft_gripper.errors import in_one_line
+from soft_gripper.errors import single_line
 
 # The temporary folder in which Drake reads a file made from another one, and what is added to the file's name.
 PREFIX, MARK = "soft-gripper-", ".expanded"
@@ -35,7 +35,7 @@ class _NotePrinter(logging.Handler):
             self.note(original_message(record.getMessage()), most)
 
     def note(self, message: str, most: int = _MAX_LIBRARY_NOTES) -> None:
-        text, seen = in_one_line(" ".join(message.split())), self._seen[most]
+        text, seen = single_line(" ".join(message.split())), self._seen[most]
         if text in seen or len(seen) > most:
             return
         seen.add(text)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pydrake.systems.framework import Context, DiscreteStateIndex, LeafSystem, State
 
 
-def since_begin(system: LeafSystem) -> Callable[[Context], float]:
+def declare_run_time(system: LeafSystem) -> Callable[[Context], float]:
     """Declares the state of a system that holds when a run began.
 
     It is taken when a run is initialized, before any discrete update. A run that goes on with the context of another,

@@ -57,7 +57,7 @@ class FusedBlock(ArrayBlock):
             self.put_out(name, function, *sources, **_port_labels(port))
 
     @classmethod
-    def of_diagram(cls, diagram: Diagram) -> "FusedBlock":
+    def from_diagram(cls, diagram: Diagram) -> "FusedBlock":
         """The blocks of a diagram, with its inputs and outputs."""
         return cls(diagram.GetSystems(), inputs(diagram), _input_sources(diagram), vector_outputs(diagram))
 
@@ -150,7 +150,7 @@ def _needed_steps(steps: Mapping[str, Step], outputs: Mapping[str, Output]) -> d
     needed: dict[str, Step] = {}
     pending = [name for _, sources in outputs.values() for name in sources]
     while pending:
-        for step in _in_order(pending.pop(), steps, needed):
+        for step in _add_in_order(pending.pop(), steps, needed):
             pending += step.sources_over_time
             if step.memory is not None:
                 pending += step.memory.sources
@@ -158,11 +158,11 @@ def _needed_steps(steps: Mapping[str, Step], outputs: Mapping[str, Output]) -> d
     return needed
 
 
-def _in_order(name: str, steps: Mapping[str, Step], needed: dict[str, Step]) -> Iterator[Step]:
+def _add_in_order(name: str, steps: Mapping[str, Step], needed: dict[str, Step]) -> Iterator[Step]:
     """Adds a step to those needed after all that it follows from; yields what was added."""
     if name in steps and name not in needed:
         for source in steps[name].sources:
-            yield from _in_order(source, steps, needed)
+            yield from _add_in_order(source, steps, needed)
         needed[name] = steps[name]
         yield steps[name]
 
@@ -284,11 +284,11 @@ def add_parts(
     for names in _group_by_key(keys):
         if len(names) == 1 or not all(block.takes_axes for block in parts[names[0]].GetSystems()):
             part_ports |= {
-                name: add_part(builder, f"{name}.{kind}", FusedBlock.of_diagram(parts[name])) for name in names
+                name: add_part(builder, f"{name}.{kind}", FusedBlock.from_diagram(parts[name])) for name in names
             }
         else:
             block = builder.AddNamedSystem(
-                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock.of_diagram(parts[names[0]]), names)
+                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock.from_diagram(parts[names[0]]), names)
             )
             part_ports |= {
                 name: PartPorts(_finger_ports(name, inputs(block)), _finger_ports(name, vector_outputs(block)))

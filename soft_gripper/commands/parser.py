@@ -42,7 +42,7 @@ from soft_gripper.commands.options import (
     urdf,
     whole,
 )
-from soft_gripper.errors import InputError, in_one_line, shortened, suggestion
+from soft_gripper.errors import InputError, shortened, single_line, suggestion
 from soft_gripper.extras import command_modules
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -187,7 +187,7 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         where = self.prog.replace(f"{self._program.name} ", f"{self._program.name}: ")
         hint = f"`{self._program.name} COMMAND --help` lists options"
-        self.exit(ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; {hint}\n")
+        self.exit(ExitCode.REFUSED, f"{where}: {single_line(shortened(message))}; {hint}\n")
 
 
 class _CommandsParser(_Parser):

@@ -9,7 +9,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.estimators.force_posterior import INTERVAL
-from soft_gripper.run_begin import since_begin
+from soft_gripper.run_begin import declare_run_time
 from soft_gripper.signals import describe
 
 
@@ -133,12 +133,12 @@ class SampledSteps(LeafSystem):
     def __init__(self, values: Sequence[float], duration: float, period: float):
         """Holds each value for `duration` s from the beginning of a run, the last forever; samples every `period` s."""
         super().__init__()
-        self._values, self._duration, self._since_begin = tuple(values), duration, since_begin(self)
+        self._values, self._duration, self._run_time = tuple(values), duration, declare_run_time(self)
         self._value = self.DeclareDiscreteState([values[0]])
         self.DeclareStateOutputPort("value", self._value)
         if len(values) > 1:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        step = int((self._since_begin(context) + 1e-9) / self._duration)
+        step = int((self._run_time(context) + 1e-9) / self._duration)
         values.set_value(self._value, [self._values[min(step, len(self._values) - 1)]])

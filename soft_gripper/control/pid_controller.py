@@ -12,7 +12,7 @@ from soft_gripper.files.document import check_config
 from soft_gripper.quantity import quantity, valid
 
 
-class Step(NamedTuple):
+class PidStep(NamedTuple):
     """Result of one sample."""
 
     memory: list[float]  # after it, before back-calculation: I, d, y, u
@@ -94,7 +94,7 @@ class PidController(ArrayBlock):
         )
         self.put_out("output", lambda step: step.memory[3], "step")
 
-    def step(self, before: Array, set_points: Array, measurements: Array) -> Step:
+    def step(self, before: Array, set_points: Array, measurements: Array) -> PidStep:
         """The result of a sample, from the memory of the one before, (4,), and both inputs, (1,)."""
         memory = before.tolist()
         integral, derivative, last, held = memory
@@ -108,11 +108,11 @@ class PidController(ArrayBlock):
         unlimited = gains.kp * error + integral - derivative
         integral += period * gains.ki * error
         if not _is_sizeable(unlimited + integral):
-            return Step(memory, nan)
+            return PidStep(memory, nan)
         given = min(max(unlimited, self._limits[0]), self._limits[1])
-        return Step([integral, derivative, measurement, given], unlimited)
+        return PidStep([integral, derivative, measurement, given], unlimited)
 
-    def _anti_windup_memory(self, step: Step, applied: Array | None) -> Array:
+    def _anti_windup_memory(self, step: PidStep, applied: Array | None) -> Array:
         """The memory after a sample, by back-calculation from the output that was applied."""
         integral, derivative, measurement, given = step.memory
         chosen = given if applied is None else float(applied[0])

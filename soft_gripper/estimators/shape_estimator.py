@@ -197,7 +197,7 @@ class ShapeEstimator(ArrayBlock):
             *("motion", motion.step, self.driving, "gravity", "apparent_gravity"),
             begin=motion.begin,
             keep=lambda motion: motion,
-            over_time=partial(motion.over_time, first=1),
+            over_time=partial(motion.motion_over_time, first=1),
         )
         self.derive("lag", motion.lag, "motion")
         return ("lag",)
@@ -216,7 +216,7 @@ class ShapeEstimator(ArrayBlock):
             *(layout.quantity, self.driving, "gravity"),
             begin=np.stack(zeroing.begin(), axis=-2),
             keep=lambda zeros: np.stack(zeros, axis=-2),
-            over_time=partial(zeroing.over_time, first=1),
+            over_time=partial(zeroing.zeros_over_time, first=1),
         )
         self.derive("zeroed", zeroing.correct, "zeros", layout.quantity)
         if zeroing.mechanics.uncertainty.free_pressure > 0:

@@ -76,14 +76,14 @@ class Zeroing:
         is_found = is_read & (resting >= _MIN_AVERAGING_TIME)
         return np.where(is_found, mean, offset), mean, is_found
 
-    def over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
+    def zeros_over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
         """The zeros at all samples of a recording, (T, ...), by `step`; those before the `first` leave no trace."""
         gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
         inputs = readings, driving, gravity
-        parts = [self._over_time(*(array[part] for array in inputs)) for part in _split_at(first)]
+        parts = [self._zeros_over_time(*(array[part] for array in inputs)) for part in _split_at(first)]
         return Zeros(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def _over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
+    def _zeros_over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
         if not len(readings):
             return self.begin(readings.shape[:-1])
         shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._is_known_free(driving)[..., None]
@@ -162,5 +162,5 @@ def recorded_zeros(
     zeroing = zeroing_of(function)
     if zeroing is None:
         return readings, ()
-    zeros = zeroing.over_time(readings, driving, gravity)
+    zeros = zeroing.zeros_over_time(readings, driving, gravity)
     return zeroing.correct(zeros, readings), (zeroing.std(zeros, readings),)

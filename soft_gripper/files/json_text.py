@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from soft_gripper.errors import InputError, first_line, in_one_line
+from soft_gripper.errors import InputError, first_line, single_line
 from soft_gripper.files.text import read_bytes
 
 _MAX_BYTES = 2**26
@@ -46,7 +46,7 @@ def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any
     except InputError:
         raise
     except ValueError as error:
-        reason = f"cannot be read as JSON: {in_one_line(first_line(error))}"
+        reason = f"cannot be read as JSON: {single_line(first_line(error))}"
         raise InputError(where, "file", Path(where).name, reason) from None
     if parts > _MAX_DEPTH and (data is None or not _is_shallow(data)):
         raise InputError(where, "depth", f"more than {_MAX_DEPTH}", "give fewer lists or objects in each other")

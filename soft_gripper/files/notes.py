@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
-from soft_gripper.errors import in_one_line, shortened
+from soft_gripper.errors import shortened, single_line
 
 _LOGGER = logging.getLogger(__name__)
 READ, MENDED, LEFT_OUT = "read", "mended", "left out"
@@ -43,7 +43,7 @@ _open: ContextVar[list[Note] | None] = ContextVar("open", default=None)  # the i
 
 def make_note(outcome: str, file: Path | str, element: str, value: object, why: str) -> Note:
     """A note in one line, with its value shortened as in a message."""
-    return Note(outcome, str(file), in_one_line(element), shortened(in_one_line(str(value)), _LONGEST_VALUE), why)
+    return Note(outcome, str(file), single_line(element), shortened(single_line(str(value)), _LONGEST_VALUE), why)
 
 
 def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:

@@ -515,7 +515,9 @@ class Finger:
         dt^2 (K_explicit - K_implicit) - 2 dt D - 4 M is singular. Where the damping is beta times the stiffness, a mode
         of natural frequency w reaches it at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
         """
-        max_stiffening = 1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken.y)  # by pressure
+        max_stiffening = (
+            1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken_fraction.y)
+        )  # by pressure
         steepest = self.stiffnesses | {"bending": max_stiffening * self.joint_law.slopes.max(axis=-1)}
         joints = np.diag(np.concatenate(list(steepest.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))

@@ -111,7 +111,7 @@ class PressureLaw:
         return PiecewiseLinear(np.array(self.pressure), np.array(self.effective))
 
     @cached_property
-    def taken(self) -> PiecewiseLinear:
+    def taken_fraction(self) -> PiecewiseLinear:
         """Fraction of the stiffness that pressure takes, against pressure, Pa."""
         nothing = (0.0,) * len(self.pressure)
         return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or nothing))
@@ -129,7 +129,7 @@ class PressureLaw:
 
     def share_taken(self, pressure: Array | float) -> Array:
         """Fraction of the bending stiffness that pressures (...) Pa take."""
-        return self.taken(np.asarray(pressure, dtype=float))
+        return self.taken_fraction(np.asarray(pressure, dtype=float))
 
     def bend(self, pressure: Array | float) -> Array:
         """Pressure that bends a linear finger of the whole stiffness as far, (...) Pa: P / (1 - fraction)."""

@@ -107,7 +107,7 @@ def as_planar(points: Array) -> Planar:
     return planar
 
 
-def in_plane(x: Array | float, z: Array | float) -> Planar:
+def planar_vector(x: Array | float, z: Array | float) -> Planar:
     """Planar vectors of their components, (...)."""
     planar: Planar = z + 1j * np.asarray(x)
     return planar
@@ -168,7 +168,7 @@ def sensor_path(chain: Chain, offset: float) -> Planar:
     bisectors = (chain.headings[..., :-1] + chain.headings[..., 1:]) / 2
     path = np.empty((*chain.headings.shape[:-1], 2 * bisectors.shape[-1] + 1), dtype=complex)
     path[..., 0::2] = chain.segment_ends + offset * chain.normals
-    path[..., 1::2] = chain.joints + rotated(in_plane(offset, 0.0), bisectors)
+    path[..., 1::2] = chain.joints + rotated(planar_vector(offset, 0.0), bisectors)
     return path
 
 

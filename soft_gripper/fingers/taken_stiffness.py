@@ -47,7 +47,7 @@ class TakenStiffness(Diagram):
         law = finger.finger.pressure_law
         assert law is not None
         builder = DiagramBuilder()
-        curve = PiecewiseLinear(law.taken.x[None], law.taken.y[None])
+        curve = PiecewiseLinear(law.taken_fraction.x[None], law.taken_fraction.y[None])
         fraction = builder.AddNamedSystem("share", PiecewiseLinearBlock(curve))
         stiffness = finger.finger.stiffness[:, None] * finger.position_selector()
         whole = np.ascontiguousarray(finger.actuator_selector().T @ stiffness)

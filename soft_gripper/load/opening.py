@@ -17,7 +17,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import in_plane, in_space, link_directions
+from soft_gripper.fingers.kinematics import in_space, link_directions, planar_vector
 
 _PLANE_TO_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
 
@@ -127,7 +127,7 @@ class InnerSurface:
         s = np.linspace(0.0, finger.length, _POINTS_PER_SEGMENT * finger.segments + 1)
         along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
         own_link = np.searchsorted(ends[1:-1], s) == np.arange(finger.segments + 1)[:, None]
-        return in_plane(own_link * finger.section(s).inner_face, along)
+        return planar_vector(own_link * finger.section(s).inner_face, along)
 
     def points(self, q: Array) -> Planar:
         """The points at joint angles (..., N) rad, m in B, (..., M)."""

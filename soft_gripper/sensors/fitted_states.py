@@ -59,7 +59,7 @@ class FittedStates:
         near = self._tree.query(self._scaled, np.arange(1, min(_LOCAL_STATES, len(self.states)) + 1))[1]
         return np.sqrt(np.nanmean(errors[near] ** 2, axis=1))
 
-    def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
+    def leave_out(self, left_out: NDArray[np.bool_]) -> "FittedStates":
         """Copy with the states of a mask left out, (n,)."""
         return FittedStates(self.states[~left_out], self.spread)
 

@@ -102,7 +102,7 @@ class StrainErrors:
             yield "saturation", self.saturation, "must be [least, greatest] extension ratio"
 
 
-class Memory(NamedTuple):
+class StrainMemory(NamedTuple):
     """Memory of a sensor between samples."""
 
     gain: Array  # (..., R), constant during a run
@@ -117,7 +117,7 @@ class Memory(NamedTuple):
     line: Array  # (..., delay, R) extension ratios in the delay line, oldest first
 
 
-_SINGLE_ROWS = Memory._fields.index("plays")  # parts of a memory that are a single row
+_SINGLE_ROWS = StrainMemory._fields.index("plays")  # parts of a memory that are a single row
 
 
 class Draws(NamedTuple):
@@ -127,11 +127,11 @@ class Draws(NamedTuple):
     samples: Array  # (T, ..., SAMPLE_DRAWS, R)
 
 
-def begin(errors: StrainErrors, draws: Array) -> Memory:
+def begin(errors: StrainErrors, draws: Array) -> StrainMemory:
     """Initial memory of sensors at rest, from standard normal draws (..., RUN_DRAWS, R)."""
     gain, offset, drift, low_frequency = np.moveaxis(draws, -2, 0)
     rest = np.zeros_like(gain)
-    return Memory(
+    return StrainMemory(
         gain=1 + errors.gain_error * gain,
         offset=errors.offset * offset,
         drift_rate=errors.drift / MINUTE * drift,
@@ -145,7 +145,9 @@ def begin(errors: StrainErrors, draws: Array) -> Memory:
     )
 
 
-def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, period: float) -> tuple[Memory, Array]:
+def step(
+    errors: StrainErrors, memory: StrainMemory, ratio: Array, draws: Array, period: float
+) -> tuple[StrainMemory, Array]:
     """One sample of every sensor.
 
     Args:
@@ -208,16 +210,16 @@ def draw(rng: np.random.Generator, shape: tuple[int, ...]) -> Draws:
     return Draws(run, rng.standard_normal((samples, *seeds, SAMPLE_DRAWS, readings)))
 
 
-def stack_memory(memory: Memory) -> Array:
+def stack_memory(memory: StrainMemory) -> Array:
     """A memory as one array, (..., rows, R)."""
     single = (row[..., None, :] for row in memory[:_SINGLE_ROWS])
     return np.concatenate([*single, memory.plays, memory.line], axis=-2)
 
 
-def unstack_memory(rows: Array) -> Memory:
+def unstack_memory(rows: Array) -> StrainMemory:
     """The inverse of `stack_memory`."""
     plays, line = np.split(rows[..., _SINGLE_ROWS:, :], [PLAYS], axis=-2)
-    return Memory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
+    return StrainMemory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
 
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
@@ -241,7 +243,7 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
     return ratio
 
 
-def _with_failures(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
+def _with_failures(errors: StrainErrors, memory: StrainMemory, ratio: Array) -> Array:
     """Readings of extension ratios by sensors that may be dead or saturated."""
     for fault in errors.faults:
         if fault.kind in ("dead", "saturated"):

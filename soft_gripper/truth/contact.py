@@ -25,7 +25,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.run_begin import since_begin
+from soft_gripper.run_begin import declare_run_time
 from soft_gripper.signals import XYZ
 
 
@@ -192,7 +192,7 @@ class FingerContacts(NamedTuple):
     lever: Array  # (P, 3) m in the world, from the base to the place on the axis of the finger
     sideways: Array  # (P, 3) y axis of the link in the world
 
-    def of(self, finger: int) -> "FingerContacts":
+    def select(self, finger: int) -> "FingerContacts":
         """Contacts of one finger."""
         own = self.finger == finger
         return FingerContacts(self.is_evaluated, *(column[own] for column in self[1:]))
@@ -448,7 +448,7 @@ class TrueContact(ArrayBlock):
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        self._since_begin = since_begin(self)
+        self._run_time = declare_run_time(self)
         tickets = {self._results.ticket(), self._poses.ticket()}
         if interval is not None:
             tickets |= {self.time_ticket(), self.xd_ticket()}
@@ -472,7 +472,7 @@ class TrueContact(ArrayBlock):
 
     def _put_out_signals(self, number: int, name: str, finger: TouchedLinks) -> None:
         links, only_bends = len(finger.bodies), finger.only_bends
-        self.derive(name, lambda contacts: contact_signals(contacts.of(number), links, only_bends), "contacts")
+        self.derive(name, lambda contacts: contact_signals(contacts.select(number), links, only_bends), "contacts")
         sizes = {"link_contact_force": links, "link_normal_force": links} | dict.fromkeys(VECTORS, 3)
         for signal in CONTACT_SIGNALS:
             unit, axes = PLACES.get(signal, "N"), _axes(signal, sizes.get(signal, 1))
@@ -480,7 +480,7 @@ class TrueContact(ArrayBlock):
 
     def _collect(self, context: Context) -> Array:
         """The table of patches; without columns at samples that are left out."""
-        intervals = 0.0 if self._interval is None else self._since_begin(context) / self._interval
+        intervals = 0.0 if self._interval is None else self._run_time(context) / self._interval
         if abs(intervals - round(intervals)) > _TIME_TOLERANCE:
             return _LEFT_OUT
         contact_patches = list(patches(self._results.Eval(context), self._links))

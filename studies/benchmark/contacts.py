@@ -43,7 +43,7 @@ def simulate_file(seed: int) -> Contacts:
 
 
 @dataclass(frozen=True)
-class Measured:
+class ContactMeasurements:
     """Measurements of a contact, the first columns of every file."""
 
     reading_0: float
@@ -56,7 +56,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class ContactSample(Measured):
+class ContactSample(ContactMeasurements):
     """A row of `FILES`, and the truth."""
 
     tip_x: float  # m, in B
@@ -66,7 +66,7 @@ class ContactSample(Measured):
 
 
 @dataclass(frozen=True)
-class TransverseSample(Measured):
+class TransverseSample(ContactMeasurements):
     """A row of `TRANSVERSE`, and the truth."""
 
     transverse_force: float  # N, size of the part at right angles to the line from the base to the contact

@@ -61,7 +61,7 @@ class ObjectClassifier:
         distances = ((differences[..., None, :] @ self._precisions)[..., 0, :] * differences).sum(axis=-1)
         return np.asarray(-0.5 * (distances + self._volumes))
 
-    def outside(self, angles: Array, torques: Array) -> Array:
+    def least_limit(self, angles: Array, torques: Array) -> Array:
         """Least limit with which a grasp has a known shape, (...)."""
         return np.asarray(-2 * self.scores(angles, torques).max(axis=-1) - self._volumes.min())
 
@@ -121,7 +121,7 @@ def train_object_classifier(
     outside = np.full(len(angles), np.nan)
     for (fitted_rows,) in leave_groups_out([folds.astype(str)]):
         if all((names[fitted_rows] == shape).sum() > 1 for shape in shapes):
-            outside[~fitted_rows] = train(fitted_rows, 1.0).outside(angles[~fitted_rows], torques[~fitted_rows])
+            outside[~fitted_rows] = train(fitted_rows, 1.0).least_limit(angles[~fitted_rows], torques[~fitted_rows])
     limit = np.nanquantile(outside, 1 - LOST_SHARE) if np.isfinite(outside).any() else _UNTESTED_LIMIT
     return train(np.ones(len(angles), dtype=bool), max(float(limit), 1.0))
 

@@ -24,7 +24,7 @@ from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.sensor_presets import uncertainty
-from studies.benchmark.benchmark_task import Channel, Part, Predict, Question, Recorded, Task, digest
+from studies.benchmark.benchmark_task import BenchmarkTask, Channel, Part, Predict, Question, Recorded, digest
 
 FORCE_FOLDER = "measured_force"  # below the data folder: a folder for every task
 BENCH, SCENARIO = "bench.yaml", "finger.yaml"
@@ -34,7 +34,7 @@ _REST_PRESSURE_SHARE = 0.02  # of the range of the pressure in a run: its variat
 _FREE_PRESSURE_SHARE = 0.05  # of that range above the lowest pressure; the finger is free below
 
 
-def force_tasks(data: Path) -> list[Task]:
+def force_tasks(data: Path) -> list[BenchmarkTask]:
     """Makes the tasks of a data folder.
 
     Raises:
@@ -43,7 +43,7 @@ def force_tasks(data: Path) -> list[Task]:
     return [_task(folder) for folder in sorted((data / FORCE_FOLDER).glob("*")) if folder.is_dir()]
 
 
-def _task(folder: Path) -> Task:
+def _task(folder: Path) -> BenchmarkTask:
     train, tested = (sorted(file.name for file in folder.glob(pattern)) for pattern in LOG_PATTERNS)
     for pattern, names in zip(LOG_PATTERNS, (train, tested), strict=True):
         require(len(names) > 0, folder, pattern, None, "give logs of presses, to train on and of other days to test")
@@ -53,7 +53,7 @@ def _task(folder: Path) -> Task:
     readings = " ".join(f"reading_{i}" for i in range(len(finger.readings)))
     free_names = " ".join(f"free_{name}" for name in readings.split())
     channels = [Channel(name, "1") for name in readings.split()], [Channel(name, "1") for name in free_names.split()]
-    return Task(
+    return BenchmarkTask(
         f"force_{folder.name}",
         str(folder),
         {name: digest(folder / name) for name in (*train, *tested, BENCH, SCENARIO)},

@@ -289,7 +289,7 @@ class _TendonBody:
             load,
         )
 
-    def fitted(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
+    def fit(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
         """Fits keys to states: the model, and the position of its base in the axes of the recording, (3,) m."""
         free = free_parameters(self.finger, keys, [])
         model = fit_states(free, states).model
@@ -321,7 +321,7 @@ def _balance(
     """
     thinned = [Recorded(recorded.inputs[::stride], recorded.outputs[::stride]) for recorded in train]
     states = [body.states(recorded.inputs, recorded.outputs, load) for recorded in thinned]
-    model, base = body.fitted(keys, states)
+    model, base = body.fit(keys, states)
 
     def mean(inputs: Array) -> Array:
         no_markers = np.zeros((len(inputs), states[0].markers[0].size))
@@ -376,7 +376,7 @@ def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:
         body.states(recorded.inputs[stride, _DISKS:], recorded.inputs[stride, :_DISKS], mass)
         for recorded, mass in zip(train, masses, strict=True)
     ]
-    model, base = body.fitted(("density", *_TRUNK_KEYS), states)
+    model, base = body.fit(("density", *_TRUNK_KEYS), states)
     middle, half = (max(masses) + min(masses)) / 2, (max(masses) - min(masses)) / 2
 
     def mean(inputs: Array) -> Array:

@@ -9,7 +9,7 @@ from scipy.special import ndtr
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.scoring import NORMAL_95, error_columns, percent_within
-from studies.benchmark.benchmark_task import Task, Tested
+from studies.benchmark.benchmark_task import BenchmarkTask, Tested
 from studies.benchmark.estimates import Answers
 from studies.contacts.contact_coverage import interval_score
 
@@ -40,7 +40,7 @@ class Score:
     interval_score: float | None = None  # mean of single outputs, in the unit; None in recognition, or without a band
 
 
-def scores(task: Task, name: str, answers: Answers, tested: Tested) -> Iterator[Score]:
+def scores(task: BenchmarkTask, name: str, answers: Answers, tested: Tested) -> Iterator[Score]:
     """Yields the scores of an estimator in every region with estimates."""
     score_fields = _recognition_score if task.recognition else _error_score
     for region, estimates in answers.items():
@@ -65,7 +65,7 @@ def crps(error: Array, std: Array) -> Array:
     return score
 
 
-def _error_score(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+def _error_score(task: BenchmarkTask, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
     """Fields of a score of numbers, from its unit on."""
     errors = mean - truth
     distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
@@ -78,7 +78,7 @@ def _error_score(task: Task, truth: Array, mean: Array, std: Array | None) -> di
     return distances | fields | {"unit": task.outputs[0].unit}
 
 
-def _recognition_score(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+def _recognition_score(task: BenchmarkTask, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
     """Fields of a score of recognition; standard deviations are not used."""
     probabilities, true = add_unknown(mean), add_unknown(truth)
     true_class = true.argmax(axis=1)

@@ -14,7 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import read_json
 from soft_gripper.files.output import atomic_file
-from studies.benchmark.benchmark_task import VERSION, Part, Task, Tested
+from studies.benchmark.benchmark_task import VERSION, BenchmarkTask, Part, Tested
 from studies.benchmark.estimates import Answers, Estimated, check_estimate
 
 _SIGNIFICANT_DIGITS = 7  # of an estimate
@@ -28,7 +28,7 @@ class Submission:
     estimator: str
     tasks: Mapping[str, Any]  # their contents, by name
 
-    def answers(self, task: Task, tested: Tested) -> Answers:
+    def answers(self, task: BenchmarkTask, tested: Tested) -> Answers:
         """Estimates for a task, which may lack regions of recordings that were kept back.
 
         Raises:
@@ -46,7 +46,7 @@ class Submission:
             raise InputError(self.file, f"{task.name}.regions", [*regions], f"must be {', '.join(tested)}")
         return {region: self._parts(task, region, regions[region], tested) for region in tested if region in regions}
 
-    def _parts(self, task: Task, region: str, parts: Any, tested: Tested) -> list[Estimated]:
+    def _parts(self, task: BenchmarkTask, region: str, parts: Any, tested: Tested) -> list[Estimated]:
         field, recordings = f"{task.name}.regions.{region}", tested[region]
         if not isinstance(parts, list) or len(parts) != len(recordings):
             raise InputError(self.file, field, type(parts).__name__, f"must be a list of {len(recordings)} parts")
@@ -64,7 +64,7 @@ class Submission:
         return value
 
 
-def write_submission(file: Path, estimator: str, answers_by_task: Mapping[Task, Answers]) -> None:
+def write_submission(file: Path, estimator: str, answers_by_task: Mapping[BenchmarkTask, Answers]) -> None:
     """Writes the estimates of an estimator for tasks."""
     head = {"benchmark": VERSION, "soft_gripper": version("soft-gripper"), "estimator": estimator}
     tasks = {

@@ -13,7 +13,7 @@ from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from studies.contacts.estimates import ESTIMATOR, SETUPS, check_estimator
-from studies.contacts.peg import PLACE, SIDES, Contact, contact_arrays, contact_row, run_contacts
+from studies.contacts.peg import PLACE, SIDES, RestingContact, contact_arrays, contact_row, run_contacts
 from studies.contacts.trials import BOTH, ERRORS, FIGURE, score_contacts
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
@@ -52,7 +52,7 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     return arrays
 
 
-def _print_summary(contacts: Sequence[Contact]) -> None:
+def _print_summary(contacts: Sequence[RestingContact]) -> None:
     """Prints the ranges of force and location on each side, and how many contacts were redrawn."""
     for side in SIDES:
         pairs = [(abs(c.settled.force), 1e3 * c.settled.arc_length) for c in contacts if c.draw.side == side]

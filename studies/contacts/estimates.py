@@ -35,7 +35,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 from studies.contacts.contacts import Contacts, G, read_finger
-from studies.contacts.self_calibration import CALIBRATIONS, UNSCALED, FreeMotion, Scale
+from studies.contacts.self_calibration import CALIBRATIONS, UNSCALED, FreeMeasurements, Scale
 from studies.estimator_setup import MODELS, EstimatorSetup
 
 HELD, PERIOD = 20, 0.01  # samples of every posture, s between them
@@ -47,7 +47,7 @@ SEEDS = 20  # sets of sensors with errors
 class ContactReadings(NamedTuple):
     """Readings of M contacts, by E sets of sensors."""
 
-    free: FreeMotion  # with readings (E, M, K, R)
+    free: FreeMeasurements  # with readings (E, M, K, R)
     pressed: Array  # (E, M, R)
 
 
@@ -62,14 +62,14 @@ def contact_readings(
     if errors is None:
         pressed = layout.read(contacts.q)
         still = np.broadcast_to(layout.read(free), (1, len(pressed), len(free), layout.readings))
-        return ContactReadings(FreeMotion(still, PRESSURES, HANGING), pressed[None])
+        return ContactReadings(FreeMeasurements(still, PRESSURES, HANGING), pressed[None])
     straight = np.zeros_like(free[:1])
     postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
     ratios = np.repeat(1 + layout.predict(np.array(postures)), HELD, axis=0)  # (time, contact, reading)
     sets = [disturbed_readings(layout, ratios, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
     held = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
     means = held[:, :, -averaged:].mean(axis=2)
-    return ContactReadings(FreeMotion(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
+    return ContactReadings(FreeMeasurements(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
 
 
 def disturbed_readings(

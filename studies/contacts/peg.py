@@ -1,7 +1,7 @@
 """Random contacts of a finger with a peg, simulated: it rests against the peg, and is pressed until it rests again.
 
-In: a seed and the number of contacts. Out: `Contact`s, their arrays and rows. Another number that is drawn is a field
-of `RandomContact` and a line of `draw_contact`.
+In: a seed and the number of contacts. Out: `RestingContact`s, their arrays and rows. Another number that is drawn is a
+field of `RandomContact` and a line of `draw_contact`.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,7 +50,7 @@ def combined_friction(friction: float) -> float:
     return float(CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction())
 
 
-class Settled(NamedTuple):
+class SettledFinger(NamedTuple):
     """The finger and its contact, once it rests; see `TrueContact`."""
 
     q: Array  # (N,) rad
@@ -81,7 +81,7 @@ class ContactBench:
         self._truth = add_true_contact(builder, [self._plant_finger])
         self._plant, self._diagram = plant, builder.Build()
 
-    def press(self, R_WB: RotationMatrix, center: complex, q: Array, pressure: float) -> Settled:
+    def press(self, R_WB: RotationMatrix, center: complex, q: Array, pressure: float) -> SettledFinger:
         """Lets the finger press against the peg until it rests, or `PATIENCE` is over.
 
         Args:
@@ -105,12 +105,12 @@ class ContactBench:
             simulator.AdvanceTo(context.get_time() + PAUSE)
             if self._velocity(plant_context) < STILL:
                 break
-        return self._settled(context, R_WB)
+        return self._settled_finger(context, R_WB)
 
     def _velocity(self, context: Context) -> float:
         return float(np.abs(self._plant.GetVelocities(context)).max())
 
-    def _settled(self, context: Context, R_WB: RotationMatrix) -> Settled:
+    def _settled_finger(self, context: Context, R_WB: RotationMatrix) -> SettledFinger:
         finger, plant_context = self._plant_finger, self._plant.GetMyContextFromRoot(context)
         q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(plant_context)
         forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(plant_context)
@@ -119,7 +119,7 @@ class ContactBench:
         torque, in_world = finger.torque_selector() @ forces, self._read("true_contact_force_world", context)
         force, total, arc_length = (float(value[0]) for value in others)
         vector = R_WB.matrix().T @ in_world
-        return Settled(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)
+        return SettledFinger(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)
 
     def _read(self, signal: str, context: Context) -> Array:
         port = self._truth[f"{self._plant_finger.name}.{signal}"]
@@ -190,12 +190,12 @@ class RandomContact:
 
 
 @dataclass(frozen=True)
-class Contact:
+class RestingContact:
     """A single contact at rest."""
 
     number: int
     draw: RandomContact
-    settled: Settled
+    settled: SettledFinger
     flaws: tuple[str, ...]  # of earlier draws, which were not single contacts
     friction: float  # Coulomb, between the finger and the peg
 
@@ -212,7 +212,7 @@ def draw_contact(rng: np.random.Generator, length: float, places: tuple[float, f
     return RandomContact(side, radius, place, touching, float(pressure), (w, x, y, z))
 
 
-def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> Contact:
+def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> RestingContact:
     """Simulates draws until one is a single contact; the result does not depend on other contacts.
 
     `friction` is the coefficient of the peg's surface, which combines with the finger's; the peg is placed within
@@ -225,7 +225,7 @@ def run_contact(seed: int, number: int, friction: float, places: tuple[float, fl
         settled = press(draw, friction)
         flaw = contact_flaw(draw, settled, combined)
         if not flaw:
-            return Contact(number, draw, settled, tuple(flaws), combined)
+            return RestingContact(number, draw, settled, tuple(flaws), combined)
         flaws.append(flaw)
 
 
@@ -235,7 +235,7 @@ def bench(radius_mm: float, friction: float) -> ContactBench:
     return ContactBench(1e-3 * radius_mm, friction)
 
 
-def press(draw: RandomContact, friction: float) -> Settled:
+def press(draw: RandomContact, friction: float) -> SettledFinger:
     """The contact at rest, with a peg of that coefficient of friction."""
     finger = read_finger()
     q = resting_angles(finger, 1e3 * draw.touching_kpa, as_planar(draw.gravity[::2]))
@@ -243,7 +243,7 @@ def press(draw: RandomContact, friction: float) -> Settled:
     return bench(draw.radius_mm, friction).press(draw.R_WB, center, q, 1e3 * draw.pressure_kpa)
 
 
-def contact_flaw(draw: RandomContact, settled: Settled, friction: float) -> str:
+def contact_flaw(draw: RandomContact, settled: SettledFinger, friction: float) -> str:
     """Reason why it is not a single contact that can be measured, or nothing; `friction` is that of the contact."""
     touching = np.flatnonzero(touches(settled.link_force))
     if not len(touching):
@@ -259,9 +259,10 @@ def contact_flaw(draw: RandomContact, settled: Settled, friction: float) -> str:
     return ""
 
 
-def contact_arrays(contacts: Sequence[Contact]) -> Contacts:
+def contact_arrays(contacts: Sequence[RestingContact]) -> Contacts:
     """Contacts one after the other."""
-    columns = dict(zip(Settled._fields, map(np.array, zip(*(c.settled for c in contacts), strict=True)), strict=True))
+    values = zip(*(contact.settled for contact in contacts), strict=True)
+    columns = dict(zip(SettledFinger._fields, map(np.array, values), strict=True))
     return Contacts(
         read_finger(),
         q=columns["q"],
@@ -277,7 +278,7 @@ def contact_arrays(contacts: Sequence[Contact]) -> Contacts:
 
 
 @dataclass(frozen=True)
-class ContactRow:
+class ContactTruthRow:
     """The draw for a contact, and its ground truth."""
 
     contact: int
@@ -293,11 +294,11 @@ class ContactRow:
     redrawn: int  # number of draws that were not single contacts
 
 
-def contact_row(contact: Contact) -> ContactRow:
+def contact_row(contact: RestingContact) -> ContactTruthRow:
     """The row of a contact."""
     draw, settled = contact.draw, contact.settled
     gravity_x, _, gravity_z = draw.gravity.tolist()
-    return ContactRow(
+    return ContactTruthRow(
         *(contact.number, draw.side, draw.radius_mm, draw.place_mm, 1e3 * settled.arc_length),
         *(settled.force, settled.total, draw.pressure_kpa, gravity_x, gravity_z, len(contact.flaws)),
     )
@@ -310,7 +311,7 @@ def run_contacts(
     report: Callable[[], Any],
     friction: float = PEG_FRICTION,
     places: tuple[float, float] = PLACE,
-) -> list[Contact]:
+) -> list[RestingContact]:
     """Simulates contacts 0 to `number` - 1 of a seed, see `run_contact`; `report` is called after each."""
     jobs = {i: (seed, i, friction, places) for i in range(number)}
     return list(results(executor, run_contact, jobs, lambda i: report()).values())

@@ -73,7 +73,7 @@ CRITERION = (
 
 
 @dataclass(frozen=True)
-class Agreement:
+class EngineAgreement:
     """Agreement of a scenario in MuJoCo with Drake; worst of all fingers and steps."""
 
     scenario: str
@@ -127,12 +127,12 @@ def run_changed(name: str, **changes: str) -> Run:
     return run
 
 
-def agreement(name: str) -> Agreement:
+def agreement(name: str) -> EngineAgreement:
     """Compares a shipped scenario in both engines."""
     ours, drake = run_changed(name, engine="mujoco"), run_changed(name, engine=DRAKE)
     with_points = run_changed(name, engine=DRAKE, contact="points")
     step = str(ours.recording.data.attrs["engine_step"]).partition(";")[0]
-    return Agreement(
+    return EngineAgreement(
         name, *compare_runs(ours, drake), *compare_runs(ours, with_points), ending(drake), ending(ours), step
     )
 
@@ -255,7 +255,7 @@ def compare_boxes(number: int) -> None:
         print_rows(rows, f"A box of {1e3 * sinking.mass_kg:.0f} g and friction {sinking.friction:.2f}")
 
 
-def page_table(rows: Sequence[Agreement]) -> list[str]:
+def page_table(rows: Sequence[EngineAgreement]) -> list[str]:
     """Lines of the page's table: the scenarios whose forces differ most."""
     lines = [
         f"| `{row.scenario}` | {row.tips_mm:.2f} | {row.tips_mm_with_points:.2f} | {row.force_percent:.1f}"
@@ -281,7 +281,7 @@ def run(options: argparse.Namespace) -> None:
     if options.boxes is not None:
         compare_boxes(options.boxes)
         return
-    rows = {row.scenario: row for row in read_csv(TABLE, Agreement)} if TABLE.is_file() else {}
+    rows = {row.scenario: row for row in read_csv(TABLE, EngineAgreement)} if TABLE.is_file() else {}
     for name in options.scenarios or scenario_names():
         try:
             rows[name] = agreement(name)

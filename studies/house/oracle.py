@@ -20,7 +20,7 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
-from soft_gripper.fingers.kinematics import in_plane, in_space
+from soft_gripper.fingers.kinematics import in_space, planar_vector
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 from studies.benchmark.contacts import FOLDER, layout
@@ -69,7 +69,7 @@ def contacts() -> Iterator[tuple[str, Array]]:
     """Yields forces, positions and intervals of the benchmark's test contacts."""
     rows = np.genfromtxt(FOLDER / "contacts_test.csv", delimiter=",", names=True)
     readings = np.stack([rows[f"reading_{i}"] for i in range(4)], axis=-1)
-    gravity = in_space(in_plane(rows["gravity_x"], rows["gravity_z"]))
+    gravity = in_space(planar_vector(rows["gravity_x"], rows["gravity_z"]))
     for model, bend_std in (("exact", EXACT), ("default", Uncertainty.bend_per_pressure)):
         shape = ContactShape(layout(), Uncertainty(reading=1.5e-3, bend_per_pressure=bend_std))
         inputs = readings, layout().finger.pressure_torque(rows["pressure"]), gravity

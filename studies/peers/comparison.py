@@ -8,7 +8,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from studies.peers.measures import creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
-from studies.peers.task import Run, Setting, Task, Trial, load_task
+from studies.peers.task import PeerTask, PeerTrial, Run, Setting, load_task
 
 EQUAL_FACTOR = 1.1  # ratio to our error or creep up to which another counts as equal
 
@@ -59,7 +59,7 @@ def installed_simulators(names: Iterable[str]) -> list[str]:
 def compare(name: str, config: dict[str, Any], simulators: Iterable[str], rounds: int) -> list[Result]:
     """All results of a task, ours with its default first."""
     runs: list[tuple[str, Setting, Run]] = []
-    references: dict[str, Trial] = {}
+    references: dict[str, PeerTrial] = {}
     for simulator in simulators:
         settings = config["simulators"][simulator].get(name)
         if settings is not None:
@@ -79,7 +79,7 @@ def _make(simulator: str, name: str, config: dict[str, Any], setting: Setting) -
 
 
 def _result(
-    task: Task, name: str, simulator: str, setting: Setting, trial: Trial, reference: Trial, seconds: Array
+    task: PeerTask, name: str, simulator: str, setting: Setting, trial: PeerTrial, reference: PeerTrial, seconds: Array
 ) -> Result:
     error = tip_error(task, trial, reference)
     return Result(name, simulator, setting, seconds, error, creep(task, trial), holds(task, trial))

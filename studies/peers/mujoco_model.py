@@ -5,10 +5,10 @@ import numpy as np
 
 from soft_gripper.extras.export.mjcf import EXPLICIT_STEP, to_mjcf
 from soft_gripper.fingers.finger_links import joint_name
-from studies.peers.task import Setting, Task
+from studies.peers.task import PeerTask, Setting
 
 
-def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
+def make_model(task: PeerTask, setting: Setting) -> mujoco.MjModel:
     """The model under the options of a setting; the stiffness of its skins is that of the integrator."""
     step = setting["step"] if setting["integrator"] == "discrete" else min(setting["step"], EXPLICIT_STEP)
     exported = to_mjcf(task.scenario, step)
@@ -18,7 +18,7 @@ def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
     return spec.compile()
 
 
-def angle_indices(model: mujoco.MjModel, task: Task) -> np.ndarray:
+def angle_indices(model: mujoco.MjModel, task: PeerTask) -> np.ndarray:
     """Indices of the joint angles in qpos, (F, N)."""
     model_fingers = [(config.name, finger) for config, expanded in task.grippers for finger in expanded.fingers]
     return np.array(
@@ -35,7 +35,7 @@ def object_indices(model: mujoco.MjModel) -> np.ndarray:
     return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free)]).astype(int)
 
 
-def _set_options(spec: mujoco.MjSpec, task: Task, setting: Setting) -> None:
+def _set_options(spec: mujoco.MjSpec, task: PeerTask, setting: Setting) -> None:
     option = spec.option
     option.timestep = setting["step"]
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{setting['integrator'].upper()}")

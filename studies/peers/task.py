@@ -18,7 +18,7 @@ from studies.peers.bodies import Body, scene_bodies
 Setting = dict[str, Any]  # of a simulator, as in settings.yaml
 
 
-class Trial(NamedTuple):
+class PeerTrial(NamedTuple):
     """A run, sampled at the end of every period of the sensors; T samples, F fingers."""
 
     seconds: float  # CPU time of stepping, and of sensing if requested
@@ -26,11 +26,11 @@ class Trial(NamedTuple):
     held: Array  # (T, 3) m in the world, of the free body; (T, 0) where there is none
 
 
-Run = Callable[[], Trial]  # from the beginning, every time
+Run = Callable[[], PeerTrial]  # from the beginning, every time
 
 
 @dataclass(frozen=True)
-class Task:
+class PeerTask:
     """A scenario with pressures in steps; `sensed` requests strain, shape and external torque at every sample."""
 
     scenario: Scenario
@@ -53,9 +53,8 @@ class Task:
         return scene_bodies(self.scenario)
 
     @property
-    def free(self) -> Body | None:
-        """The grasped object."""
-        return next((body for body in self.bodies if body.free), None)
+    def grasped_body(self) -> Body | None:
+        return next((body for body in self.bodies if body.is_free), None)
 
     @property
     def period(self) -> float:
@@ -82,6 +81,6 @@ class Task:
         return round(self.period / step)
 
 
-def load_task(spec: dict[str, Any], overrides: tuple[str, ...] = ()) -> Task:
+def load_task(spec: dict[str, Any], overrides: tuple[str, ...] = ()) -> PeerTask:
     """A task as settings.yaml describes it, with more overrides of its scenario."""
-    return Task(load_scenario(spec["scenario"], [*spec["overrides"], *overrides]), spec.get("sensed", False))
+    return PeerTask(load_scenario(spec["scenario"], [*spec["overrides"], *overrides]), spec.get("sensed", False))

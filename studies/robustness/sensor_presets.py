@@ -50,16 +50,19 @@ class PresetRow:
 def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[float, ...]]:
     """Errors, percentages and torque of each finger, in the order of PresetRow."""
 
-    def held(signal: str) -> np.ndarray:
+    def held_values(signal: str) -> np.ndarray:
         return held_samples(station.scenario, recording, signal)
 
     for finger in (finger.name for finger in station.fingers):
-        errors = (1e3 * float(held(f"{finger}.{name}").mean()) for name in ("pose_error", "fingertip_error"))
-        estimated, true = held(f"{finger}.gaussian.estimated_joint_angles"), held(f"{finger}.sampled_joint_angles")
-        variance = held(f"{finger}.gaussian.joint_angle_covariance").sum(axis=(-2, -1))
+        errors = (1e3 * float(held_values(f"{finger}.{name}").mean()) for name in ("pose_error", "fingertip_error"))
+        estimated, true = (
+            held_values(f"{finger}.gaussian.estimated_joint_angles"),
+            held_values(f"{finger}.sampled_joint_angles"),
+        )
+        variance = held_values(f"{finger}.gaussian.joint_angle_covariance").sum(axis=(-2, -1))
         covered = np.abs((estimated - true).sum(axis=-1)) <= BAND * np.sqrt(variance)
         false = recording.values(f"{finger}.contact") != 0
-        torque = 1e3 * float(np.sqrt((held(f"{finger}.external_torque")[..., 0] ** 2).mean()))
+        torque = 1e3 * float(np.sqrt((held_values(f"{finger}.external_torque")[..., 0] ** 2).mean()))
         yield *errors, 100 * float(covered.mean()), 100 * float(false.mean()), torque
 
 

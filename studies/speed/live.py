@@ -40,7 +40,7 @@ COMMAND = [
 ]
 
 
-class Measured(NamedTuple):
+class LiveMeasurements(NamedTuple):
     """Measurements of one run."""
 
     unreported: int  # readings without result, and not counted as lost
@@ -82,7 +82,7 @@ def receive_results(socket_: socket.socket, arrival_times: dict[int, float]) -> 
             arrival_times.setdefault(int(result["count"]), time.monotonic())
 
 
-def measure(seconds: float, changes: list[str], options: list[str]) -> Measured:
+def measure(seconds: float, changes: list[str], options: list[str]) -> LiveMeasurements:
     """Sends readings for some time, s, and measures the results."""
     messages = recorded_messages(changes)
     with TemporaryDirectory() as folder, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
@@ -110,7 +110,7 @@ def measure(seconds: float, changes: list[str], options: list[str]) -> Measured:
         listener.join()
     lost_count = int(re.findall(r"(\d+) lost", output)[0])
     latency = np.array([arrivals[count] - time_sent for count, time_sent in sent.items() if count in arrivals])
-    return Measured(len(sent) - len(latency) - lost_count, latency, sizes[-1] - sizes[0], output)
+    return LiveMeasurements(len(sent) - len(latency) - lost_count, latency, sizes[-1] - sizes[0], output)
 
 
 def send(

@@ -46,7 +46,7 @@ SEARCH = {"designs": 12, "test_draws": 4, "unseen": {}}
 
 
 @dataclass(frozen=True)
-class Cost:
+class SweepCost:
     """Cost of a sweep."""
 
     boxes: str
@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> None:
     print_rows([*(engine_costs(options.runs or 40) if options.varied else process_costs(options.runs or 1000))])
 
 
-def process_costs(runs: int) -> Iterator[Cost]:
+def process_costs(runs: int) -> Iterator[SweepCost]:
     """Yields rows of one process and of two."""
     for boxes in SAMPLES:
         with TemporaryDirectory() as folder:
@@ -84,7 +84,7 @@ def process_costs(runs: int) -> Iterator[Cost]:
             single, double = ((table / "sweep.csv").read_bytes() for table in tables)
             same = "yes" if single == double else "no"
             for jobs, seconds in enumerate(times, start=1):
-                yield Cost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, same)
+                yield SweepCost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, same)
 
 
 def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:

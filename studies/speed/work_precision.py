@@ -69,7 +69,7 @@ STYLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {  # of lines, and of
 }
 
 
-class Result(NamedTuple):
+class SolverResult(NamedTuple):
     """Cost of a solver, and error of its fingertips."""
 
     seconds: float  # CPU time for a simulated second
@@ -77,7 +77,7 @@ class Result(NamedTuple):
     moving: float  # m, root mean square over the moving samples
 
 
-Results = dict[tuple[str, str], Result]  # by solver and setting
+Results = dict[tuple[str, str], SolverResult]  # by solver and setting
 
 
 def run(options: argparse.Namespace) -> None:
@@ -102,7 +102,7 @@ def measure(reference: Planar) -> Results:
     results = {}
     for key in stations:
         seconds = float(np.median([repeat[key][0] for repeat in repeats]))
-        results[key] = Result(seconds, *errors(repeats[0][key][1], reference))
+        results[key] = SolverResult(seconds, *errors(repeats[0][key][1], reference))
     return results
 
 

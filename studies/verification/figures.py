@@ -14,7 +14,7 @@ from pushed_fingers import compliance, with_cloth
 from soft_gripper.pictures.rendering import SceneRenderer, framing_camera
 from soft_gripper.pictures.style import STYLE
 from studies import ROOT
-from studies.verification.grasps import GRASPS, PUSH_TIME, Run
+from studies.verification.grasps import GRASPS, PUSH_TIME, GraspRun
 from studies.verification.tables import RODS, shipped_finger
 
 DOCS = ROOT / "docs"
@@ -95,7 +95,7 @@ def draw_compliance() -> None:
         _save(figure, "verification_compliance")
 
 
-def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
+def draw_grasps(runs: Mapping[tuple[str, bool], GraspRun]) -> None:
     """Draws every object in the air, before its push; runs are by the grasp's name and whether fingers are spatial."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.1 * len(GRASPS), 4.75), layout="constrained")
@@ -112,7 +112,7 @@ def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
         _save(figure, "verification_grasps")
 
 
-def _picture(run: Run) -> np.ndarray:
+def _picture(run: GraspRun) -> np.ndarray:
     renderer = SceneRenderer(run.scenario, run.recording, PICTURE_PIXELS, PICTURE_PIXELS)
     object_name = run.scenario.models[-1].name
     middle = renderer.scene.object_position(object_name, PUSH_TIME)

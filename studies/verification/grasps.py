@@ -42,7 +42,7 @@ _ROLLED = (np.pi / 2, 0.0, 0.0)  # rad, of a cylinder whose axis lies along y
 
 
 @dataclass(frozen=True)
-class Grasp:
+class TurnedGrasp:
     """A shipped scenario whose object stands elsewhere: turned about the vertical, degrees, and shifted along y, m."""
 
     scenario: str
@@ -55,15 +55,15 @@ class Grasp:
 _CYLINDER = ModelConfig("cylinder", "package://soft_gripper/objects/cylinder.obj", free=True)
 _CYLINDER.mass, _CYLINDER.friction = 0.05, 0.8
 GRASPS = {
-    "box": Grasp("box_grasp"),
-    "box, 15 mm off the plane": Grasp("box_grasp", shift=0.015),
-    "box, turned by 20 degrees": Grasp("box_grasp", turn=20.0),
-    "cylinder on its side, turned by 30 degrees": Grasp("box_grasp", turn=30.0, height=0.02301, object=_CYLINDER),
-    "apple, three fingers": Grasp("three_finger_grasp", height=0.02742),
+    "box": TurnedGrasp("box_grasp"),
+    "box, 15 mm off the plane": TurnedGrasp("box_grasp", shift=0.015),
+    "box, turned by 20 degrees": TurnedGrasp("box_grasp", turn=20.0),
+    "cylinder on its side, turned by 30 degrees": TurnedGrasp("box_grasp", turn=30.0, height=0.02301, object=_CYLINDER),
+    "apple, three fingers": TurnedGrasp("three_finger_grasp", height=0.02742),
 }
 
 
-class Outcome(NamedTuple):
+class GraspOutcome(NamedTuple):
     """Final state of an object; angles in degrees, forces in N, lengths in mm."""
 
     on_table: float  # turn about the vertical when the fingers have closed
@@ -76,15 +76,15 @@ class Outcome(NamedTuple):
     compliance: float  # mm/N, of the held object under the push
 
 
-class Run(NamedTuple):
+class GraspRun(NamedTuple):
     """A grasp that was simulated."""
 
     scenario: Scenario
     recording: Recording  # of the plant's state
-    outcome: Outcome
+    outcome: GraspOutcome
 
 
-def grasp_scenario(grasp: Grasp, yields: str) -> Scenario:
+def grasp_scenario(grasp: TurnedGrasp, yields: str) -> Scenario:
     """Scenario of a grasp, whose gripper hangs on a lift."""
     scenario = load_scenario(grasp.scenario, [f"models.gripper.fingers.all.yields={yields}"])
     gripper, table, body = scenario.models
@@ -114,7 +114,7 @@ class _Push(LeafSystem):
         output.set_value([self._force])
 
 
-def run(grasp: Grasp, yields: str) -> Run:
+def run(grasp: TurnedGrasp, yields: str) -> GraspRun:
     """Simulates a grasp."""
     scenario, builder = grasp_scenario(grasp, yields), DiagramBuilder()
     scene = add_plant(builder, scenario.plant_config, scenario.models, scenario.gravity)
@@ -142,7 +142,7 @@ def run(grasp: Grasp, yields: str) -> Run:
     situations = [
         _situation(scene, thing, states[np.searchsorted(times, time)]) for time in (CLOSED_TIME, PUSH_TIME, END)
     ]
-    return Run(scenario, Recording(data), _outcome(situations, contacts, len(scene.fingers), bool(grasp.object)))
+    return GraspRun(scenario, Recording(data), _outcome(situations, contacts, len(scene.fingers), bool(grasp.object)))
 
 
 def _object_contacts(scene: Scene, context: Context, thing: str) -> Array:
@@ -183,13 +183,15 @@ def _situation(scene: Scene, thing: str, state: Array) -> _Situation:
     return _Situation(plant.EvalBodyPoseInWorld(context, first_body(plant, thing)), np.array(tips), np.array(twists))
 
 
-def _outcome(situations: Sequence[_Situation], contacts: Sequence[Array], fingers: int, is_rolled: bool) -> Outcome:
+def _outcome(
+    situations: Sequence[_Situation], contacts: Sequence[Array], fingers: int, is_rolled: bool
+) -> GraspOutcome:
     closed, lifted, pushed = situations
     initial = RollPitchYaw(*_ROLLED).ToRotationMatrix() if is_rolled else RotationMatrix()
     turns = [(situation.X_WO.rotation() @ initial.inverse()).matrix() for situation in (closed, lifted)]
     on_table, in_air = (float(np.degrees(np.arctan2(turn[1, 0], turn[0, 0]))) for turn in turns)
     moved = 1e3 * (pushed.X_WO.translation() - lifted.X_WO.translation())
-    return Outcome(
+    return GraspOutcome(
         on_table,
         in_air,
         float(np.degrees(np.arccos(np.clip(turns[1][2, 2], -1, 1)))),

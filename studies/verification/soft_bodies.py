@@ -25,7 +25,7 @@ from soft_gripper.extras.soft.objects.make_soft import block
 from soft_gripper.extras.soft.soft_kind import SoftKind
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
-from studies.verification.tables import Row, Table
+from studies.verification.tables import DocTable, Row
 
 TIME_STEP = 0.005  # s
 RAMP_TIME, HOLD_TIME, RAMP_STEPS = 0.5, 0.5, 50  # s, and the steps in which the force grows
@@ -118,7 +118,7 @@ def ball(cells: int) -> Tetrahedra:
     return mesh.scaled(RADIUS * float(4 / 3 * np.pi / mesh.volumes.sum()) ** (1 / 3))
 
 
-class Change(NamedTuple):
+class BallDeformation(NamedTuple):
     """Deformation of a ball, m."""
 
     halves: float  # approach of the centres of mass of its upper and its lower half
@@ -126,7 +126,7 @@ class Change(NamedTuple):
     poles: float  # approach of the two, indentations included
 
 
-def change(pressed_ball: Pressed) -> Change:
+def change(pressed_ball: Pressed) -> BallDeformation:
     """Deformation of a simulated ball."""
     mesh, displacement = pressed_ball.rest, pressed_ball.displacement
     height, axial = mesh.vertices[:, 2], displacement[:, 2]
@@ -138,7 +138,7 @@ def change(pressed_ball: Pressed) -> Change:
     is_equator = (np.abs(height) < 1e-9) & (distance > 0.95 * RADIUS)
     outward = (displacement[is_equator, :2] * mesh.vertices[is_equator, :2]).sum(axis=1) / distance[is_equator]
     poles = float(axial[np.argmin(height)] - axial[np.argmax(height)])
-    return Change(float(low - high), 2 * float(outward.mean()), poles)
+    return BallDeformation(float(low - high), 2 * float(outward.mean()), poles)
 
 
 _SERIES_TERMS, _INTEGRAL_NODES = 400, 100  # of the series, and of the integrals
@@ -164,14 +164,14 @@ class PressedBall:
         self._a = stress / ((n + 1) * (n**2 - n - 2 - 2 * nu) - n * (n - 1) * ratio)
         self._b = -self._a * ratio
 
-    def change(self) -> Change:
+    def change(self) -> BallDeformation:
         """Deformation of the ball."""
         share, of_share = _gauss(0.0)
         cosine, of_cosine = _gauss(0.0)
         axial = self._axial(share[:, None, None], cosine[:, None])
         halves = -6 * float(of_share * share**2 @ axial @ of_cosine)  # over the volume of one, 2 pi / 3
         equator, pole = self._radial(1.0, np.array([[0.0], [1.0]])) @ np.ones(len(self._n))
-        return Change(halves, 2 * float(equator), -2 * float(pole))
+        return BallDeformation(halves, 2 * float(equator), -2 * float(pole))
 
     def _radial(self, share: Array | float, cosine: Array) -> Array:
         """Terms of the displacement outward, m, at a share of the radius and an angle from the pole; (..., terms)."""
@@ -235,7 +235,7 @@ def ball_rows(cells: Sequence[int] = CELL_COUNTS) -> Iterator[Row]:
         yield f"{len(mesh.cells)}", [*errors, plates]
 
 
-BLOCKS = Table(
+BLOCKS = DocTable(
     "Poisson's ratio | friction | shortening by [mm] | F h / (E A) [mm] | difference [%]", (3, 3, 2), block_rows
 )
-BALLS = Table("tetrahedra | halves [%] | equator [%] | poles [%] | plates [%]", (1, 1, 1, 1), ball_rows)
+BALLS = DocTable("tetrahedra | halves [%] | equator [%] | poles [%] | plates [%]", (1, 1, 1, 1), ball_rows)

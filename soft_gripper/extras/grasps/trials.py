@@ -265,13 +265,13 @@ def _vary_or_error(base: Scenario, file: str, seed: int, trial: int) -> Scenario
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
     """The result of a trial, from its recording."""
     run = TaskRun(station, recording)
-    x, y, _ = 1e3 * run.placed
+    x, y, _ = 1e3 * run.placed_offset
     details = replace(
         _details(file, seed, trial),
         placed_x_mm=float(x),
         placed_y_mm=float(y),
-        placed_yaw_deg=float(np.degrees(yaw(run.turned))),
-        placed_tilt_deg=float(np.degrees(tilt(run.turned))),
+        placed_yaw_deg=float(np.degrees(yaw(run.placed_rotation))),
+        placed_tilt_deg=float(np.degrees(tilt(run.placed_rotation))),
     )
     grasp, _ = recorded_grasp(RecordedObject(station, recording, objects_of(station)[0]))
     return Trial(Path(file).stem, trial, judged(station, recording), details, grasp)

@@ -50,7 +50,7 @@ class Task(Protocol):
 _HELD_HEIGHT_FRACTION = 0.8  # fraction of the height above which a touched object counts as held up
 
 
-class Grasp:
+class GraspTask:
     """Earns time_step (lifted fraction - force_weight force) a step, and -1 for a crushed object, which ends it."""
 
     def __init__(self, config: GraspConfig, time_step: float, count: int):
@@ -137,6 +137,6 @@ def make_task(config: EnvironmentConfig, count: int) -> Task:
     if config.reach is not None:
         return Reach(config.reach, config.time_step)
     if config.grasp is not None:
-        return Grasp(config.grasp, config.time_step, count)
+        return GraspTask(config.grasp, config.time_step, count)
     assert config.pick_place is not None
     return PickPlace(config.pick_place, config.time_step, count)

@@ -231,7 +231,7 @@ def _run_alike(served: Sequence[ServedRun], described: bool) -> Iterator[Run | E
             yield failed[i]
             continue
         computed = station.logs.make_samples(times[: lengths[i]], logs.samples_of(i, lengths[i]))
-        attributes = station.parts.about | {"engine_step": words} if described else {}
+        attributes = station.parts.attributes | {"engine_step": words} if described else {}
         yield Run(station, make_recording(station.logs.labels, computed, attributes))
 
 

@@ -24,7 +24,7 @@ from soft_gripper.files.output import next_folder
 from soft_gripper.scenario.schema import Scenario
 
 
-class Recorder(Protocol):
+class SessionRecorder(Protocol):
     """A recording in a folder of its own; its report says where it is and what it lacks, once it has ended."""
 
     @property
@@ -69,7 +69,7 @@ class Driver(ABC):
         """Obeys a button other than *record* and *stop*."""
         raise NotImplementedError
 
-    def record(self, folder: Path) -> Recorder:
+    def record(self, folder: Path) -> SessionRecorder:
         """Begins a recording, whose time starts at 0.
 
         Raises:
@@ -92,7 +92,7 @@ class Session:
     def __init__(self, driver: Driver, folder: Path | None = None):
         """`folder` takes the recordings, in folders 1, 2, 3 ...; None: there are none."""
         self.driver, self.feed, self._folder = driver, SignalFeed(driver.signals), folder
-        self._recorders: list[Recorder] = []
+        self._recorders: list[SessionRecorder] = []
         self._problem, self._is_reported, self._is_stopped = "", False, False
 
     @property

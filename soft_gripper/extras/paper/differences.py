@@ -23,8 +23,8 @@ from soft_gripper.extras.paper.pose_rows import largest_gain, mean_errors
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import (
     forward_kinematics,
-    in_plane,
     link_directions,
+    planar_vector,
     rotated,
     segment_path_lengths,
 )
@@ -74,7 +74,7 @@ def start_joint_chain(q: Array, ds: float, offsets: Array) -> tuple[Array, Plana
     last_headings = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
     bisectors = np.concatenate([(last_headings + headings) / 2, headings[..., -1:]], axis=-1)
     links = ds * link_directions(q)
-    sides = rotated(in_plane(offsets, 0.0), bisectors)
+    sides = rotated(planar_vector(offsets, 0.0), bisectors)
     return np.abs(links + np.diff(sides, axis=-1)), links.sum(axis=-1)
 
 

@@ -46,7 +46,7 @@ class SoftKind(DeformableKind):
         from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
 
         elements = read_tetrahedra(path).scaled(config.scale)
-        surface_text = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
+        surface_text = obj_text(surface(_inset_mesh(elements)).smooth_shaded, normals=True)
         add_visual(link, f"file://{keep_by_content(surface_text)}", config.color)
         body = add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
         add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": friction})
@@ -120,7 +120,7 @@ def surface(tetrahedra: Tetrahedra) -> "trimesh.Trimesh":
     return mesh
 
 
-def _inside(mesh: Tetrahedra) -> Tetrahedra:
+def _inset_mesh(mesh: Tetrahedra) -> Tetrahedra:
     """The mesh with each vertex a little further inside one of its elements.
 
     Drake draws a point by the element in which it finds it, and may find none for a point on a face.

@@ -60,7 +60,7 @@ def read(model: ModelFile, options: ImportOptions) -> ImportedModel:
         _mend_masses(model, world, masses, "main")
     mimics = _take_mimics(model, {name for name, _ in _joints(root, defaults)})
     _make_motors(model, defaults)
-    return ImportedModel(ET.tostring(root, encoding="unicode"), ".xml", mimics, tuple(_apart(root, defaults)))
+    return ImportedModel(ET.tostring(root, encoding="unicode"), ".xml", mimics, tuple(_separate_groups(root, defaults)))
 
 
 def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
@@ -308,7 +308,7 @@ def _make_motors(model: ModelFile, defaults: _Defaults) -> None:
             default.remove(element)
 
 
-def _apart(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
+def _separate_groups(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
     """Bodies that never touch others by the masks of their geoms, which Drake does not know, and these others."""
     groups: dict[tuple[int, int], list[str]] = {}
     for body, childclass in _bodies(root):

@@ -19,7 +19,7 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.narrower_bands import narrower_bands
 from soft_gripper.runs.scores.readings import read_recorded
-from soft_gripper.runs.scores.recorded_object import before_put_down
+from soft_gripper.runs.scores.recorded_object import precedes_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches
@@ -36,7 +36,7 @@ def has_forces(station: Station, recording: Recording) -> bool:
     """Whether there are contact forces to report: a finger touches something or, without truth, they are estimated."""
     names = [f"{finger.name}.true_contact_force" for finger in station.fingers]
     true = [recording[name].values for name in names if name in recording.data]
-    is_estimated = bool(station.fingers) and not _without_estimate(station, recording)
+    is_estimated = bool(station.fingers) and not _unestimated_fingers(station, recording)
     return any(touches(np.abs(force)).any() for force in true) if true else is_estimated
 
 
@@ -49,7 +49,7 @@ def contact_rows(station: Station, recording: Recording) -> list[FingerForce]:
 def forces_at(station: Station, recording: Recording, rows: NDArray[np.int_]) -> ContactForces:
     """The contact forces of all fingers at some samples of a recording, (M)."""
     now = recording.data.isel(time=rows)
-    again = [_estimated(station, recording, finger, rows) for finger in _without_estimate(station, recording)]
+    again = [_estimated(station, recording, finger, rows) for finger in _unestimated_fingers(station, recording)]
     return contact_forces(now.assign({name: found for each in again for name, found in each.items()}))
 
 
@@ -61,7 +61,7 @@ def drawn_forces(station: Station, recording: Recording) -> ContactForces | None
 
 def estimator_of_forces(station: Station, recording: Recording) -> str:
     """The estimator of the forces of `forces_at`."""
-    return ESTIMATOR if _without_estimate(station, recording) else station.parts.estimator
+    return ESTIMATOR if _unestimated_fingers(station, recording) else station.parts.estimator
 
 
 def end_of_hold(rows: Sequence[FingerForce], station: Station, recording: Recording) -> float:
@@ -71,7 +71,7 @@ def end_of_hold(rows: Sequence[FingerForce], station: Station, recording: Record
     """
     until = np.inf
     if station.task is not None:
-        phases = before_put_down(recording["task.phase"].values.ravel(), station.task.phases)
+        phases = precedes_put_down(recording["task.phase"].values.ravel(), station.task.phases)
         until = recording["time"].values[phases][-1] + 1.5 * station.scenario.sensor.period
     return max(row.time_s for row in rows if row.time_s <= until)
 
@@ -83,7 +83,7 @@ def _ends(station: Station, recording: Recording) -> Array:
     return (np.arange(station.scenario.steps) + 1) * station.scenario.step_duration
 
 
-def _without_estimate(station: Station, recording: Recording) -> list[PlantFinger]:
+def _unestimated_fingers(station: Station, recording: Recording) -> list[PlantFinger]:
     """The fingers of whose contact force there is no estimate."""
     return [finger for finger in station.fingers if f"{finger.name}.transverse_force" not in recording.data]
 

@@ -20,7 +20,7 @@ class Grip(NamedTuple):
     on_object: Array  # (3,) m, in the frame of the object
 
 
-def along_face(X: Array, p: Array, on_link: Array) -> Array:
+def face_shifts(X: Array, p: Array, on_link: Array) -> Array:
     """Shifts of a point of the object from that of a link, along the link's inner face, (..., 2) m.
 
     Args:
@@ -56,4 +56,4 @@ def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.in
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:
     """Shift of the point of the object from that of the link, along the link's inner face, (2,) m."""
-    return along_face(grip.link.EvalPoseInWorld(context).GetAsMatrix34(), X_WO @ grip.on_object, grip.on_link)
+    return face_shifts(grip.link.EvalPoseInWorld(context).GetAsMatrix34(), X_WO @ grip.on_object, grip.on_link)

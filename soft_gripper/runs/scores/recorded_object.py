@@ -16,7 +16,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.runs.scores.grasp import GraspSignals
-from soft_gripper.runs.scores.grip_point import along_face, nearest_link, seen_from
+from soft_gripper.runs.scores.grip_point import face_shifts, nearest_link, seen_from
 from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
@@ -43,10 +43,10 @@ class RecordedObject:
 
     @cached_property
     def samples(self) -> Rows:
-        """The samples of which contact is known; in a task, those of them that are `before_put_down`."""
+        """The samples of which contact is known; in a task, those of them that are `precedes_put_down`."""
         known = np.isfinite(self.values(NORMAL)).all(axis=1)
         if self.station.task is not None:
-            known &= before_put_down(self.phases, self.station.task.phases)
+            known &= precedes_put_down(self.phases, self.station.task.phases)
         return np.flatnonzero(known)
 
     @cached_property
@@ -136,7 +136,7 @@ class RecordedObject:
                 nearest, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC[0]))
                 on_object = (p_WC[0] - X_WO[0, :, 3]) @ X_WO[0, :, :3]
                 p_WO = X_WO[..., :3] @ on_object + X_WO[..., 3]
-                shifts.append(along_face(X_BL[:, nearest], seen_from(X_WB, p_WO), on_link))
+                shifts.append(face_shifts(X_BL[:, nearest], seen_from(X_WB, p_WO), on_link))
         return np.stack(shifts, axis=1) if shifts else np.empty((len(samples), 0, 2))
 
     def slip(self, samples: Rows) -> Array:
@@ -179,7 +179,7 @@ class RecordedObject:
         return np.asarray(np.linalg.norm(_velocity(V[0], p_WC - p_WO) - _velocity(V[1], p_WC - p_WL), axis=-1))
 
 
-def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_]:
+def precedes_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_]:
     """The samples up to the end of the last phase that carries an object, (T).
 
     The last of several phases that hold it puts it down if another phase follows, and does not count. Without phases

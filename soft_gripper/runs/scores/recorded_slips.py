@@ -15,10 +15,10 @@ from soft_gripper.runs.scores.slipping import (
     WILL_HOLD,
     WILL_SLIP,
     Slip,
-    before,
     has_settled,
     held_span,
     object_friction,
+    preceding_window,
     sliding_since,
     weight_share,
 )
@@ -48,7 +48,8 @@ def recorded_slip(held: RecordedObject) -> Slip:
     if slides is None:
         return replace(predicted, lost_s=lost)
     since, on = slides
-    normal, friction = (each[before(signals.time, since)].mean(axis=0) for each in (signals.normal, signals.friction))
+    window = preceding_window(signals.time, since)
+    normal, friction = signals.normal[window].mean(axis=0), signals.friction[window].mean(axis=0)
     share, names = weight_share(normal, signals.coefficients, signals.weight), [each.name for each in station.fingers]
     weakest = int(np.argmin(signals.coefficients))
     present, force = float(signals.coefficients[weakest]), float(normal.mean())
@@ -95,7 +96,7 @@ def _predicted(held: RecordedObject, touch: int) -> Slip:
     lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
     if not len(lifts) or lifts[0] <= touch:
         return Slip()
-    normal = signals.normal[before(signals.time, int(lifts[0]))]
+    normal = signals.normal[preceding_window(signals.time, int(lifts[0]))]
     if not has_settled(normal @ signals.coefficients):
         return Slip()
     share = weight_share(normal.mean(axis=0), signals.coefficients, signals.weight)

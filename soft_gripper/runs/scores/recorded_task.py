@@ -76,12 +76,12 @@ class TaskRun:
         return f"at {self._time[sample]:.2f} s{name}"
 
     @property
-    def placed(self) -> Array:
+    def placed_offset(self) -> Array:
         """Vector from the goal to the final object frame, (3,) m in the world."""
         return np.asarray(self.final_pose.translation() - self._goal_pose.translation())
 
     @property
-    def turned(self) -> RotationMatrix:
+    def placed_rotation(self) -> RotationMatrix:
         """Final orientation of the object in the goal frame."""
         return self._goal_pose.rotation().inverse() @ self.final_pose.rotation()
 
@@ -199,8 +199,8 @@ def judged(station: Station, recording: Recording) -> Judged:
     cause = failure(run)
     return Judged(
         success=not cause,
-        placed_error_mm=1e3 * float(np.linalg.norm(run.placed)),
-        placed_angle_deg=float(np.degrees(angle(run.turned))),
+        placed_error_mm=1e3 * float(np.linalg.norm(run.placed_offset)),
+        placed_angle_deg=float(np.degrees(angle(run.placed_rotation))),
         dropped=run.dropped is not None,
         peak_force_n=run.peak_force,
         squeeze_mm=1e3 * run.squeeze,
@@ -277,12 +277,12 @@ def _slipped(run: TaskRun) -> str:
 
 
 def _misplaced(run: TaskRun) -> str:
-    error = 1e3 * float(np.linalg.norm(run.placed))
+    error = 1e3 * float(np.linalg.norm(run.placed_offset))
     return "" if error <= MAX_PLACED_ERROR else f"placed {error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
 
 
 def _misturned(run: TaskRun) -> str:
-    turned, tilted = (float(np.degrees(found)) for found in (angle(run.turned), tilt(run.turned)))
+    turned, tilted = (float(np.degrees(found)) for found in (angle(run.placed_rotation), tilt(run.placed_rotation)))
     most = MAX_PLACED_ANGLE
     ends = f"tilted by {tilted:.1f}, above {most:g} degrees"
     return "" if turned <= most else f"placed {turned:.1f} degrees from the goal, {ends}"

@@ -118,6 +118,6 @@ def sliding_since(time: Array, speed: Array) -> tuple[int, NDArray[np.bool_]] | 
     return begin, slides[begin]
 
 
-def before(time: Array, sample: int) -> slice:
+def preceding_window(time: Array, sample: int) -> slice:
     """The samples of the WINDOW before a sample, of times (T,) s; at least one."""
     return slice(int(np.searchsorted(time, time[sample] - WINDOW)), max(sample, 1))

@@ -60,7 +60,7 @@ class ClosedLoop:
 
 
 @dataclass(frozen=True)
-class Task:
+class TaskMeasures:
     """A task: its outcome as estimated, and its duration."""
 
     outcome: str
@@ -77,9 +77,8 @@ def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
     grasp: tuple[type[Any], ...] = (Grasp, Slip) if has_object else ()
     if scenario.task is not None:
         looks = scenario.estimator.contact_threshold is not None
-        return (
-            (*grasp, Task, Judged) if looks and any(phase.holds for phase in scenario.task.phases) else (*grasp, Task)
-        )
+        is_judged = looks and any(phase.holds for phase in scenario.task.phases)
+        return (*grasp, TaskMeasures, Judged) if is_judged else (*grasp, TaskMeasures)
     return (*grasp, OpenLoop) if scenario.control.set_points is None else (*grasp, ClosedLoop)
 
 
@@ -105,7 +104,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
     of_kind: dict[type[Any], Callable[[], Any]] = {
         OpenLoop: lambda: _open_loop(station, recording),
         ClosedLoop: lambda: _closed_loop(station, recording),
-        Task: lambda: Task(outcome(recording).words, float(recording.values("time")[-1])),
+        TaskMeasures: lambda: TaskMeasures(outcome(recording).words, float(recording.values("time")[-1])),
         Judged: lambda: judged(station, recording),
         Grasp: lambda: recorded_grasp(*held)[0],
         Slip: lambda: recorded_slip(*held),
