@@ -115,9 +115,9 @@ def load_model(
     note_quantities(model, config.free)
     _check_contents(plant, model.index, config, where)
     report(file.notes)
-    put = add_torsion_springs if config.springs == "torsion" else PlantFinger
+    make_finger = add_torsion_springs if config.springs == "torsion" else PlantFinger
     return LoadedModel(
-        model.index, [put(finger=finger, plant=plant, model=model.index) for finger in fingers], model.mimics
+        model.index, [make_finger(finger=finger, plant=plant, model=model.index) for finger in fingers], model.mimics
     )
 
 
@@ -134,8 +134,8 @@ def import_options(config: ModelConfig, where: str = "model", is_arm: bool = Fal
     add_to_link = None
     if kind is not None and kind.is_meant(config.mesh):
         add_to_link = partial(kind.add_to_link, config.mesh)
-    asked = config.free, config.child, config.without, config.mass, config.friction
-    return ImportOptions(where, is_arm, *asked, config.name, config.mesh.scale, config.mesh.color, add_to_link)
+    requests = config.free, config.child, config.without, config.mass, config.friction
+    return ImportOptions(where, is_arm, *requests, config.name, config.mesh.scale, config.mesh.color, add_to_link)
 
 
 def _expand(
@@ -185,9 +185,9 @@ def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: Mo
 def _check_fingers_keep(config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
     """Checks that mass and friction of a model with fingers are not given for all of it: fingers have theirs."""
     for name, of_fingers in {"mass": "density", "friction": "contact.friction"}.items():
-        given = getattr(config, name)
+        value = getattr(config, name)
         expected = f"leave it out: the model has fingers; give fingers.all.{of_fingers}"
-        require(given is None or not fingers, where, name, given, expected)
+        require(value is None or not fingers, where, name, value, expected)
 
 
 def add_fingers(
@@ -220,12 +220,12 @@ def add_fingers(
     expanded = expand_urdf(path, segments, model_name=name)
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
-    read = ModelFile(path, deepcopy(expanded.robot))
-    with drake_reads(path, "file", path.name, read):
-        model = add_model(parser, read, read_model(read))
+    model_file = ModelFile(path, deepcopy(expanded.robot))
+    with drake_reads(path, "file", path.name, model_file):
+        model = add_model(parser, model_file, read_model(model_file))
     couple(model)
     free_followers(model)
-    report(read.notes)
+    report(model_file.notes)
     return [PlantFinger(finger, plant, model.index) for finger in expanded.fingers]
 
 
@@ -246,8 +246,8 @@ def find_fingers(
     path = model_path(str(file))
     plant_fingers = [PlantFinger(finger, plant, model) for finger in expand_urdf(path, segments).fingers]
     for finger in (finger.finger for finger in plant_fingers):
-        last, beyond = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
-        if not last or beyond:
+        has_last, has_more = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
+        if not has_last or has_more:
             expected = f"is not in '{plant.GetModelInstanceName(model)}' with {finger.segments} segments"
             raise InputError(path, "finger", finger.name, expected)
     return plant_fingers

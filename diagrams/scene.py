@@ -129,8 +129,9 @@ def stays_in_place(config: ModelConfig) -> bool:
 
 def _check_stays(config: ModelConfig, where: str) -> None:
     """Raises an InputError if a scenario places a model that stays where its file puts it."""
-    moved = not config.X_PC.GetDeterministicValue().IsExactlyIdentity()
-    given = {"free": config.free, "parent": config.parent != "world", "child": config.child is not None, "X_PC": moved}
+    is_moved = not config.X_PC.GetDeterministicValue().IsExactlyIdentity()
+    has_parent, has_child = config.parent != "world", config.child is not None
+    given = {"free": config.free, "parent": has_parent, "child": has_child, "X_PC": is_moved}
     for field in [field for field, is_given in given.items() if is_given]:
         expected = f"leave it out: {config.file} is MJCF, which joins the model to the world and says where it stands"
         raise InputError(where, field, getattr(config, field), expected)
@@ -226,8 +227,8 @@ def add_plant(
         kind.check_config(config, models)
     for i, model in enumerate(models):
         where = f"models[{i}]"
-        own = arm if arm is not None and model.name == arm.model else None
-        _, model_fingers, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
+        arm_config = arm if arm is not None and model.name == arm.model else None
+        _, model_fingers, mimics[model.name] = add_model(plant, model, where, arm_config, visuals, points)
         if model.half_space:
             make_half_space(plant, scene_graph, model, where)
         if model.free and model_fingers:
@@ -325,15 +326,15 @@ def remove_idle_skins(scene: Scene) -> None:
     ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
     plant, scene_graph, fingers, deformables, *_ = scene
-    turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
-    other_joints = plant.num_positions() > turning
+    turns = (finger.joints_of(name) for finger in fingers for name in finger.finger.yields if name not in SLIDES)
+    other_joints = plant.num_positions() > sum(map(len, turns))
     if other_joints or deformables or not all(finger.is_anchored for finger in fingers):
         return
     reaches = _reaches(scene)
     pairs = scene_graph.model_inspector().GetCollisionCandidates()
-    touched = {geometry for pair in pairs if reaches[pair[0]].meets(reaches[pair[1]]) for geometry in pair}
+    reachable_geometries = {geometry for pair in pairs if reaches[pair[0]].meets(reaches[pair[1]]) for geometry in pair}
     skins = (skin for finger in fingers for link in finger.links for skin in plant.GetCollisionGeometriesForBody(link))
-    for idle in set(skins) - touched:
+    for idle in set(skins) - reachable_geometries:
         scene_graph.RemoveRole(plant.get_source_id(), idle, Role.kProximity)
 
 
@@ -375,9 +376,9 @@ def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph, context: Conte
     kind = HydroelasticContactRepresentation.kTriangle
     surfaces, point_pairs = query.ComputeContactSurfacesWithFallback(kind)
     inspector = query.inspector()
-    deep = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > MAX_RELATIVE_DEPTH]
-    deep += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > MAX_RIGID_DEPTH]
-    for pair in deep:
+    deep_pairs = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > MAX_RELATIVE_DEPTH]
+    deep_pairs += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > MAX_RIGID_DEPTH]
+    for pair in deep_pairs:
         one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
         raise InputError(
             "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or exclude links with `without`"

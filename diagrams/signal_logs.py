@@ -67,11 +67,11 @@ class SignalLogs(Diagram):
         ports = {i: sources.ports[i] for i in names}
         self._sizes = {i: p.size() for i, p in ports.items() if p.get_data_type() == PortDataType.kVectorValued}
         self._values: dict[int, ValueLog] = {}
-        together = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
-        self._sink = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), period))
-        builder.Connect(together.get_output_port(), self._sink.get_input_port())
+        multiplexer = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
+        self._sink = builder.AddNamedSystem("log", VectorLogSink(multiplexer.get_output_port().size(), period))
+        builder.Connect(multiplexer.get_output_port(), self._sink.get_input_port())
         for i, number in enumerate(self._sizes):
-            builder.ExportInput(together.get_input_port(i), names[number])
+            builder.ExportInput(multiplexer.get_input_port(i), names[number])
         for number, name in names.items():
             if number not in self._sizes:
                 self._values[number] = builder.AddNamedSystem(name, ValueLog(period))

@@ -122,7 +122,7 @@ class Station:
 
         Without attributes if it is not `described`: the text of a scenario takes longer than a short run.
         """
-        about = self.parts.attributes if described else {}
+        attributes = self.parts.attributes if described else {}
         if not self.removed:
-            return read_logs(self.logs, context, about)
-        return make_recording(self.logs.labels, self.logs.samples(context), about)
+            return read_logs(self.logs, context, attributes)
+        return make_recording(self.logs.labels, self.logs.samples(context), attributes)

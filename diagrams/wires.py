@@ -40,8 +40,8 @@ class Level(NamedTuple):
             return port
         key = port.get_system(), port.get_index()
         outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
-        shown = (port for port in outer if tuple(self.diagram.get_output_port_locator(port.get_index())) == key)
-        port_above = next(shown, None)
+        matches = (port for port in outer if tuple(self.diagram.get_output_port_locator(port.get_index())) == key)
+        port_above = next(matches, None)
         return None if port_above is None else self.above.root_port(port_above)
 
     def leaf_output(self, port: OutputPort) -> "tuple[OutputPort, Level]":

@@ -173,8 +173,8 @@ def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonCon
             raise InputError("tendons", "command", config.command, expected)
     count = len(tendons)
     block = builder.AddNamedSystem(f"{finger.name}.tendons", TendonDrive(finger, config.command))
-    most = np.full(count, np.inf if config.maximum is None else config.maximum)
-    limits = builder.AddNamedSystem(f"{finger.name}.tendon_limits", Saturation(np.zeros(count), most))
+    max_tensions = np.full(count, np.inf if config.maximum is None else config.maximum)
+    limits = builder.AddNamedSystem(f"{finger.name}.tendon_limits", Saturation(np.zeros(count), max_tensions))
     command = limits.get_output_port()
     if config.time_constant > 0:
         winches = builder.AddNamedSystem(f"{finger.name}.winches", lag(config.time_constant, time_step, count))
@@ -241,19 +241,19 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
     angles = builder.AddNamedSystem(f"{finger.name}.bent_angles", MatrixGain(finger.position_selector()))
     law = builder.AddNamedSystem(f"{finger.name}.elastic_law", elastic_law_block(finger.finger))
     rows = np.ascontiguousarray(finger.actuator_selector().T)
-    spread = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
+    torque_map = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
     builder.Connect(finger.plant.get_state_output_port(), angles.get_input_port())
     builder.Connect(angles.get_output_port(), law.get_input_port())
-    builder.Connect(law.get_output_port(), spread.get_input_port())
-    return spread.get_output_port()
+    builder.Connect(law.get_output_port(), torque_map.get_input_port())
+    return torque_map.get_output_port()
 
 
 def _add_taken_stiffness(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
     """Torque of the stiffness lost to pressure, as actuation of the finger's model."""
-    taken = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
-    builder.Connect(finger.plant.get_state_output_port(), taken.GetInputPort("state"))
-    builder.Connect(pressure, taken.GetInputPort("pressure"))
-    return taken.GetOutputPort("actuation")
+    taken_torque = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
+    builder.Connect(finger.plant.get_state_output_port(), taken_torque.GetInputPort("state"))
+    builder.Connect(pressure, taken_torque.GetInputPort("pressure"))
+    return taken_torque.GetOutputPort("actuation")
 
 
 def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort | None) -> OutputPort:
@@ -299,8 +299,8 @@ def check_stiffness(fingers: Sequence[PlantFinger], config: PressureConfig) -> N
     for finger in (finger for finger in fingers if finger.finger.takes_stiffness):
         remains = 1 - shares(finger.finger).sum() - finger.finger.share_taken(pressures)
         if remains.min() <= 0:
-            least = pressures[remains <= 0].min()
-            expected = f"pressure_law and creep of finger '{finger.name}' leave no stiffness from {least:.3g} Pa on"
+            lowest = pressures[remains <= 0].min()
+            expected = f"pressure_law and creep of finger '{finger.name}' leave no stiffness from {lowest:.3g} Pa on"
             raise InputError("pressure", "maximum", config.maximum, f"{expected}: stay within the fitted range")
 
 
@@ -324,13 +324,13 @@ def steps_of(where: str, steps: Steps, finger: str, paths: Sequence[str] = ()) -
     """
     commands = []
     for path in paths or ("",):
-        own = next((steps[n] for n in (f"{finger}{PATH_SEPARATOR}{path}", finger, COMMON) if n in steps), None)
-        if own is None:
+        values = next((steps[n] for n in (f"{finger}{PATH_SEPARATOR}{path}", finger, COMMON) if n in steps), None)
+        if values is None:
             step_names = ", ".join(steps)
             raise InputError(where, "steps", step_names, f"give steps for finger '{finger}' or for '{COMMON}'")
-        commands.append(own)
+        commands.append(values)
     longest = max(map(len, steps.values()))
-    return np.array([[*own, *[own[-1]] * (longest - len(own))] for own in commands]).T
+    return np.array([[*values, *[values[-1]] * (longest - len(values))] for values in commands]).T
 
 
 def pressure_steps(config: PressureConfig, finger: str) -> Array:

@@ -53,7 +53,7 @@ class FingerScoring(Diagram):
         joints = finger.segments
         wires = NamedWires()
         sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
-        sampled += [(f"true_{way}_torque", f"{way}_contact_torque", "N m") for way in rotations_out_of_plane(finger)]
+        sampled += [(f"true_{name}_torque", f"{name}_contact_torque", "N m") for name in rotations_out_of_plane(finger)]
         for name, source, unit in sampled:
             hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
@@ -79,9 +79,9 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     """
     forces = finger.plant.get_generalized_contact_forces_output_port(finger.model)
     sources = dict(known)
-    for way in ("bending", *rotations_out_of_plane(finger.finger)):
-        name = "contact_torque" if way == "bending" else f"{way}_contact_torque"
-        contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(way)))
+    for deformation in ("bending", *rotations_out_of_plane(finger.finger)):
+        name = "contact_torque" if deformation == "bending" else f"{deformation}_contact_torque"
+        contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(deformation)))
         builder.Connect(forces, contact.get_input_port())
         sources[name] = contact.get_output_port()
     scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period, TIP in known))
@@ -165,8 +165,8 @@ class AlongsideEstimation(Diagram):
         """
         super().__init__()
         wires = shape_wires(estimator, finger, period)
-        for way in ("bending", *finger.driven_deformations):  # as the driving torque of the estimate that the run uses
-            wires.outputs.pop(driving_port(way), None)
+        for name in ("bending", *finger.driven_deformations):  # names of the estimate that the run uses
+            wires.outputs.pop(driving_port(name), None)
         wires.build_into(self)
 
 

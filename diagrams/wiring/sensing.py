@@ -137,10 +137,10 @@ def _add_true_contact(
     builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: SensingConfig, signals: Ports
 ) -> OutputPort | None:
     """Adds the patches of contact if they are recorded, and their signals; returns the held object's true width."""
-    every = config.record.patches_every
-    if every is None:
+    stride = config.record.patches_every
+    if stride is None:
         return None
-    truth = add_true_contact(builder, fingers, None if every == 1 else every * config.sensor.period)
+    truth = add_true_contact(builder, fingers, None if stride == 1 else stride * config.sensor.period)
     width = truth.pop("width")
     signals |= truth
     return width
@@ -166,9 +166,9 @@ def _add_sensors(
     """Adds the sensors; returns the measured signals of each finger."""
     sensor = config.sensor
     made_by = name_of(config.make_sensor, config.sensor.type)
-    made = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
+    finger_sensors = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
     keys = {finger.name: (finger.finger.unnamed, strain_errors(sensor, finger.name)) for finger in fingers}
-    parts = add_parts(builder, "sensors", made, keys if config.composed and not is_own(made_by) else None)
+    parts = add_parts(builder, "sensors", finger_sensors, keys if config.composed and not is_own(made_by) else None)
     drives = {name: (ports.get("pressure"), ports.get("tension")) for name, ports in driving.items()}
     return {
         finger.name: connect_sensors(builder, finger, parts[finger.name], sensor, *drives[finger.name], made_by)
@@ -190,8 +190,8 @@ def _with_truth(
     signals = {**measured, **estimated}
     scores = add_scoring(builder, finger, sensor.period, signals | truth) if truth else {}
     alongside = add_alongside(builder, finger, nominal, config.estimator, sensor, measured | truth)
-    twice = (measured.keys() & estimated.keys()) | (signals.keys() & {*scores, *truth, "pressure", "tension"})
-    if twice:
-        raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
+    repeated_names = (measured.keys() & estimated.keys()) | (signals.keys() & {*scores, *truth, "pressure", "tension"})
+    if repeated_names:
+        raise InputError("finger", "output ports", ", ".join(sorted(repeated_names)), "have the name of another signal")
     del signals["joint_angles"]  # of every step of the plant; what is sampled is logged
     return {**signals, **scores, **alongside}
