@@ -42,13 +42,13 @@ _Key = TypeVar("_Key")
 _T = TypeVar("_T")
 
 
-def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
-    """Value stored for a key, or else made now; the `most` that were used last stay in the store."""
+def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], max_count: int) -> _T:
+    """Value stored for a key, or else made now; the `max_count` that were used last stay in the store."""
     try:
         value = store.pop(key)
     except KeyError:
         value = make()
     store[key] = value
-    while len(store) > most:
+    while len(store) > max_count:
         store.popitem(last=False)
     return value

@@ -53,19 +53,19 @@ def similar_names(name: object, valid_names: Iterable[str]) -> list[str]:
 
     A part is the beginning of a name, or all but its first word, as in 'max' for 'maximum' or 'step' for 'time_step'.
     """
-    wanted, names = str(name).lower(), list(dict.fromkeys(valid_names))
-    is_part = _MIN_PART_LENGTH <= len(wanted) <= _MAX_NAME
-    longer = re.compile(rf"{re.escape(wanted)}.*|[^\W_]+[\W_]{re.escape(wanted)}")
-    parts = [other for other in names if is_part and longer.fullmatch(other[:_MAX_NAME].lower())]
-    return list(dict.fromkeys(_spelt_like(wanted, names) + parts))[:_MAX_SUGGESTIONS]
+    lowered, names = str(name).lower(), list(dict.fromkeys(valid_names))
+    is_part = _MIN_PART_LENGTH <= len(lowered) <= _MAX_NAME
+    part_pattern = re.compile(rf"{re.escape(lowered)}.*|[^\W_]+[\W_]{re.escape(lowered)}")
+    parts = [valid_name for valid_name in names if is_part and part_pattern.fullmatch(valid_name[:_MAX_NAME].lower())]
+    return list(dict.fromkeys(_spelt_like(lowered, names) + parts))[:_MAX_SUGGESTIONS]
 
 
 def _spelt_like(name: str, valid_names: Iterable[str]) -> list[str]:
     """The valid name that differs least in its letters, or only in their order; none if all differ much."""
-    wanted, by_letters = _letters(name), {_letters(other): other for other in valid_names}
-    near = difflib.get_close_matches(wanted, by_letters, n=1, cutoff=_MIN_LIKENESS)
-    swapped = [letters for letters in by_letters if sorted(letters) == sorted(wanted)]
-    return [by_letters[letters] for letters in (near or swapped)[:1]]
+    own_letters, names_by_letters = _letters(name), {_letters(valid_name): valid_name for valid_name in valid_names}
+    near = difflib.get_close_matches(own_letters, names_by_letters, n=1, cutoff=_MIN_LIKENESS)
+    reorderings = [letters for letters in names_by_letters if sorted(letters) == sorted(own_letters)]
+    return [names_by_letters[letters] for letters in (near or reorderings)[:1]]
 
 
 def _letters(name: str) -> str:

@@ -52,8 +52,10 @@ class Registry(dict[str, _T]):
         field = field or self._field
         module, _, function = name.rpartition(":")
         if not module or not function:
-            own = '"module:function" of your own'
-            raise InputError(where, field, name, f"{suggestion(name, self)} (or give {own})" if self else f"give {own}")
+            own_form = '"module:function" of your own'
+            raise InputError(
+                where, field, name, f"{suggestion(name, self)} (or give {own_form})" if self else f"give {own_form}"
+            )
         try:
             function_or_class: _T = _find_named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
@@ -182,12 +184,12 @@ def _import_module(module: str) -> ModuleType:
     """A module by its name, for which the current folder is searched last, or by its file, which is run once."""
     if module.endswith(".py"):
         return _import_file(module)
-    here = str(Path.cwd())
-    sys.path.append(here)
+    folder = str(Path.cwd())
+    sys.path.append(folder)
     try:
         return importlib.import_module(module)
     finally:
-        sys.path.remove(here)
+        sys.path.remove(folder)
 
 
 def _import_file(file: str) -> ModuleType:

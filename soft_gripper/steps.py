@@ -132,8 +132,8 @@ class Steps(dict[str, Step]):
     @cached_property
     def recorded(self) -> "Steps":
         """The steps at all samples of a recording, (T, ...), without memories."""
-        computed = {name: step for name, step in self.items() if step.function is not None and step.over_time}
-        steps = {name: Step(step.over_time, step.sources_over_time) for name, step in computed.items()}
+        computed_steps = {name: step for name, step in self.items() if step.function is not None and step.over_time}
+        steps = {name: Step(step.over_time, step.sources_over_time) for name, step in computed_steps.items()}
         return Steps(steps, self.outputs)
 
     def follows(self, output: str, remembers: bool) -> bool:

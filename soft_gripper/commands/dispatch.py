@@ -75,7 +75,7 @@ def _is_text(word: str) -> bool:
 def _leave_current_folder() -> Iterator[None]:
     """Leaves the current folder within the block: matplotlib would obey a `matplotlibrc` there when it is imported."""
     try:
-        here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # the path may be gone
+        descriptor = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # the path may be gone
     except OSError:  # the folder may not be searched, so nothing in it is read
         yield
         return
@@ -83,8 +83,8 @@ def _leave_current_folder() -> Iterator[None]:
     try:
         yield
     finally:
-        os.fchdir(here)
-        os.close(here)
+        os.fchdir(descriptor)
+        os.close(descriptor)
 
 
 def _run(options: argparse.Namespace) -> int | None:

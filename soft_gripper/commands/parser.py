@@ -185,9 +185,9 @@ class _Parser(argparse.ArgumentParser):
         self._program = program
 
     def error(self, message: str) -> NoReturn:
-        where = self.prog.replace(f"{self._program.name} ", f"{self._program.name}: ")
+        usage_prefix = self.prog.replace(f"{self._program.name} ", f"{self._program.name}: ")
         hint = f"`{self._program.name} COMMAND --help` lists options"
-        self.exit(ExitCode.REFUSED, f"{where}: {single_line(shortened(message))}; {hint}\n")
+        self.exit(ExitCode.REFUSED, f"{usage_prefix}: {single_line(shortened(message))}; {hint}\n")
 
 
 class _CommandsParser(_Parser):
@@ -228,20 +228,21 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
     for command in program.commands():
         family, _, name = command.name.rpartition(" ")
         if family not in subparsers:
-            does = f"Run a {family}: many runs or recordings, their tables, and what they say."
-            of_family = subparsers[""].add_parser(family, program=program, help=f"run a {family}", description=does)
-            subparsers[family] = of_family.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
+            description = f"Run a {family}: many runs or recordings, their tables, and what they say."
+            words = {"help": f"run a {family}", "description": description}
+            family_parser = subparsers[""].add_parser(family, program=program, **words)
+            subparsers[family] = family_parser.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
         own_name = f"{program.name} {command.name}"
-        own = subparsers[family].add_parser(
+        subparser = subparsers[family].add_parser(
             name,
             program=program,
             help=command.does,
             description=textwrap.fill(f"{command.does[0].upper()}{command.does[1:]}.", _columns()),
             epilog="\n".join(["examples:", *(_example(own_name, example) for example in command.examples)]),
         )
-        own.set_defaults(command=command)
+        subparser.set_defaults(command=command)
         for declared in command.options:
-            _complete(own.add_argument(*declared.names, **declared.settings), declared)
+            _complete(subparser.add_argument(*declared.names, **declared.settings), declared)
     if program is SOFT_GRIPPER:
         _add_completion(parser)
     return parser
@@ -249,10 +250,10 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
 
 def _example(command: str, example: str) -> str:
     """An example to paste into a shell, below a comment on its effect."""
-    line, _, does = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
+    line, _, comment = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
     words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{command} {line}")
     wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
-    return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
+    return (f"  # {comment}\n" if comment else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
 
 _SCENARIO_COMPLETION = "_soft_gripper_scenarios"

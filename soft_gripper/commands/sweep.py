@@ -22,8 +22,8 @@ def run(options: argparse.Namespace) -> int:
     axes = [read_axis(text) for text in options.vary]
     points = sweep_points(axes, options.method, options.sample or 0, options.seed)
     fixed = dict(map(read_override, options.set))
-    given = {"sensor.sections": options.sections, "engine": options.engine}
-    fixed |= {key: value for key, value in given.items() if value is not None}
+    option_values = {"sensor.sections": options.sections, "engine": options.engine}
+    fixed |= {key: value for key, value in option_values.items() if value is not None}
     executor = open_executor(options.jobs, options.scheduler)
     kept = f"their results are in {options.out / TABLE}; --resume runs the others"
     with options.console.jobs(len(points), "runs", kept) as report, executor as opened:
@@ -39,18 +39,18 @@ def run(options: argparse.Namespace) -> int:
             report=report,
         )
         runs = [(row, {**fixed, **point}) for row, point in zip(rows, points, strict=True)]
-        agreed = agreement_with_drake(options.scenario, runs, options.check, options.seed, opened, options.measure)
-    files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreed else [])]
+        agreements = agreement_with_drake(options.scenario, runs, options.check, options.seed, opened, options.measure)
+    files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreements else [])]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
     predicted = [row for row in rows if row.get("predicted")]
     if predicted:
-        right = sum(as_predicted(row["predicted"], row["grasp"]) for row in predicted)
-        print(f"Held or lost as predicted before the lift: {right} of {len(predicted)} runs")
+        correct = sum(as_predicted(row["predicted"], row["grasp"]) for row in predicted)
+        print(f"Held or lost as predicted before the lift: {correct} of {len(predicted)} runs")
     if options.check_step:
         flagged = sorted({name for row in rows for name in row[DEPENDS].split()})
         print(f"With half the time step, {', '.join(flagged) if flagged else 'nothing'} changes by more than 5 %")
-    if agreed:
-        print_agreement(agreed, options.console, options.out)
+    if agreements:
+        print_agreement(agreements, options.console, options.out)
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0

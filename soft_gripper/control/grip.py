@@ -54,8 +54,8 @@ class GripTorque(ArrayBlock):
 def _mean_opening(*torques: Array) -> Array:
     """Mean opening torque, (...) N m, from the torques of each finger, (..., N) N m, positive where they close it."""
     total = torques[0][..., 0]
-    for others in torques[1:]:
-        total = total + others[..., 0]
+    for torque in torques[1:]:
+        total = total + torque[..., 0]
     return -total / len(torques)
 
 
@@ -82,8 +82,8 @@ class GripForce(ArrayBlock):
 def _mean_closing(*forces: Array) -> Array:
     """Mean closing force, (...) N, from the forces on the fingers, (..., 3) N in the frames of their bases."""
     total = forces[0]
-    for others in forces[1:]:
-        total = total + others
+    for force in forces[1:]:
+        total = total + force
     return np.asarray(total @ CLOSING / len(forces))
 
 

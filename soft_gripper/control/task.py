@@ -106,8 +106,8 @@ class Rules:
         if follower == len(self.phases) and progress.outcome == Outcome.RUNNING:
             progress = progress._replace(outcome=Outcome.DONE)
         grasped = observed.opening if phase.until == "grasped" else progress.grasped
-        began = observed.time
-        return Progress(follower, progress.outcome, began, since=began, gripped=began, grasped=grasped)
+        begin = observed.time
+        return Progress(follower, progress.outcome, begin, since=begin, gripped=begin, grasped=grasped)
 
     def opening(self, progress: Progress) -> float:
         """The set point of the opening, m; a failure opens the fingers at once."""
@@ -127,23 +127,23 @@ class Rules:
         """The outcome after a sample: a failure of the phase, or none."""
         if phase.holds and observed.time - progress.gripped > GRIP_GAP:
             return Outcome.OBJECT_LOST
-        waited = observed.time - progress.began - phase.duration
-        if phase.until is not None and waited > self.timeout:
+        waiting_time = observed.time - progress.began - phase.duration
+        if phase.until is not None and waiting_time > self.timeout:
             return NOT_REACHED[phase.until]
-        at_rest = waited >= 0 and self._is_quiet(progress, observed)
+        at_rest = waiting_time >= 0 and self._is_quiet(progress, observed)
         empty = phase.until == "grasped" and at_rest and not observed.torque > self.threshold
         return Outcome.NOTHING_GRASPED if empty else Outcome.RUNNING
 
     def _follower(self, phase: Phase, progress: Progress, observed: GripObservation) -> int | None:
         """The phase that starts now, if any."""
-        waited = observed.time - progress.began - phase.duration
-        if waited < 0:
+        waiting_time = observed.time - progress.began - phase.duration
+        if waiting_time < 0:
             return None
         if progress.outcome != Outcome.RUNNING and phase.rescue is not None:
             return phase.rescue
         if not phase.until:
-            return phase.follower if waited >= phase.rest else None
-        given_up = phase.rescue is None and waited > self.timeout
+            return phase.follower if waiting_time >= phase.rest else None
+        given_up = phase.rescue is None and waiting_time > self.timeout
         return phase.follower if given_up or self._is_complete(phase, progress, observed) else None
 
     def _is_complete(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
@@ -262,8 +262,8 @@ class TaskMachine(ArrayBlock):
 
 
 def _progress(state: Array) -> Progress:
-    phase, outcome, *others = state[_PROGRESS_ENTRIES].tolist()
-    return Progress(int(phase), int(outcome), *others)
+    phase, outcome, *numbers = state[_PROGRESS_ENTRIES].tolist()
+    return Progress(int(phase), int(outcome), *numbers)
 
 
 def _desired_state(phase: Phase, since: float) -> Array:

@@ -75,7 +75,7 @@ class BendSharing:
             torques = torque + np.multiply.outer(_STEP_FRACTIONS, step)
             shapes = finger.angle(torques @ self.interpolation.T + torque_without_load)
             best = np.linalg.norm(theta - self.layout.sums(shapes), axis=-1).argmin(axis=0)[None, ..., None]
-            torque, q = (np.take_along_axis(tried, best, axis=0)[0] for tried in (torques, shapes))
+            torque, q = (np.take_along_axis(values, best, axis=0)[0] for values in (torques, shapes))
         return q + self.layout.shared_equally(theta - self.layout.sums(q))
 
     @cached_property

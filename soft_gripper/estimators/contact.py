@@ -151,8 +151,8 @@ class SurfaceContact:
         W = whitening_matrix(linearized.covariance)
         cells = self.cells(linearized.q, linearized.bent, W @ linearized.slopes)
         r = (W @ linearized.residual[..., None])[..., 0]
-        refined = not self.mechanics.is_planar  # there, friction has cells of its own
-        cell_fits = fit_cells(r, cells, self._force_prior.max_force, refined)
+        refines = not self.mechanics.is_planar  # there, friction has cells of its own
+        cell_fits = fit_cells(r, cells, self._force_prior.max_force, refines)
         posterior = cell_posterior(cell_fits, linearized.read_count, self._force_prior)
         heaviest = LazyArray(lambda: self._heaviest_cells(linearized, cell_fits, posterior))
         return SingleForceFit(linearized, cell_fits, posterior, heaviest)
@@ -176,14 +176,14 @@ class SurfaceContact:
     def _tip_force_std(self, posterior: CellPosterior) -> Array:
         """Standard deviation of a force on the tip, N, (...): the force that is overlooked first."""
         surface = self.surface
-        smooth = np.flatnonzero(surface.on_face & ~surface.rough & (surface.place == surface.place.max()))
-        return np.asarray(posterior.std[..., smooth].max(axis=-1))
+        tip_cells = np.flatnonzero(surface.on_face & ~surface.rough & (surface.place == surface.place.max()))
+        return np.asarray(posterior.std[..., tip_cells].max(axis=-1))
 
     def posterior(self, fit: SingleForceFit) -> ContactPosterior:
         """Posterior of the contact."""
         linearized, cell_fits, posterior, heaviest = fit
         length = self.mechanics.layout.finger.length
-        nearest = self.mechanics.uncertainty.nearest_contact * length
+        min_location = self.mechanics.uncertainty.nearest_contact * length
         transverse = LazyArray(lambda: weighted_posterior(*transverse_forces(heaviest.value), heaviest.value.weights))
         return contact_posterior(
             cell_fits,
@@ -192,7 +192,7 @@ class SurfaceContact:
             linearized.read_count,
             length,
             self._force_prior,
-            nearest,
+            min_location,
             linearized.moving,
             self._cone_cells(cell_fits.cells),
         )
@@ -364,26 +364,26 @@ class SurfaceContact:
 
         linearized, cell_fits, _, _ = fit
         surface, assumed = self.surface, self.mechanics.uncertainty
-        smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
-        responses = cell_fits.cells.response[k, smooth].T
+        cells = np.flatnonzero(self._smooth_places & (surface.side == side))
+        responses = cell_fits.cells.response[k, cells].T
         usual_force, tangents = self._force_prior.usual_force, surface.tangents
-        rows = np.vstack([responses, np.eye(len(smooth)) / usual_force])
-        forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(smooth))))
+        rows = np.vstack([responses, np.eye(len(cells)) / usual_force])
+        forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(cells))))
         friction_stds = assumed.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
-        friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, smooth, :tangents]
+        friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, cells, :tangents]
         friction = friction.reshape(-1, len(responses))
         noise = np.eye(len(responses)) + friction.T @ friction
         residual = cell_fits.r[k] - responses @ forces
         covariance = _several_covariance(responses, noise, forces, usual_force)
-        total, s = forces.sum(), surface.arc_length[smooth]
+        total, s = forces.sum(), surface.arc_length[cells]
         divisor = total if total > 0 else np.nan
         center = forces @ s / divisor
-        directions = surface.directions[smooth, 0]
-        frames = self.mechanics.links[surface.link[smooth]]
+        directions = surface.directions[cells, 0]
+        frames = self.mechanics.links[surface.link[cells]]
         bent = linearized.bent.posture
         base_directions = (bent.rotations[k, frames] @ directions[..., None])[..., 0]
-        posture = Posture(*(np.broadcast_to(part[k], (len(smooth), *part.shape[1:])) for part in bent))
-        wrenches = forces[:, None] * surface.wrenches[smooth, 0]
+        posture = Posture(*(np.broadcast_to(part[k], (len(cells), *part.shape[1:])) for part in bent))
+        wrenches = forces[:, None] * surface.wrenches[cells, 0]
         vector, vector_covariance = forces @ base_directions, base_directions.T @ covariance @ base_directions
         (point,) = self._axis_points(bent.frames[k], np.array([center if total > 0 else 0.0]))
         transverse_direction, transverse = _transverse(vector, point)
@@ -397,15 +397,15 @@ class SurfaceContact:
             "transverse_force": transverse,
             "transverse_force_std": np.sqrt(transverse_direction @ vector_covariance @ transverse_direction),
         }
-        torque = self._torques(posture, surface.link[smooth][:, None], wrenches).sum(axis=0)
+        torque = self._torques(posture, surface.link[cells][:, None], wrenches).sum(axis=0)
         return _SeveralForces(fields, torque, float(residual @ np.linalg.solve(noise, residual)))
 
     @cached_property
     def _smooth_places(self) -> NDArray[np.bool_]:
         """Mask of the cells that are smooth, on faces, and where a contact may be, (C)."""
         surface, length = self.surface, self.mechanics.layout.finger.length
-        nearest = self.mechanics.uncertainty.nearest_contact * length
-        return surface.on_face & ~surface.rough & (nearest <= surface.arc_length) & (surface.arc_length < length)
+        min_location = self.mechanics.uncertainty.nearest_contact * length
+        return surface.on_face & ~surface.rough & (min_location <= surface.arc_length) & (surface.arc_length < length)
 
     def _torques(self, posture: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
         """Torques at the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
@@ -426,9 +426,9 @@ class SurfaceContact:
         """
         surface = self.surface
         if self.mechanics.is_planar:
-            rough = np.flatnonzero(surface.rough)
-            begins = np.diff(surface.arc_length[rough], prepend=np.nan, append=np.nan) != 0
-            numbers = rough[begins[:-1] | begins[1:]]
+            rough_cells = np.flatnonzero(surface.rough)
+            begins = np.diff(surface.arc_length[rough_cells], prepend=np.nan, append=np.nan) != 0
+            numbers = rough_cells[begins[:-1] | begins[1:]]
             response = cells.response[..., numbers, :]
         else:
             numbers = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
@@ -585,8 +585,8 @@ class ContactShape:
         covariance = covariance + variance[..., None] * np.eye(A.shape[-2])
         read_count = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
         motion = lag.reading_covariance(A)
-        moving = may_exceed(motion, covariance, _noise_threshold(read_count))
-        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, moving), q_free
+        exceeds = may_exceed(motion, covariance, _noise_threshold(read_count))
+        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, exceeds), q_free
 
     @cached_property
     def contact(self) -> SurfaceContact:

@@ -61,8 +61,8 @@ def _wrenches(surfaces: Sequence[_Surface]) -> Array:
     point, normal = (np.array([surface[i] for surface in surfaces])[:, None] for i in range(2))
     tangents = [zip(*surface.tangents, strict=True) for surface in surfaces]
     direction, extent, friction, friction_mean = (np.array(column) for column in zip(*tangents, strict=True))
-    pushing = (friction_mean[..., None] * direction).sum(axis=-2, keepdims=True) - normal
-    forces = np.concatenate([pushing, friction[..., None] * direction], axis=-2)
+    total_force = (friction_mean[..., None] * direction).sum(axis=-2, keepdims=True) - normal
+    forces = np.concatenate([total_force, friction[..., None] * direction], axis=-2)
     wrenches = np.concatenate([vector_product(point, forces), forces], axis=-1)
     place_moments = vector_product(extent[..., None] / math.sqrt(12) * direction, -normal)
     return np.concatenate([wrenches, np.concatenate([place_moments, np.zeros_like(place_moments)], axis=-1)], axis=-2)
@@ -163,11 +163,11 @@ class _Outline(NamedTuple):
 
     def patch(self, side: int) -> tuple[Array, Array, float, float]:
         """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
-        normal, crosswise = _normal(side)
+        normal, across = _normal(side)
         half_sizes = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
         middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
         point = middle + np.round(normal * math.sqrt(2)).clip(-1, 1) * half_sizes
-        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(crosswise) @ half_sizes)
+        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(across) @ half_sizes)
 
 
 def _normal(side: int) -> tuple[Array, Array]:
@@ -181,13 +181,13 @@ _Surfaces = Iterator[tuple[float, _Surface]]  # with relative probabilities
 
 def _face_surfaces(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """Yields a face, or the edge between two, at a height above the origin of its link, smooth and rough."""
-    (point, normal, _, reach), crosswise, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
+    (point, normal, _, reach), across, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
     fraction = _EDGE_PROBABILITY if is_edge else (1 - _EDGE_PROBABILITY * _CELLS_AROUND / 2) / (_CELLS_AROUND / 2)
     kinds = (False, SMOOTH_FRICTION, _SMOOTH_PROBABILITY), (True, friction, 1 - _SMOOTH_PROBABILITY)
     for is_rough, friction_std, probability in kinds:
-        tilted = _Tangent(crosswise, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
-        other = tilted if is_edge else _Tangent(crosswise, reach, friction_std)
-        tangents = _Tangent(_Z_AXIS, extent, friction_std), other
+        tilt_tangent = _Tangent(across, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
+        cross_tangent = tilt_tangent if is_edge else _Tangent(across, reach, friction_std)
+        tangents = _Tangent(_Z_AXIS, extent, friction_std), cross_tangent
         yield probability * fraction, _Surface(point + height * _Z_AXIS, normal, tangents, is_rough=is_rough)
 
 
@@ -196,10 +196,10 @@ def _tip_surfaces(face: int, outline: _Outline, height: float, friction: float) 
     if face % 2 == 1:
         return
     point, normal, depth, reach = outline.patch(face)
-    rim, up = (normal + _Z_AXIS) / math.sqrt(2), (_Z_AXIS - normal) / math.sqrt(2)
+    rim, edge_axis = (normal + _Z_AXIS) / math.sqrt(2), (_Z_AXIS - normal) / math.sqrt(2)
     rim_tangent = _Tangent(_normal(face)[1], reach, friction)
-    tilted = _Tangent(up, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
-    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(point + height * _Z_AXIS, rim, (rim_tangent, tilted))
+    tilt_tangent = _Tangent(edge_axis, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
+    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(point + height * _Z_AXIS, rim, (rim_tangent, tilt_tangent))
     middle = point - depth / 2 * normal + height * _Z_AXIS
     yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(middle, _Z_AXIS, (rim_tangent, _Tangent(normal, depth, friction)))
 

@@ -49,8 +49,8 @@ def later_bend(finger: Finger, bend: Array, q: Array, pressure: Array | float, p
         period: s.
     """
     effective = q / finger.softening(pressure)[..., None]
-    crept = advance(finger.creep, bend[..., :-1, :], effective, effective, period)
-    next_bend = np.concatenate([crept, q[..., None, :]], axis=-2)
+    branch_bend = advance(finger.creep, bend[..., :-1, :], effective, effective, period)
+    next_bend = np.concatenate([branch_bend, q[..., None, :]], axis=-2)
     return np.where(np.isfinite(effective)[..., None, :], next_bend, bend)
 
 
@@ -124,11 +124,11 @@ def recorded_driving(
         period: of the samples, s.
         apparent_gravity: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
-    driving, settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
-    while not settled:
+    driving, is_settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
+    while not is_settled:
         q, last_driving = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q, driving
         driving = driving_torques(finger, q, pressure, period)
-        settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
+        is_settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
     return driving
 
 

@@ -143,8 +143,8 @@ class Mechanics:
         products = (points[..., :, None] * points[..., None, :]).reshape(*points.shape[:-1], 16)
         outer_products = (self._outer_weights @ products).reshape(*products.shape[:-2], N, 4, 4)
         segment_motions = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
-        carried = self.to_position_order((segment_motions @ outer_products).reshape(motions.shape))
-        return np.asarray(bent.motions @ np.swapaxes(carried, -1, -2))
+        torque_products = self.to_position_order((segment_motions @ outer_products).reshape(motions.shape))
+        return np.asarray(bent.motions @ np.swapaxes(torque_products, -1, -2))
 
     def load_modes(self, bent: BentFinger) -> Array:
         """Torques of the strongest modes of a load in a posture, (..., D, M) or (D, M).

@@ -144,9 +144,9 @@ class RecursiveShape:
 
     def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Estimates at some of the samples, by increasing indices; all samples are processed."""
-        gravity, wanted = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
+        gravity, row_set = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
         states = self._filter_samples(0, readings, driving, gravity)
-        chosen = _stack_states(state for i, state in enumerate(states) if i in wanted)
+        chosen = _stack_states(state for i, state in enumerate(states) if i in row_set)
         return self.estimate(chosen, driving[rows])
 
     def over_time(self, readings: Array, driving: Array, gravity: Array) -> FilterState:
@@ -377,7 +377,7 @@ class RecursiveShape:
         start, joints, layout = self.begin(), range(self.layout.finger.segments), self.layout
         block.remember(
             "state",
-            lambda before, *sample: self.step(_unflatten(before, start), *sample),
+            lambda memory, *sample: self.step(_unflatten(memory, start), *sample),
             *(layout.quantity, driving, "gravity"),
             begin=_flatten(start),
             keep=_flatten,
@@ -410,19 +410,19 @@ class RecursiveShape:
     def _initial_variances(self) -> Array:
         """Variances of the states before the first sample, (n,)."""
         uncertainty, readings = self.uncertainty, self.layout.readings
-        slow = [uncertainty.bend_per_pressure, uncertainty.pressure]
-        slow += [uncertainty.gain] * readings + [uncertainty.offset] * readings
-        slow += [uncertainty.drift / math.sqrt(MINUTE)] * self._rates
-        return np.concatenate([self.mechanics.load_variances, np.square(slow)])
+        slow_stds = [uncertainty.bend_per_pressure, uncertainty.pressure]
+        slow_stds += [uncertainty.gain] * readings + [uncertainty.offset] * readings
+        slow_stds += [uncertainty.drift / math.sqrt(MINUTE)] * self._rates
+        return np.concatenate([self.mechanics.load_variances, np.square(slow_stds)])
 
     @cached_property
     def _walk_variances(self) -> Array:
         """Variances added per period, (n,)."""
         uncertainty, readings = self.uncertainty, self.layout.readings
-        slow = [math.hypot(_SLOW_BEND, uncertainty.creep), 0.0]
-        slow += [_SLOW_GAIN] * readings + [0.0] * readings
-        slow += [uncertainty.drift / math.sqrt(MINUTE * _DRIFT_RATE_TIME)] * self._rates
-        variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
+        slow_stds = [math.hypot(_SLOW_BEND, uncertainty.creep), 0.0]
+        slow_stds += [_SLOW_GAIN] * readings + [0.0] * readings
+        slow_stds += [uncertainty.drift / math.sqrt(MINUTE * _DRIFT_RATE_TIME)] * self._rates
+        variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow_stds)])
         return variances * self.period
 
     @property
@@ -439,8 +439,8 @@ class RecursiveShape:
         excess = np.diagonal(covariance, axis1=-2, axis2=-1) / self._max_variances
         if (excess <= 1).all():
             return mean, covariance
-        shrunk = np.sqrt(np.maximum(excess, 1.0))
-        return mean, covariance / (shrunk[..., :, None] * shrunk[..., None, :])
+        ratio = np.sqrt(np.maximum(excess, 1.0))
+        return mean, covariance / (ratio[..., :, None] * ratio[..., None, :])
 
     @cached_property
     def _max_variances(self) -> Array:
@@ -517,8 +517,8 @@ class RecursiveShape:
         bias_covariance: Array,
     ) -> NDArray[np.bool_]:
         """Whether noise, slow states and biases fail to explain the readings, recently or suddenly."""
-        slow, identity = jacobian * self._is_slow, np.eye(noise.shape[-1])
-        difference_covariance = slow @ covariance @ np.swapaxes(slow, -1, -2) + bias_covariance
+        slow_jacobian, identity = jacobian * self._is_slow, np.eye(noise.shape[-1])
+        difference_covariance = slow_jacobian @ covariance @ np.swapaxes(slow_jacobian, -1, -2) + bias_covariance
         noises = noise[..., None] * identity
         recent_square = _normalized_square(
             average, difference_covariance + _AVERAGE_WEIGHT / (2 - _AVERAGE_WEIGHT) * noises

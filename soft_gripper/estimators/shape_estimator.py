@@ -212,7 +212,7 @@ class ShapeEstimator(ArrayBlock):
             return (layout.quantity,)
         self.remember(
             "zeros",
-            lambda before, *sample: zeroing.step(Zeros(*np.moveaxis(before, -2, 0)), *sample),
+            lambda memory, *sample: zeroing.step(Zeros(*np.moveaxis(memory, -2, 0)), *sample),
             *(layout.quantity, self.driving, "gravity"),
             begin=np.stack(zeroing.begin(), axis=-2),
             keep=lambda zeros: np.stack(zeros, axis=-2),
@@ -334,10 +334,10 @@ def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEs
     Raises:
         InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.
     """
-    readings, driving, twice = layout.read(layout.straight), layout.straight, np.zeros((2, 1))
+    readings, driving, two_times = layout.read(layout.straight), layout.straight, np.zeros((2, 1))
     estimate = function(readings, driving, np.zeros(3))
     _check_shape(function, estimate, driving.shape)
-    _check_shape(function, function(readings + twice, driving + twice, np.zeros((2, 3))), (2, driving.size))
+    _check_shape(function, function(readings + two_times, driving + two_times, np.zeros((2, 3))), (2, driving.size))
     return estimate
 
 

@@ -56,7 +56,7 @@ def recursion(branches: Sequence[CreepBranch], period: float) -> Recursion:
     return Recursion(decay, mean - decay, 1 - mean)
 
 
-def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Array, period: float) -> Array:
+def advance(branches: Sequence[CreepBranch], z: Array, old_angle: Array, new_angle: Array, period: float) -> Array:
     """Internal angles a period (s) later, (..., B, N) rad.
 
     Args:
@@ -67,7 +67,7 @@ def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Arr
         period: s.
     """
     decay, before_gain, after_gain = recursion(branches, period)
-    next_z: Array = decay * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
+    next_z: Array = decay * z + before_gain * old_angle[..., None, :] + after_gain * new_angle[..., None, :]
     return next_z
 
 
@@ -152,8 +152,8 @@ class PressureSoftening(Diagram):
     def __init__(self, law: PressureLaw):
         super().__init__()
         effective, pressure = Variable("effective"), Variable("pressure")
-        some = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
-        ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / some)
+        divisor = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
+        ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / divisor)
         builder = DiagramBuilder()
         curve = builder.AddNamedSystem(
             "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))

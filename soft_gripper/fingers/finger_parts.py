@@ -113,8 +113,8 @@ class PressureLaw:
     @cached_property
     def taken_fraction(self) -> PiecewiseLinear:
         """Fraction of the stiffness that pressure takes, against pressure, Pa."""
-        nothing = (0.0,) * len(self.pressure)
-        return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or nothing))
+        zeros = (0.0,) * len(self.pressure)
+        return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or zeros))
 
     @cached_property
     def widens(self) -> bool:
@@ -124,8 +124,8 @@ class PressureLaw:
 
     def softening(self, pressure: Array | float) -> Array:
         """Ratio of the torque to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
-        some = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
-        return self.curve(some) / some
+        divisor = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
+        return self.curve(divisor) / divisor
 
     def share_taken(self, pressure: Array | float) -> Array:
         """Fraction of the bending stiffness that pressures (...) Pa take."""

@@ -181,5 +181,5 @@ def segment_path_lengths(q: Array, segment_length: float, offset: Array | float)
     """
     half_angle = q / 2
     axial = segment_length / 2 - offset * np.sin(half_angle)
-    crosswise = offset * (1 - np.cos(half_angle))
-    return 2 * np.hypot(axial, crosswise)
+    sagitta = offset * (1 - np.cos(half_angle))
+    return 2 * np.hypot(axial, sagitta)

@@ -42,13 +42,13 @@ class Tendons:
         self._reversal = np.array([tendon.reversal for tendon in tendons])
         self.slide = bool(self._friction.any())  # against friction
 
-    def tensions(self, q: Joints, pulled: Array) -> Array:
+    def tensions(self, q: Joints, pull: Array) -> Array:
         """Tensions of tendons at pulled-in lengths, (..., T) m -> (..., T) N."""
-        return np.maximum(0.0, self.stiffness * self.elongations(q, pulled))
+        return np.maximum(0.0, self.stiffness * self.elongations(q, pull))
 
-    def elongations(self, q: Joints, pulled: Array) -> Array:
+    def elongations(self, q: Joints, pull: Array) -> Array:
         """Elongation of these tendons over their length at rest, (..., T) m; negative where they are slack."""
-        return np.asarray(pulled - self._slack - self._straight + path_lengths(self.paths, q))
+        return np.asarray(pull - self._slack - self._straight + path_lengths(self.paths, q))
 
     def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
         """Torques at the joints, (..., N) N m, and N where they slide, by deformation.
@@ -66,8 +66,8 @@ class Tendons:
     def _capstan(self, q: Joints, sliding: Array) -> Array:
         """Tension in the middle of every segment over that at the pulled end, (..., T, N)."""
         bend = np.hypot(q["bending"], q["sideways"]) if "sideways" in q else np.abs(q["bending"])
-        passed = bend[..., None, :] * self.paths.share
-        angle = passed.cumsum(axis=-1) - passed / 2
+        wrap = bend[..., None, :] * self.paths.share
+        angle = wrap.cumsum(axis=-1) - wrap / 2
         return np.asarray(np.exp(-(self._friction * sliding)[..., None] * angle))
 
     def next_sliding(self, sliding: Array, travel: Array) -> Array:
@@ -151,12 +151,12 @@ class TendonDrive(_PathDriveBlock):
         lengths = path_lengths(self._tendons.paths, self._joints(state))
         return np.concatenate([np.zeros_like(lengths), lengths], axis=-1)
 
-    def next_friction(self, before: Array, state: Array) -> Array:
+    def next_friction(self, memory: Array, state: Array) -> Array:
         """The state of the friction, (..., 2 T), when the tendons have moved as the plant has."""
         lengths = path_lengths(self._tendons.paths, self._joints(state))
-        sliding, was = np.split(before, 2, axis=-1)
-        after = np.concatenate([self._tendons.next_sliding(sliding, was - lengths), lengths], axis=-1)
-        return np.where(np.isfinite(after), after, before)
+        sliding, last_lengths = np.split(memory, 2, axis=-1)
+        next_memory = np.concatenate([self._tendons.next_sliding(sliding, last_lengths - lengths), lengths], axis=-1)
+        return np.where(np.isfinite(next_memory), next_memory, memory)
 
 
 class BentChambers(_PathDriveBlock):
@@ -180,4 +180,4 @@ class BentChambers(_PathDriveBlock):
         finger, straight = self._finger, self._finger.pressure_gains
         effective = finger.effective_pressure(pressure)[..., None, :]
         gains = finger.chamber_gains(self._joints(state))
-        return self._actuation({way: (effective @ (gain - straight[way]))[..., 0, :] for way, gain in gains.items()})
+        return self._actuation({name: (effective @ (gain - straight[name]))[..., 0, :] for name, gain in gains.items()})
