@@ -229,8 +229,8 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
         family, _, name = command.name.rpartition(" ")
         if family not in subparsers:
             description = f"Run a {family}: many runs or recordings, their tables, and what they say."
-            words = {"help": f"run a {family}", "description": description}
-            family_parser = subparsers[""].add_parser(family, program=program, **words)
+            line = f"run a {family}"
+            family_parser = subparsers[""].add_parser(family, program=program, help=line, description=description)
             subparsers[family] = family_parser.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
         own_name = f"{program.name} {command.name}"
         subparser = subparsers[family].add_parser(

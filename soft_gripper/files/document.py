@@ -25,9 +25,9 @@ from soft_gripper.quantity import Rule, rules, violations
 _T = TypeVar("_T")
 
 
-def require(fine: bool, where: Path | str, field: str, value: object, expected: str) -> None:
-    """Raises an InputError unless `fine`."""
-    if not fine:
+def require(is_valid: bool, where: Path | str, field: str, value: object, expected: str) -> None:
+    """Raises an InputError unless `is_valid`."""
+    if not is_valid:
         raise InputError(where, field, value, expected)
 
 
@@ -245,11 +245,11 @@ def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
         return suggestion(key, fields)
     schema, document = place.schema, place.document
     kinds = {"models": "a scenario"} | {
-        name: what for declared in added("DOCUMENTS") for name, what in declared.items()
+        name: form for declared in added("DOCUMENTS") for name, form in declared.items()
     }
-    others = [what for name, what in kinds.items() if name in document and name not in _fields(schema)]
-    if others:
-        return f"this seems to be {others[0]}"
+    other_kinds = [form for name, form in kinds.items() if name in document and name not in _fields(schema)]
+    if other_kinds:
+        return f"this seems to be {other_kinds[0]}"
     return did_you_mean(_suggested_places(schema, place.key(key).field, value)) or f"known: {', '.join(fields)}"
 
 
@@ -259,12 +259,12 @@ def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
     Those in the part of the document that has the field come alone.
     """
     key, part, places = field.rpartition(".")[2], _FIRST_KEY.match(field), _places(schema)
-    below = [name for name in value if name in places] if isinstance(value, dict) else []
-    for names in ([key] if key in places else [], similar_names(key, places), below):
+    value_keys = [name for name in value if name in places] if isinstance(value, dict) else []
+    for names in ([key] if key in places else [], similar_names(key, places), value_keys):
         matches = [place for name in names for place in places[name]]
-        beside = [place for place in matches if part and place.startswith(part[0])]
-        if 0 < len(beside or matches) <= _MAX_PLACES:
-            return beside or matches
+        local_places = [place for place in matches if part and place.startswith(part[0])]
+        if 0 < len(local_places or matches) <= _MAX_PLACES:
+            return local_places or matches
     return []
 
 
@@ -273,18 +273,18 @@ _FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
 
 
 @cache
-def _places(schema: Any, deepest: int = 4) -> dict[str, list[str]]:
+def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
     """Places of each key in a schema, with dots; an entry of a list or mapping is NAME."""
     _, kind, inner = unwrap_optional(schema)
     if kind in (list, tuple, dict):
-        return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, deepest).items()}
-    fields, is_own = _fields(kind) if deepest else {}, is_dataclass(kind)
+        return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, depth).items()}
+    fields, is_own = _fields(kind) if depth else {}, is_dataclass(kind)
     by_key = {name: [name] for name in fields}
     for name, part in fields.items():
         paths = rules(kind)[name].paths if is_own else ()
         inside = f"{name}.NAME" if get_origin(get_args(part)[-1:] and get_args(part)[-1]) is dict else name
         by_key |= {path: [*by_key.get(path, []), f"{inside}.{path}"] for path in paths}
-        for key, places in _places(part, deepest - 1).items():
+        for key, places in _places(part, depth - 1).items():
             by_key.setdefault(key, []).extend(f"{name}.{place}" for place in places)
     return by_key
 

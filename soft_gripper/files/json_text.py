@@ -57,7 +57,7 @@ def _is_shallow(data: Any) -> bool:
     """Whether data are no more than _MAX_DEPTH deep; works without recursion."""
     level = [data]
     for _ in range(_MAX_DEPTH):
-        parts = (part for whole in level for part in (whole.values() if isinstance(whole, dict) else whole))
+        parts = (part for entry in level for part in (entry.values() if isinstance(entry, dict) else entry))
         level = [part for part in parts if isinstance(part, list | dict)]
     return not level
 

@@ -31,8 +31,8 @@ def write_checksums(folder: Path) -> None:
 def is_whole(folder: Path) -> bool:
     """Whether a folder still has all files that `write_checksums` found, unchanged."""
     try:
-        written = read_text(folder / SUMS).splitlines()
-        return bool(written) and set(written) <= set(_checksums(folder).splitlines())
+        lines = read_text(folder / SUMS).splitlines()
+        return bool(lines) and set(lines) <= set(_checksums(folder).splitlines())
     except (OSError, InputError):
         return False
 
@@ -83,8 +83,8 @@ def _write_to_device(target: Path, name: str) -> Iterator[Path]:
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         partial = Path(folder) / name
         yield partial
-        with partial.open("rb") as written, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
-            shutil.copyfileobj(written, file)
+        with partial.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
+            shutil.copyfileobj(content, file)
 
 
 def _is_device(path: Path) -> bool:

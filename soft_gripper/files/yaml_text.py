@@ -101,8 +101,8 @@ class _Loader(yaml.SafeLoader):
         count = max(size, len(self._sizes))
         self._require(count <= _MAX_VALUES, "size", count, f"{_MAX_VALUES} values")
 
-    def _require(self, fine: bool, field: str, number: int, limit: str) -> None:
-        if not fine:
+    def _require(self, is_valid: bool, field: str, number: int, limit: str) -> None:
+        if not is_valid:
             raise InputError(self._where, field, number, f"give no more than {limit}")
 
 

@@ -97,8 +97,8 @@ def _is_solid(points: Array) -> bool:
     """Whether the hull of points has a volume: a slice may only touch a flat face of the mesh."""
     if len(points) < 4:
         return False
-    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[-1] > _MIN_FLATNESS_RATIO * spread[0])
+    singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(singular_values[-1] > _MIN_FLATNESS_RATIO * singular_values[0])
 
 
 def _slice_points(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
@@ -106,9 +106,9 @@ def _slice_points(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) ->
     vertices, edges = np.array(mesh.vertices), np.array(mesh.edges_unique)
     points = [vertices[(vertices[:, axis] >= begin) & (vertices[:, axis] <= end)]]
     for plane in (begin, end):
-        one, other = (vertices[edges[:, i]] for i in range(2))
-        crosses = (one[:, axis] - plane) * (other[:, axis] - plane) < 0
-        one, other = one[crosses], other[crosses]
-        share = (plane - one[:, axis]) / (other[:, axis] - one[:, axis])
-        points.append(one + share[:, None] * (other - one))
+        begins, ends = (vertices[edges[:, i]] for i in range(2))
+        crosses = (begins[:, axis] - plane) * (ends[:, axis] - plane) < 0
+        begins, ends = begins[crosses], ends[crosses]
+        share = (plane - begins[:, axis]) / (ends[:, axis] - begins[:, axis])
+        points.append(begins + share[:, None] * (ends - begins))
     return np.concatenate(points)

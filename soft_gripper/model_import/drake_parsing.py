@@ -175,8 +175,8 @@ _named: OrderedDict[tuple[Path, str], tuple[str, ...]] = OrderedDict()
 
 
 def _check(path: Path, text: str, root: Callable[[], ET.Element]) -> None:
-    named = get_or_make(_named, (path, text), lambda: _check_and_list_uris(path, root()), _MAX_CACHED_TEXTS)
-    check_uris(path, named)  # what they name may have changed, unlike the text
+    uris = get_or_make(_named, (path, text), lambda: _check_and_list_uris(path, root()), _MAX_CACHED_TEXTS)
+    check_uris(path, uris)  # what they name may have changed, unlike the text
 
 
 def _check_and_list_uris(path: Path, root: ET.Element) -> tuple[str, ...]:
@@ -197,7 +197,7 @@ def _check_tree(path: Path, model: ET.Element) -> None:
         return link
 
     for joint in model.findall("joint"):
-        parent, child = (joint_end(joint, which) for which in ("parent", "child"))
+        parent, child = (joint_end(joint, end) for end in ("parent", "child"))
         if not (parent and child):
             continue  # Drake reports what is missing
         if first(parent) == first(child):

@@ -54,8 +54,8 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
     parts = _parts(file, _select_faces(mesh, is_closed)) + _parts(file, _join_vertices(_select_faces(mesh, ~is_closed)))
     is_open = sum(not part.is_watertight for part in parts)
     if is_open or not parts:
-        which = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
-        expected = f"is not watertight: {which}; close the holes, since an open surface has no volume and no inertia"
+        leak = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
+        expected = f"is not watertight: {leak}; close the holes, since an open surface has no volume and no inertia"
         file.refuse("mesh", file.path.name, expected)
     for number, part in enumerate(parts):
         if part.is_winding_consistent and abs(part.volume) <= _FLAT_VOLUME * part.extents.max() ** 3:
@@ -113,9 +113,9 @@ def _join_vertices(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     sides = np.where((order[:, 1] - order[:, 0]) % 3 == 1, 1, -1)  # of a face, that its order of vertices shows
     _, group = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_inverse=True)
     balance = np.bincount(group.ravel(), weights=sides)  # of faces on the same vertices; 0: a wall between pieces
-    shown = np.flatnonzero(sides == np.sign(balance[group.ravel()]))
-    _, first = np.unique(group.ravel()[shown], return_index=True)
-    mesh.update_faces(np.sort(shown[first]))
+    kept_faces = np.flatnonzero(sides == np.sign(balance[group.ravel()]))
+    _, first = np.unique(group.ravel()[kept_faces], return_index=True)
+    mesh.update_faces(np.sort(kept_faces[first]))
     mesh.remove_unreferenced_vertices()
     return mesh
 
@@ -131,8 +131,8 @@ def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
             file.note(MENDED, f"part {number}", "", "some of its faces were turned the other way")
     outward = [part.triangles if part.volume > 0 else part.triangles[:, ::-1] for part in parts]
     for number, part in enumerate(parts):
-        others = [triangles for i, triangles in enumerate(outward) if i != number]
-        if part.volume < 0 and others and _is_inside(part, np.concatenate(others)):
+        other_parts = [triangles for i, triangles in enumerate(outward) if i != number]
+        if part.volume < 0 and other_parts and _is_inside(part, np.concatenate(other_parts)):
             file.note(READ, f"part {number}", "", "it is inside out and in another part: a cavity")
         elif part.volume < 0:
             part.invert()
@@ -152,15 +152,15 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
     # Neighbours that are turned alike run along their edge in opposite ways.
     differs = runs_along(pairs[:, 0]) == runs_along(pairs[:, 1])
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
-    shape, unlike = (len(faces), len(faces)), np.concatenate([differs, differs])
-    graph, turned = (
-        coo_matrix((1 + unlike.astype(int), (rows, columns)), shape=shape).tocsr(),
+    shape, differences = (len(faces), len(faces)), np.concatenate([differs, differs])
+    graph, is_turned = (
+        coo_matrix((1 + differences.astype(int), (rows, columns)), shape=shape).tocsr(),
         np.zeros(len(faces), bool),
     )
-    order, before = breadth_first_order(graph, 0, directed=False)
+    order, predecessors = breadth_first_order(graph, 0, directed=False)
     for face in order[1:]:
-        turned[face] = turned[before[face]] ^ (graph[before[face], face] == 2)
-    faces[turned] = faces[turned, ::-1]
+        is_turned[face] = is_turned[predecessors[face]] ^ (graph[predecessors[face], face] == 2)
+    faces[is_turned] = faces[is_turned, ::-1]
     return faces
 
 
@@ -209,9 +209,9 @@ def winding(points: Array, triangles: Array) -> Array:
     chunk, numbers = max(1, _RAY_TESTS_PER_CHUNK // len(triangles)), []
     for begin in range(0, len(points), chunk):
         a, b, c = corners[:, None] - points[None, begin : begin + chunk, None]  # (m, F, 3) each
-        doubled = [u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1] for u, v in ((b, c), (c, a), (a, b))]
-        signs = np.sign(doubled)
+        cross_products = [u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1] for u, v in ((b, c), (c, a), (a, b))]
+        signs = np.sign(cross_products)
         orientation = np.where((signs == signs[0]).all(axis=0), signs[0], 0.0)
-        ahead = (np.array(doubled) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * orientation > 0
-        numbers.append((orientation * ahead).sum(axis=-1))
+        is_ahead = (np.array(cross_products) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * orientation > 0
+        numbers.append((orientation * is_ahead).sum(axis=-1))
     return np.concatenate(numbers)

@@ -64,12 +64,12 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, asi
     """
     middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
     ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, _SIDE_AXES if aside else _FRONT_AXES]
-    section, whole = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
+    section, full_length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
     half = np.asarray(section.width) / 2
     faces = 1e3 * np.array([-half, half] if aside else [section.outer_face, section.inner_face]).T
-    style = BoxStyle.Round(pad=0, rounding_size=0.2 * whole)
+    style = BoxStyle.Round(pad=0, rounding_size=0.2 * full_length)
     for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
-        length = float(np.hypot(*(end - begin))) if aside else whole
+        length = float(np.hypot(*(end - begin))) if aside else full_length
         segment = FancyBboxPatch(
             (outer, -length / 2), inner - outer, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE_COLOR, lw=0.6
         )
@@ -130,10 +130,10 @@ def draw_force(axes: Axes, arrow: Array, color: str, label: str, width: float = 
 
 def draw_band(axes: Axes, points: Array, std: Array, label: str = "") -> None:
     """Two standard deviations on either side of the curve from base to tip, (N + 2, 2) m, of its N + 1 other points."""
-    along = np.gradient(points, axis=0)
-    across = along[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(along, axis=-1, keepdims=True)
-    aside = STDS * np.concatenate([[0.0], std])[:, None] * across
-    outline = 1e3 * np.concatenate([points + aside, (points - aside)[::-1]])
+    tangents = np.gradient(points, axis=0)
+    normals = tangents[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(tangents, axis=-1, keepdims=True)
+    offsets = STDS * np.concatenate([[0.0], std])[:, None] * normals
+    outline = 1e3 * np.concatenate([points + offsets, (points - offsets)[::-1]])
     axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
     axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
 
@@ -218,10 +218,10 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     true, estimate = snapshot.true, snapshot.estimate
     limit = torque_limit([estimate.torque, true.torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    aside, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
-    widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(aside)]]
-    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(aside)
-    highest = 4.5 if aside else 4.2
+    side_panels, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
+    widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(side_panels)]]
+    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(side_panels)
+    highest = 4.5 if side_panels else 4.2
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), highest)), layout="compressed")
         panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
@@ -238,10 +238,10 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
-        for axes, (title, shown) in zip(panels[3:], aside, strict=True):
-            draw_segments(axes, finger, shown.corners, color(shown.torque, limit), aside=True)
+        for axes, (title, shape) in zip(panels[3:], side_panels, strict=True):
+            draw_segments(axes, finger, shape.corners, color(shape.torque, limit), aside=True)
             draw_base(axes, finger, aside=True)
-            _draw_load(axes, _SIDE_AXES, true.force, shown if shown is estimate else None, "_")
+            _draw_load(axes, _SIDE_AXES, true.force, shape if shape is estimate else None, "_")
             axes.set(xlabel="y [mm]", aspect="equal", xlim=y_limits, ylim=z_limits)
             axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
@@ -263,8 +263,8 @@ def _draw_load(
     if estimate is not None and estimate.force is not None:
         draw_force(axes, estimate.force[:, view], ESTIMATED_COLOR, f"{hidden}estimated contact force")
     if true is not None:
-        named = hidden if estimate is None else "_"
-        draw_force(axes, true[:, view], TRUE_COLOR, f"{named}true contact force", _TRUE_WIDTH)
+        prefix = hidden if estimate is None else "_"
+        draw_force(axes, true[:, view], TRUE_COLOR, f"{prefix}true contact force", _TRUE_WIDTH)
 
 
 def _side_panels(snapshot: Snapshot) -> list[tuple[str, Shown]]:

@@ -77,9 +77,9 @@ def results(
     ended: Callable[[Key], Any] = lambda key: None,
 ) -> dict[Key, Result]:
     """The results of all jobs, in their order; arguments and exceptions as for `run_study`."""
-    unsorted: dict[Key, Result] = {}
-    run_study(executor, work, jobs, unsorted.__setitem__, ended=ended)
-    return {key: unsorted[key] for key in jobs}
+    results_by_key: dict[Key, Result] = {}
+    run_study(executor, work, jobs, results_by_key.__setitem__, ended=ended)
+    return {key: results_by_key[key] for key in jobs}
 
 
 def describe(error: BaseException) -> str:

@@ -34,21 +34,21 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
     """
     scenario = replace(scenario, control=replace(scenario.control, set_points=None))
     fingers = make_private_station(scenario).fingers
-    once = replace(scenario.pressure, settle=2.0, hold_samples=1)
+    steps = replace(scenario.pressure, settle=2.0, hold_samples=1)
     if any(finger.finger.pressures for finger in fingers):
         step = min(TEST_PRESSURE, scenario.pressure.maximum)
         shares = {f.name: (f.finger.chamber_axis, f.finger.pressure_gains) for f in fingers}
-        scenario = replace(scenario, pressure=replace(once, steps=_steps(shares, step)))
+        scenario = replace(scenario, pressure=replace(steps, steps=_steps(shares, step)))
     else:
         step = TEST_SHARE * (scenario.tendons.maximum or 0.0)
         shares = {f.name: (f.finger.tendon_axis, f.finger.tension_gains) for f in fingers}
-        scenario = replace(scenario, pressure=once, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
+        scenario = replace(scenario, pressure=steps, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
     station = make_private_station(scenario)
     recording = run_station(station, described=False)
     change = true_opening(station, recording)
     change = change - change[0]
-    risen = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
-    return float(change[-1]) / step, float(recording.data["time"].values[risen])
+    rise_index = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
+    return float(change[-1]) / step, float(recording.data["time"].values[rise_index])
 
 
 def _steps(
@@ -115,4 +115,4 @@ def step_cost(rows: list[StepRow]) -> float:
     """Mean settling time, s, plus 0.1 s per percent of overshoot above the allowed value."""
     excess = (max(0.0, row.overshoot_percent - ALLOWED_OVERSHOOT) for row in rows)
     settling = (UNSETTLED_COST if np.isnan(row.settling_s) else row.settling_s for row in rows)
-    return float(np.mean([time + 0.1 * over for time, over in zip(settling, excess, strict=True)]))
+    return float(np.mean([time + 0.1 * overshoot for time, overshoot in zip(settling, excess, strict=True)]))

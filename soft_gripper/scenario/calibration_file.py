@@ -102,8 +102,8 @@ def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates 
         return None
     disagreement = float("inf") if kept.disagreement is None else kept.disagreement
     stds = config.bend_ratio_std / config.bend_ratio, config.bend_variation_std
-    left = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
-    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, *stds, left)
+    residual_std = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
+    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, *stds, residual_std)
 
 
 def load_calibration(file: str) -> CalibrationConfig:

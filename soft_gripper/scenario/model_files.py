@@ -23,8 +23,8 @@ def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...
     path = model_path(config.file)
     if not has_form(ModelFile(path), "URDF"):
         return ()
-    read = read_fingers(path, config.segments, config.name, config.without)
-    return tuple(mounted_finger(mounted, where, config.fingers) for mounted in read)
+    elements = read_fingers(path, config.segments, config.name, config.without)
+    return tuple(mounted_finger(mounted, where, config.fingers) for mounted in elements)
 
 
 def is_mjcf(path: Path) -> bool:

@@ -118,11 +118,11 @@ class TendonConfig:
     time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and winch; 0: no lag
 
     def violations(self) -> Iterator[Violation]:
-        most = math.inf if self.maximum is None else self.maximum
+        max_tension = math.inf if self.maximum is None else self.maximum
         for name, steps in self.steps.items():
             for i, step in enumerate(steps):
-                if not 0 <= step <= most:
-                    yield f"steps.{name}[{i}]", step, f"must be from 0 to {most:g}: tendons pull"
+                if not 0 <= step <= max_tension:
+                    yield f"steps.{name}[{i}]", step, f"must be from 0 to {max_tension:g}: tendons pull"
 
 
 @dataclass

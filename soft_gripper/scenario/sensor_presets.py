@@ -102,8 +102,8 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
     if config.preset is not None and config.preset not in presets():
         raise InputError("sensor.errors", "preset", config.preset, f"must be one of {', '.join(presets())}")
     names = {field.name for field in fields(StrainErrors)} - {"dead", "faults"}
-    given = {name: value for name in names if (value := getattr(config, name)) is not None}
-    values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given
+    given_values = {name: value for name in names if (value := getattr(config, name)) is not None}
+    values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given_values
     if "saturation" in values:
         values["saturation"] = tuple(values["saturation"])
     dead = tuple(
@@ -120,12 +120,12 @@ def uncertainty(
     Raises:
         InputError: as `strain_errors`.
     """
-    given = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
+    values = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
     of_errors = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     if calibrated is not None and calibrated.gain_std is not None:
         # Gains take what varies along the finger, too.
         of_errors = replace(of_errors, gain=calibrated.gain_std, bend_per_pressure=EXACT)
-    return replace(of_errors, **given)
+    return replace(of_errors, **values)
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:

@@ -64,15 +64,15 @@ class CalibratedStates:
         """
         drive = np.stack(np.broadcast_arrays(driving[..., 0], gravity[..., 0], gravity[..., 2]), axis=-1)
         drive_distance = self._drive.distance(drive)
-        read = np.isfinite(measured)
-        filled = np.where(read, measured, 0.0)
+        is_read = np.isfinite(measured)
+        filled = np.where(is_read, measured, 0.0)
         columns = self._columns
         near = [
-            np.where(read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
+            np.where(is_read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
             for readings, states_of_section in columns
         ]
         section_distances = np.maximum(np.stack(near, axis=-1) - self.noise, 0.0)
-        are_usable = read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
+        are_usable = is_read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
         shape = np.broadcast_shapes(filled.shape[:-1], drive.shape[:-1])
         states = [np.broadcast_to(part, (*shape, part.shape[-1])) for part in (filled, drive)]
         joint = self.fitted.distance(np.concatenate(states, axis=-1))
@@ -94,8 +94,8 @@ class CalibratedStates:
 
     def is_far(self, distances: StateDistances) -> NDArray[np.bool_]:
         """Mask of samples with a band that is wider by the distances than by all else, (...)."""
-        far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
-        return far
+        are_far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
+        return are_far
 
     @property
     def paths(self) -> int:

@@ -66,8 +66,8 @@ class ErrorBlock(ArrayBlock):
         per_run, per_sample = model.draws
 
         def step(memory: Array, ideal: Array, draws: Array) -> _Sample:
-            after, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., per_run:, :])
-            return _Sample(np.where(np.isfinite(after), after, memory), disturbed)
+            next_memory, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., per_run:, :])
+            return _Sample(np.where(np.isfinite(next_memory), next_memory, memory), disturbed)
 
         self.take(ideal, readings)
         self.take("standard_normal", (per_run + per_sample) * readings, RandomDistribution.kGaussian)
@@ -86,17 +86,17 @@ def _rows(draws: Array, readings: int) -> Array:
     return draws.reshape(*draws.shape[:-1], -1, readings)
 
 
-def pass_delay_line(line: Array, present: Array) -> tuple[Array, Array]:
+def pass_delay_line(line: Array, newest: Array) -> tuple[Array, Array]:
     """The delay line after this sample, and the value that leaves it.
 
     Args:
         line: what is on its way, (..., delay, R), from the oldest; NaN before the first sample, which is then what
             arrives until it has passed itself.
-        present: what sets out, (..., R).
+        newest: what sets out, (..., R).
 
     Returns:
         the line after this sample, and (..., R) that arrives.
     """
-    present = present[..., None, :]
-    queue = np.concatenate([np.where(np.isnan(line), present, line), present], axis=-2)
+    newest = newest[..., None, :]
+    queue = np.concatenate([np.where(np.isnan(line), newest, line), newest], axis=-2)
     return queue[..., 1:, :], queue[..., 0, :]

@@ -33,15 +33,15 @@ class CurvatureSensors(SpatialSensors):
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
         sections = {"section": range(self.sections)}
-        turning = [way for way in self.deformations if way not in SLIDES]
-        return sections if len(turning) == 1 else {"way": turning, **sections}
+        turns = [name for name in self.deformations if name not in SLIDES]
+        return sections if len(turns) == 1 else {"way": turns, **sections}
 
     @cached_property
     def matrix(self) -> Array:
         middles = (self.section_ends[:-1] + self.section_ends[1:]) // 2
         at_middles = np.eye(self.finger.segments)[middles] / self.finger.segment_length
-        turning = [way not in SLIDES for way in self.deformations]
-        return np.kron(np.eye(len(self.deformations))[turning], at_middles)
+        is_turn = [name not in SLIDES for name in self.deformations]
+        return np.kron(np.eye(len(self.deformations))[is_turn], at_middles)
 
 
 class OrientationSensors(SpatialSensors):
@@ -68,10 +68,10 @@ class OrientationSensors(SpatialSensors):
         r = self._vectors(bent)[..., None, :]  # (..., S, 1, 3)
         axes = np.where(self._turns[..., None], bent.screws[..., None, :, :3], 0.0)
         by_axis = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
-        moved = by_axis[..., np.argsort(self._position_indices), :]
+        ordered_slopes = by_axis[..., np.argsort(self._position_indices), :]
         if len(self.deformations) == 1:
-            return np.asarray(moved[..., 1])
-        return np.asarray(np.swapaxes(moved, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
+            return np.asarray(ordered_slopes[..., 1])
+        return np.asarray(np.swapaxes(ordered_slopes, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
 
     def _vectors(self, bent: Posture) -> Array:
         from scipy.spatial.transform import Rotation

@@ -92,8 +92,8 @@ class MeasurementModel(ABC):
     @property
     def unnamed(self) -> tuple[Any, ...]:
         """Key for a cache: equal for the sensors of fingers that differ by nothing but their names."""
-        others = (getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "finger")
-        return type(self), self.finger.unnamed, *others
+        values = (getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "finger")
+        return type(self), self.finger.unnamed, *values
 
     @property
     @abstractmethod
@@ -165,15 +165,15 @@ class MeasurementModel(ABC):
         is finite it is 0, with the variance UNKNOWN.
         """
         measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
-        read = np.isfinite(measured)
-        if read.all():
+        is_read = np.isfinite(measured)
+        if is_read.all():
             weights, information, divisor = self._complete_information
             values = (weights * self.inverse(measured)).sum(axis=-2) / divisor
             variance = noise**2 / np.maximum(information, noise**2 / UNKNOWN)
             return LinearReadings(values, np.broadcast_to(variance, values.shape))
-        weights = read * self.sensitivity**2
+        weights = is_read * self.sensitivity**2
         information = weights.sum(axis=-2)
-        reading_values = self.inverse(np.where(read, measured, 0.0))
+        reading_values = self.inverse(np.where(is_read, measured, 0.0))
         values = (weights * reading_values).sum(axis=-2) / np.where(information == 0, 1.0, information)
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
@@ -228,8 +228,8 @@ class SpatialSensors(MeasurementModel):
 
     def values(self, readings: Array, noise: Array | float) -> LinearReadings:
         measured = self.measured(readings)
-        read = np.isfinite(measured)
-        return LinearReadings(np.where(read, measured, 0.0), np.where(read, noise**2, UNKNOWN))
+        is_read = np.isfinite(measured)
+        return LinearReadings(np.where(is_read, measured, 0.0), np.where(is_read, noise**2, UNKNOWN))
 
     def values_at(self, q: Array) -> tuple[Array, Array]:
         return self.linearized(q)
@@ -241,4 +241,4 @@ class SpatialSensors(MeasurementModel):
 
 def ways_in_space(finger: Finger) -> tuple[str, ...]:
     """Ways in which a finger yields, bending first."""
-    return ("bending", *(way for way in AXES if way in finger.yields and way != "bending"))
+    return ("bending", *(name for name in AXES if name in finger.yields and name != "bending"))

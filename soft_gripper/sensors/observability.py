@@ -34,8 +34,8 @@ class Observed:
         return bool(np.isfinite(self.std).all())
 
     def __str__(self) -> str:
-        worst = float(self.std.max())
-        size = f"{1e3 * worst:.2g} mm" if self.way in SLIDES else f"{np.degrees(worst):.2g} degrees"
+        max_std = float(self.std.max())
+        size = f"{1e3 * max_std:.2g} mm" if self.way in SLIDES else f"{np.degrees(max_std):.2g} degrees"
         return f"{self.way} to {size}" if self.is_seen else f"{self.way} not at all"
 
 
@@ -47,13 +47,13 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
         noise: standard deviation of every reading, in the unit of what is measured.
     """
     prior, S = weak_prior(layout), layout.sections
-    seen = layout.slopes(layout.straight) @ shared_equally(layout)
-    std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
+    observed_space = layout.slopes(layout.straight) @ shared_equally(layout)
+    std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + observed_space.T @ observed_space / noise**2)))
     std_by_way = dict(
         zip(layout.deformations, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True)
     )
-    deformations = [way for way in _PRIOR_STD if way in layout.finger.yields]
-    return [Observed(way, std_by_way.get(way, np.full(S, np.inf))) for way in deformations]
+    deformations = [name for name in _PRIOR_STD if name in layout.finger.yields]
+    return [Observed(name, std_by_way.get(name, np.full(S, np.inf))) for name in deformations]
 
 
 def shared_equally(layout: MeasurementModel) -> Array:
@@ -65,7 +65,7 @@ def shared_equally(layout: MeasurementModel) -> Array:
 def weak_prior(layout: MeasurementModel) -> Array:
     """Prior standard deviations of deformations of whole sections, way after way, (W S,)."""
     stds = [
-        _PRIOR_STD[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections))
-        for way in layout.deformations
+        _PRIOR_STD[name] * (layout.rest_lengths if name in SLIDES else np.ones(layout.sections))
+        for name in layout.deformations
     ]
     return np.concatenate(stds)

@@ -135,8 +135,8 @@ class PathSensors(SpatialSensors):
 
     def inverse(self, measured: Array) -> Array:
         """Strains along the finger, from those of the readings, if nothing twists: (..., 1, R)."""
-        along = (1 + measured) ** 2 * (1 + self._slant) - self._slant
-        return np.asarray(np.sqrt(np.maximum(along, 0)) - 1)
+        strain_square = (1 + measured) ** 2 * (1 + self._slant) - self._slant
+        return np.asarray(np.sqrt(np.maximum(strain_square, 0)) - 1)
 
     def signals(self, q: Array) -> dict[str, Array]:
         """Extension ratios at joint positions, and the readings of the sensors, (..., R) each."""
@@ -146,7 +146,7 @@ class PathSensors(SpatialSensors):
     def split_by_way(self, q: Array) -> dict[str, Array]:
         """Joint positions, (..., D), by the way in which they yield, (..., N) each."""
         N = self.finger.segments
-        return {way: q[..., i * N : (i + 1) * N] for i, way in enumerate(self.deformations)}
+        return {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
@@ -178,8 +178,8 @@ class PathSensors(SpatialSensors):
     @cached_property
     def _slant(self) -> Array:
         """Square of the slope of every reading against the axis, (R,), a mean over its section."""
-        along = np.add.reduceat(self._chain_paths.covered, self.section_ends[:-1], axis=-1)
-        return np.asarray((self._rest_lengths / along).ravel() ** 2 - 1)
+        covered_length = np.add.reduceat(self._chain_paths.covered, self.section_ends[:-1], axis=-1)
+        return np.asarray((self._rest_lengths / covered_length).ravel() ** 2 - 1)
 
     @cached_property
     def _shares(self) -> Array:
@@ -189,4 +189,4 @@ class PathSensors(SpatialSensors):
 
     @cached_property
     def _levers(self) -> Array:
-        return np.stack([self._chain_paths.levers[way] for way in self.deformations], axis=-2)
+        return np.stack([self._chain_paths.levers[name] for name in self.deformations], axis=-2)

@@ -45,5 +45,5 @@ class PressureErrors:
             draws: standard normal, (..., 1, 1).
         """
         gain, offset = memory[..., 0, :], memory[..., 1, :]
-        line, arrived = pass_delay_line(memory[..., 2:, :], gain * ideal + offset + self.noise * draws[..., 0, :])
-        return np.concatenate([memory[..., :2, :], line], axis=-2), arrived
+        line, delayed = pass_delay_line(memory[..., 2:, :], gain * ideal + offset + self.noise * draws[..., 0, :])
+        return np.concatenate([memory[..., :2, :], line], axis=-2), delayed

@@ -160,28 +160,28 @@ def step(
     Returns:
         the memory after this sample, and the disturbed extension ratios, (..., R).
     """
-    white, low_frequency, lost = np.moveaxis(draws, -2, 0)
+    white, low_frequency, dropout = np.moveaxis(draws, -2, 0)
     strain = ratio - 1
-    crept = strain - errors.creep * (strain - memory.creep)
-    plays = moved_plays(memory.plays, crept)
+    crept_strain = strain - errors.creep * (strain - memory.creep)
+    plays = moved_plays(memory.plays, crept_strain)
     correlation = math.exp(-period / errors.correlation_time)
     innovation = errors.low_frequency_noise * math.sqrt(1 - correlation**2)
-    slow = correlation * memory.low_frequency + innovation * low_frequency
-    lagging = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
-    measured = _with_faults(errors, memory.time, lagging)
-    reading = _read_out(errors, measured + memory.drift + slow + errors.noise * white)
+    slow_noise = correlation * memory.low_frequency + innovation * low_frequency
+    lagging_ratio = 1 + memory.gain * lagging_strain(plays, crept_strain, errors.hysteresis) + memory.offset
+    measured = _with_faults(errors, memory.time, lagging_ratio)
+    reading = _read_out(errors, measured + memory.drift + slow_noise + errors.noise * white)
     reading = _with_failures(errors, memory, reading)
-    line, arrived = pass_delay_line(memory.line, reading)
-    after = memory._replace(
+    line, delayed = pass_delay_line(memory.line, reading)
+    next_memory = memory._replace(
         drift=memory.drift + memory.drift_rate * period,
-        low_frequency=slow,
+        low_frequency=slow_noise,
         creep=memory.creep - math.expm1(-period / errors.creep_time) * (strain - memory.creep),
         time=memory.time + period,
         read=reading,
         plays=plays,
         line=line,
     )
-    return after, _drop_readings(errors, arrived, lost)
+    return next_memory, _drop_readings(errors, delayed, dropout)
 
 
 def disturb(errors: StrainErrors, ratios: Array, period: float, rng_or_draws: np.random.Generator | Draws) -> Array:
@@ -238,8 +238,8 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
         if fault.kind in ("offset", "loose", "drifting") and fault.size is not None:
             since, strain = time[..., fault.reading] - fault.time, ratio[..., fault.reading] - 1
             per_size: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
-            added, ratio = fault.size * per_size[fault.kind], ratio.copy()
-            ratio[..., fault.reading] += np.where(since > -_ONSET_TOLERANCE, added, 0.0)
+            error, ratio = fault.size * per_size[fault.kind], ratio.copy()
+            ratio[..., fault.reading] += np.where(since > -_ONSET_TOLERANCE, error, 0.0)
     return ratio
 
 
@@ -281,8 +281,8 @@ class _ReadingErrors:
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
         ratio = self.response.ratio(ideal)
         before = unstack_memory(memory)
-        after, disturbed = step(self.errors, before, ratio, draws, self.period)
-        return stack_memory(after), self.response.reading(disturbed)
+        next_memory, disturbed = step(self.errors, before, ratio, draws, self.period)
+        return stack_memory(next_memory), self.response.reading(disturbed)
 
 
 class ReadingErrorBlock(ErrorBlock):

@@ -67,10 +67,10 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
             yield Patch(pair, mesh.centroid(), _area(mesh), force, torque, mesh.total_area())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
-        touching = point.point_pair()
-        pair = (touching.id_B.get_value(), touching.id_A.get_value())
+        point_pair = point.point_pair()
+        pair = (point_pair.id_B.get_value(), point_pair.id_A.get_value())
         if pair[0] in geometries or pair[1] in geometries:
-            yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
+            yield Patch(pair, point.contact_point(), point_pair.nhat_BA_W, point.contact_force(), np.zeros(3))
 
 
 def _area(surface: ContactSurface | PolygonSurfaceMesh) -> Array:
@@ -153,7 +153,7 @@ def patch_table(
     """Raw external contacts of fingers as an array, (P, 34), which `finger_contacts` and `grip_signals` interpret.
 
     Args:
-        found: patches of a plant.
+        external_patches: of a plant.
         links: of the fingers, see `links_by_geometry`.
         X_WB: poses of all bodies of the plant, in the order of their indices.
         objects: numbers of the objects to which other geometries belong.
@@ -162,13 +162,13 @@ def patch_table(
     rows: list[Array | tuple[float, ...]] = []
     for patch in external_patches:
         first, second = patch.geometries
-        one, other = links.get(first), links.get(second)
-        if one is not None and other is not None and one.finger == other.finger:
+        first_link, second_link = links.get(first), links.get(second)
+        if first_link is not None and second_link is not None and first_link.finger == second_link.finger:
             continue
-        for sign, link, touched in ((1.0, one, second), (-1.0, other, first)):
+        for sign, link, other_geometry in ((1.0, first_link, second), (-1.0, second_link, first)):
             if link is not None:
                 X_WL = X_WB[link.body].GetAsMatrix34()
-                of_object = (numbers.get(touched, NO_OBJECT), patch.area, patch.pressure)
+                of_object = (numbers.get(other_geometry, NO_OBJECT), patch.area, patch.pressure)
                 p_WB = X_WB[link.base].translation()
                 rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object, p_WB]
     return np.concatenate(rows, axis=None).reshape(-1, COLUMNS) if rows else _EMPTY_TABLE
@@ -194,8 +194,8 @@ class FingerContacts(NamedTuple):
 
     def select(self, finger: int) -> "FingerContacts":
         """Contacts of one finger."""
-        own = self.finger == finger
-        return FingerContacts(self.is_evaluated, *(column[own] for column in self[1:]))
+        is_own = self.finger == finger
+        return FingerContacts(self.is_evaluated, *(column[is_own] for column in self[1:]))
 
     def sums(self, values: Array) -> Array:
         """Sums over the patches of each sample, (P,) -> (T,); NaN where they are not known."""
@@ -259,10 +259,10 @@ class FingerContacts(NamedTuple):
     def main_normal(self) -> Array:
         """Normal of the strongest patch, (T, 3) in the world, either way; NaN without contact."""
         order = np.argsort(-self.pressing, kind="stable")
-        pressed = order[self.pressing[order] > 0]
-        sample, first = np.unique(self.sample[pressed], return_index=True)
+        pressed_order = order[self.pressing[order] > 0]
+        sample, first = np.unique(self.sample[pressed_order], return_index=True)
         normals = np.full((self.samples, 3), np.nan)
-        normals[sample] = self.normal[pressed[first]]
+        normals[sample] = self.normal[pressed_order[first]]
         return normals
 
 
@@ -282,19 +282,19 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], is_evaluated: NDArra
     place, normal, force, torque = (table[:, begin : begin + 3] for begin in (4, 7, 10, 13))
     X_WL = table[:, 16:28].reshape(-1, 3, 4)
     normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    pressed = (force * normal).sum(axis=1)
-    center = place + np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
+    pressing = (force * normal).sum(axis=1)
+    center = place + np.cross(normal, torque) / np.where(pressing == 0, np.inf, pressing)[:, None]
     R_WL, x, z, origin = X_WL[..., :3], X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
     total = np.linalg.norm(force, axis=1)
     on_finger = sign[:, None] * force
-    out = -np.sign(sign * pressed)[:, None] * normal
-    facing = (out[:, None] @ R_WL)[:, 0, :2]
+    outward = -np.sign(sign * pressing)[:, None] * normal
+    facing = (outward[:, None] @ R_WL)[:, 0, :2]
     lever = origin + (arc_length - begin)[:, None] * z - table[:, 31:34]
     return FingerContacts(
         *(is_evaluated, sample, finger, link, arc_length, center, normal, total),
-        *(np.abs(pressed), opening, on_finger, facing, lever, X_WL[..., 1]),
+        *(np.abs(pressing), opening, on_finger, facing, lever, X_WL[..., 1]),
     )
 
 
@@ -329,14 +329,14 @@ def object_grip(
         fingers: F, all of them.
         table, sample, is_evaluated: as for `finger_contacts`.
     """
-    own = table[:, 28] == number
-    rows = table[own]
-    bin_index = sample[own] * fingers + rows[:, 0].astype(int)
+    is_own = table[:, 28] == number
+    rows = table[is_own]
+    bin_index = sample[is_own] * fingers + rows[:, 0].astype(int)
     bins = len(is_evaluated) * fingers
     normal = rows[:, 7:10] / np.linalg.norm(rows[:, 7:10], axis=1, keepdims=True)
     force = -rows[:, 3:4] * rows[:, 10:13]
-    pressed = (force * normal).sum(axis=1)
-    friction = force - pressed[:, None] * normal
+    pressing = (force * normal).sum(axis=1)
+    friction = force - pressing[:, None] * normal
     largest = np.zeros(bins)
     with np.errstate(invalid="ignore"):  # numpy warns of NaN where points touch
         np.maximum.at(largest, bin_index, rows[:, 30])
@@ -345,7 +345,7 @@ def object_grip(
         return np.bincount(bin_index, values, bins)
 
     flat = (
-        sums(np.abs(pressed)),
+        sums(np.abs(pressing)),
         *(np.stack([*map(sums, vectors.T)], axis=-1) for vectors in (friction, force)),
         sums(rows[:, 29]),
         largest,
@@ -376,17 +376,17 @@ def _projections(vectors: Array, line: Array) -> Array:
     return np.asarray((vectors * line).sum(axis=-1, keepdims=True) / np.where(square == 0, 1.0, square) * line)
 
 
-def _ratio(value: Array, by: Array) -> Array:
+def _ratio(value: Array, divisor: Array) -> Array:
     """Ratio; NaN where the divisor is zero."""
-    return value / np.where(by == 0, np.nan, by)
+    return value / np.where(divisor == 0, np.nan, divisor)
 
 
-def combined_friction(one: float, other: float) -> float:
+def combined_friction(friction: float, other_friction: float) -> float:
     """Coefficient of friction between two surfaces as Drake combines it, 2 a b / (a + b).
 
     See CalcContactFrictionFromSurfaceProperties.
     """
-    return 2 * one * other / (one + other) if one + other > 0 else 0.0
+    return 2 * friction * other_friction / (friction + other_friction) if friction + other_friction > 0 else 0.0
 
 
 TOUCH = 1e-3  # N, force above which a link counts as touched
@@ -443,8 +443,8 @@ class TrueContact(ArrayBlock):
         """
         super().__init__()
         self._interval = interval
-        held = objects or {}
-        self.objects = {geometry: number for number, geometries in enumerate(held.values()) for geometry in geometries}
+        named = objects or {}
+        self.objects = {geometry: number for number, geometries in enumerate(named.values()) for geometry in geometries}
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
@@ -459,7 +459,7 @@ class TrueContact(ArrayBlock):
             self._put_out_signals(number, name, finger)
         count = len(fingers)
         self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
-        for number, name in enumerate(held):
+        for number, name in enumerate(named):
             self._put_out_grip(number, name, list(fingers))
 
     def _put_out_grip(self, number: int, name: str, fingers: Sequence[str]) -> None:

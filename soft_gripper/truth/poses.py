@@ -36,7 +36,7 @@ class PlantPoints:
 
 def rotations_out_of_plane(finger: Finger) -> list[str]:
     """Rotations out of the bending plane."""
-    return [way for way in ("sideways", "twist") if way in finger.yields]
+    return [name for name in ("sideways", "twist") if name in finger.yields]
 
 
 class TruePoses(ArrayBlock):
@@ -75,13 +75,13 @@ class TruePoses(ArrayBlock):
             joint=numbers,
             xyz=XYZ,
         )
-        for way in ways_in_space(finger.finger)[1:]:
-            starts = [joint.position_start() for joint in finger.joints_of(way)]
+        for deformation in ways_in_space(finger.finger)[1:]:
+            starts = [joint.position_start() for joint in finger.joints_of(deformation)]
             self.put_out(
-                f"{finger.name}.true_{joints_port(way)}",
+                f"{finger.name}.true_{joints_port(deformation)}",
                 lambda state, starts=starts: state[..., starts],
                 "sampled_state",
-                unit="m" if way in SLIDES else "rad",
+                unit="m" if deformation in SLIDES else "rad",
                 joint=numbers,
             )
         self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip, :], "points", unit="m", xyz=XYZ)

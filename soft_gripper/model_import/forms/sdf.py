@@ -98,11 +98,11 @@ def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
 
 def _make_names_unique(shapes: Sequence[ET.Element]) -> None:
     """Gives shapes of the same name, which SDFormat does not allow, names of their own."""
-    taken: set[str | None] = set()
+    used_names: set[str | None] = set()
     for place, shape in enumerate(shapes):
-        if shape.get("name") in taken:
+        if shape.get("name") in used_names:
             shape.set("name", f"{shape.get('name')}_{place}")
-        taken.add(shape.get("name"))
+        used_names.add(shape.get("name"))
 
 
 def _flatten(file: ModelFile) -> None:
@@ -115,8 +115,8 @@ def _flatten(file: ModelFile) -> None:
     if root.find(".//include") is None and root.find(".//model/model") is None:
         return
     files = IncludedFiles(path, root)
-    for around in [root, *root.findall("world")]:
-        _include(path, around, files)
+    for parent in [root, *root.findall("world")]:
+        _include(path, parent, files)
     version = _version(path, root)
     for model in _models(root):
         _modernize(model, version)
@@ -132,12 +132,12 @@ def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
         raise InputError(path, "sdf.version", text, "give a version such as 1.7") from None
 
 
-def _include(path: Path, around: ET.Element, files: IncludedFiles) -> None:
+def _include(path: Path, parent: ET.Element, files: IncludedFiles) -> None:
     """Replaces each <include> in an element, and in the models in it, by the model that it names."""
-    for model in around.findall("model"):
+    for model in parent.findall("model"):
         _include(path, model, files)
-    for place, include in [(i, element) for i, element in enumerate(around) if element.tag == "include"]:
-        around[place] = _include_model(path, include, files)
+    for place, include in [(i, element) for i, element in enumerate(parent) if element.tag == "include"]:
+        parent[place] = _include_model(path, include, files)
 
 
 def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
@@ -155,10 +155,10 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
             if "://" not in (text := (name.text or "").strip()):
                 name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
     for tag in _OVERRIDE_TAGS:
-        if (given := include.find(tag)) is not None:
+        if (value := include.find(tag)) is not None:
             for element in model.findall(tag):
                 model.remove(element)
-            model.append(given)
+            model.append(value)
     model.set("name", (include.findtext("name") or model.get("name") or "").strip())
     if frame := (include.findtext("placement_frame") or "").strip():
         model.set("placement_frame", frame)
@@ -190,15 +190,15 @@ def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
         _modernize(nested, version)
 
 
-def _merge_all(path: Path, around: ET.Element) -> None:
+def _merge_all(path: Path, parent: ET.Element) -> None:
     """Moves the elements of nested models into the model around them."""
-    nested = around.findall("model")
+    nested = parent.findall("model")
     for model in nested:
-        _merge(path, around, model)
-    _scope(around, {model.get("name", "") for model in nested})
+        _merge(path, parent, model)
+    _scope(parent, {model.get("name", "") for model in nested})
 
 
-def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
+def _merge(path: Path, parent: ET.Element, nested: ET.Element) -> None:
     name = nested.get("name", "")
     _merge_all(path, nested)
     fix_if_static(nested)
@@ -217,10 +217,10 @@ def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
     pose.attrib.setdefault("relative_to", "__model__")
     frame_of_model = ET.Element("frame", {"name": name, "attached_to": f"{name}_{first.replace('::', '_')}"})
     frame_of_model.append(pose)
-    around.remove(nested)
-    around.append(frame_of_model)
-    around.extend([element for element in nested if element.tag in _NAMED_TAGS])
-    around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
+    parent.remove(nested)
+    parent.append(frame_of_model)
+    parent.extend([element for element in nested if element.tag in _NAMED_TAGS])
+    parent.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
 
 
 def _place(element: ET.Element) -> None:

@@ -48,9 +48,9 @@ def contact_rows(station: Station, recording: Recording) -> list[FingerForce]:
 
 def forces_at(station: Station, recording: Recording, rows: NDArray[np.int_]) -> ContactForces:
     """The contact forces of all fingers at some samples of a recording, (M)."""
-    now = recording.data.isel(time=rows)
-    again = [_estimated(station, recording, finger, rows) for finger in _unestimated_fingers(station, recording)]
-    return contact_forces(now.assign({name: found for each in again for name, found in each.items()}))
+    data = recording.data.isel(time=rows)
+    estimates = [_estimated(station, recording, finger, rows) for finger in _unestimated_fingers(station, recording)]
+    return contact_forces(data.assign({name: column for estimate in estimates for name, column in estimate.items()}))
 
 
 def drawn_forces(station: Station, recording: Recording) -> ContactForces | None:
@@ -69,11 +69,11 @@ def end_of_hold(rows: Sequence[FingerForce], station: Station, recording: Record
 
     Like the grasp, contact forces are judged there.
     """
-    until = np.inf
+    end = np.inf
     if station.task is not None:
         phases = precedes_put_down(recording["task.phase"].values.ravel(), station.task.phases)
-        until = recording["time"].values[phases][-1] + 1.5 * station.scenario.sensor.period
-    return max(row.time_s for row in rows if row.time_s <= until)
+        end = recording["time"].values[phases][-1] + 1.5 * station.scenario.sensor.period
+    return max(row.time_s for row in rows if row.time_s <= end)
 
 
 def _ends(station: Station, recording: Recording) -> Array:
@@ -100,12 +100,12 @@ def _estimated(
     inputs = _contact_inputs(station, recording, finger, rows)
     if inputs is None:
         return {}
-    function, given = inputs
-    contact, posterior = function(*given).contact, function.posterior(*given)
+    function, arguments = inputs
+    contact, posterior = function(*arguments).contact, function.posterior(*arguments)
     assert contact is not None
     assert contact.vector is not None
     assert contact.transverse_force is not None
-    found = {
+    variables = {
         "contact_force": contact.force,
         "contact_force_std": contact.force_std,
         "contact_arc_length": contact.arc_length,
@@ -116,7 +116,7 @@ def _estimated(
     }
     return {
         f"{finger.name}.{name}": xr.Variable(["time", f"{name}_entry"][: values.ndim], values)
-        for name, values in found.items()
+        for name, values in variables.items()
     }
 
 
@@ -151,8 +151,8 @@ def band_widths(station: Station, recording: Recording, row: FingerForce) -> dic
             changes[f"{sensor.sections + 1} sections"] = {"sections": sensor.sections + 1, "borders": None}
         if sensor.sections == 2 and sensor.borders is None:
             changes["its border at a third"] = {"borders": [1 / 3]}
-    others = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}
+    other_layouts = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}
     function, (_, driving, gravity, *_) = inputs
     q = function(*inputs[1]).q[0]
     assumed = uncertainty(scenario.estimator, sensor, function.layout.calibrated)
-    return narrower_bands(function.layout, assumed, sensor.period, q, driving[0], gravity[0], others)
+    return narrower_bands(function.layout, assumed, sensor.period, q, driving[0], gravity[0], other_layouts)

@@ -39,8 +39,8 @@ def seen_from(X: Array, p: Array) -> Array:
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
     X_WL = np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
-    nearest, on_link = nearest_link(finger, X_WL, p_WC)
-    return Grip(finger.links[int(nearest)], on_link, X_WO.inverse() @ p_WC)
+    number, on_link = nearest_link(finger, X_WL, p_WC)
+    return Grip(finger.links[int(number)], on_link, X_WO.inverse() @ p_WC)
 
 
 def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.int_], Array]:
@@ -50,8 +50,8 @@ def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.in
     """
     points = seen_from(X, p[..., None, :])
     middles = np.diff(finger.finger.link_ends) / 2
-    nearest = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
-    return nearest, np.take_along_axis(points, nearest[..., None, None], axis=-2)[..., 0, :]
+    link = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
+    return link, np.take_along_axis(points, link[..., None, None], axis=-2)[..., 0, :]
 
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:

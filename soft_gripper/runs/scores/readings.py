@@ -101,8 +101,8 @@ def read_again(
     """
     simulated = with_sections(sensor_layout(finger.finger, station.scenario.sensor), sections, borders)
     readings = simulated.read(recording.samples(f"{finger.name}.sampled_joint_angles"))
-    again = _measured(station, recording, finger, readings)
-    return replace(again, layout=with_sections(again.layout, sections, borders))
+    same_layout = _measured(station, recording, finger, readings)
+    return replace(same_layout, layout=with_sections(same_layout.layout, sections, borders))
 
 
 def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -> ReadAgain | None:
@@ -115,9 +115,9 @@ def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -
     if name not in recording or recording[name].size != layout.readings * len(recording.sample_numbers):
         return None
     readings = recording.samples(name).reshape(-1, layout.readings)
-    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.deformations]
-    still = np.zeros((len(readings), joints))
-    torques = [recording.samples(port) if port in recording else still for port in ports]
+    ports = [f"{finger.name}.{driving_port(deformation)}" for deformation in layout.deformations]
+    zeros = np.zeros((len(readings), joints))
+    torques = [recording.samples(port) if port in recording else zeros for port in ports]
     return replace(_measured(station, recording, finger, readings), torque=np.concatenate(torques, axis=-1))
 
 

@@ -44,10 +44,10 @@ class RecordedObject:
     @cached_property
     def samples(self) -> Rows:
         """The samples of which contact is known; in a task, those of them that are `precedes_put_down`."""
-        known = np.isfinite(self.values(NORMAL)).all(axis=1)
+        is_known = np.isfinite(self.values(NORMAL)).all(axis=1)
         if self.station.task is not None:
-            known &= precedes_put_down(self.phases, self.station.task.phases)
-        return np.flatnonzero(known)
+            is_known &= precedes_put_down(self.phases, self.station.task.phases)
+        return np.flatnonzero(is_known)
 
     @cached_property
     def poses(self) -> Array:
@@ -79,9 +79,10 @@ class RecordedObject:
     @cached_property
     def coefficients(self) -> Array:
         """Static coefficients of friction between the fingers and the object, (F,), of the smoothest geometry."""
-        if (own := self.station.parts.frictions.get(self.name)) is None:
-            own = _static_friction(self.station, self._geometries)
-        return np.array([combined_friction(finger_friction(self.station, each), own) for each in self.station.fingers])
+        if (friction := self.station.parts.frictions.get(self.name)) is None:
+            friction = _static_friction(self.station, self._geometries)
+        finger_frictions = (finger_friction(self.station, finger) for finger in self.station.fingers)
+        return np.array([combined_friction(other, friction) for other in finger_frictions])
 
     @property
     def _geometries(self) -> Sequence[GeometryId]:
@@ -109,8 +110,8 @@ class RecordedObject:
         normal, friction, force, area, pressure = (self.values(name)[samples] for name in _SIGNALS)
         gravity = np.array(self.station.plant.gravity_field().gravity_vector())
         pull = float(np.linalg.norm(gravity))
-        others = self.values("contact_wrench")[samples, 3:] - force.sum(axis=1)
-        support = -others @ gravity / pull if pull > 0 else np.zeros(len(samples))
+        other_force = self.values("contact_wrench")[samples, 3:] - force.sum(axis=1)
+        support = -other_force @ gravity / pull if pull > 0 else np.zeros(len(samples))
         X_WO, X_WB = self.poses[samples], self.base_poses[0, samples]
         R_BW = np.swapaxes(X_WB[..., :3], -1, -2)
         place, turn = (R_BW @ (X_WO[..., 3:] - X_WB[..., 3:]))[..., 0], R_BW @ X_WO[..., :3]
@@ -133,10 +134,10 @@ class RecordedObject:
         ):
             if np.isfinite(p_WC[0]).all():
                 X_BL = finger.screws.poses(states)[:, :-1]
-                nearest, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC[0]))
+                link, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC[0]))
                 on_object = (p_WC[0] - X_WO[0, :, 3]) @ X_WO[0, :, :3]
                 p_WO = X_WO[..., :3] @ on_object + X_WO[..., 3]
-                shifts.append(face_shifts(X_BL[:, nearest], seen_from(X_WB, p_WO), on_link))
+                shifts.append(face_shifts(X_BL[:, link], seen_from(X_WB, p_WO), on_link))
         return np.stack(shifts, axis=1) if shifts else np.empty((len(samples), 0, 2))
 
     def slip(self, samples: Rows) -> Array:
@@ -161,11 +162,11 @@ class RecordedObject:
             self.recording.values("plant.state")[samples],
         )
         touches = np.isfinite(p_WC).all(axis=-1)
-        nearest, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
+        link_numbers, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
         for j, X_WB in enumerate(self.base_poses[:, samples]):
             X_BL = fingers[j].screws.poses(states)[:, :-1]
-            nearest[:, j], _ = nearest_link(fingers[j], X_BL, seen_from(X_WB, p_WC[:, j]))
-            p_BL = X_BL[np.arange(len(samples)), nearest[:, j], :, 3]
+            link_numbers[:, j], _ = nearest_link(fingers[j], X_BL, seen_from(X_WB, p_WC[:, j]))
+            p_BL = X_BL[np.arange(len(samples)), link_numbers[:, j], :, 3]
             p_WL[:, j] = (X_WB[..., :3] @ p_BL[..., None])[..., 0] + X_WB[..., 3]
         body, context = first_body(plant, self.name), plant.CreateDefaultContext()
         V = np.full((2, *touches.shape, 6), np.nan)
@@ -173,7 +174,7 @@ class RecordedObject:
             plant.SetPositionsAndVelocities(context, states[i])
             V[0, i] = body.EvalSpatialVelocityInWorld(context).get_coeffs()
             for finger in np.flatnonzero(touches[i]):
-                link = fingers[finger].links[nearest[i, finger]]
+                link = fingers[finger].links[link_numbers[i, finger]]
                 V[1, i, finger] = link.EvalSpatialVelocityInWorld(context).get_coeffs()
         p_WO = self.poses[samples][:, None, :, 3]
         return np.asarray(np.linalg.norm(_velocity(V[0], p_WC - p_WO) - _velocity(V[1], p_WC - p_WL), axis=-1))
@@ -193,21 +194,23 @@ def precedes_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.boo
     if len(holding) > 1 and phases[holding[-1]].follower < len(phases):
         holding.pop()
     carries = np.isin(numbers, holding)
-    until: NDArray[np.bool_] = np.logical_or.accumulate(carries[::-1])[::-1]
-    return until if carries.any() else ~until
+    is_before: NDArray[np.bool_] = np.logical_or.accumulate(carries[::-1])[::-1]
+    return is_before if carries.any() else ~is_before
 
 
 def finger_friction(station: Station, finger: PlantFinger) -> float:
     """Static coefficient of friction of a finger's smoothest geometry."""
-    geometries = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
+    geometries = [geometry for link in finger.links for geometry in station.plant.GetCollisionGeometriesForBody(link)]
     return _static_friction(station, geometries)
 
 
 def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> float:
     """The least static coefficient of friction of collision geometries; 0 if there are none."""
     inspector = station.parts.scene_graph.model_inspector()
-    properties = [each for each in map(inspector.GetProximityProperties, geometries) if each is not None]
-    return min((each.GetProperty("material", "coulomb_friction").static_friction() for each in properties), default=0.0)
+    properties = [values for values in map(inspector.GetProximityProperties, geometries) if values is not None]
+    return min(
+        (values.GetProperty("material", "coulomb_friction").static_friction() for values in properties), default=0.0
+    )
 
 
 def _velocity(V: Array, p: Array) -> Array:

@@ -35,45 +35,46 @@ def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
     return [ObjectSlip(each.name, **vars(recorded_slip(each))) for each in objects]
 
 
-def recorded_slip(held: RecordedObject) -> Slip:
+def recorded_slip(grasped: RecordedObject) -> Slip:
     """Why an object slips, and whether that could be known before it was lifted."""
-    station, samples, signals = held.station, held.samples, held.signals
+    station, samples, signals = grasped.station, grasped.samples, grasped.signals
     span = held_span(signals.time, signals.normal.sum(axis=1))
     if span is None:
         return Slip()
     begin, end = span
-    predicted = _predicted(held, begin)
-    lost = float(signals.time[end]) if end < len(samples) else NAN
-    slides = _sliding(held, samples[:end], begin)
+    predicted = _predicted(grasped, begin)
+    loss_time = float(signals.time[end]) if end < len(samples) else NAN
+    slides = _sliding(grasped, samples[:end], begin)
     if slides is None:
-        return replace(predicted, lost_s=lost)
-    since, on = slides
+        return replace(predicted, lost_s=loss_time)
+    since, sliding_fingers = slides
     window = preceding_window(signals.time, since)
     normal, friction = signals.normal[window].mean(axis=0), signals.friction[window].mean(axis=0)
-    share, names = weight_share(normal, signals.coefficients, signals.weight), [each.name for each in station.fingers]
+    share = weight_share(normal, signals.coefficients, signals.weight)
+    names = [finger.name for finger in station.fingers]
     weakest = int(np.argmin(signals.coefficients))
-    present, force = float(signals.coefficients[weakest]), float(normal.mean())
+    friction_now, force = float(signals.coefficients[weakest]), float(normal.mean())
     return replace(
         predicted,
         slips_s=float(signals.time[since]),
-        slips_in=_phase(held, int(samples[since])),
-        slips_on=" and ".join(name for name, slips in zip(names, on, strict=True) if slips),
-        lost_s=lost,
+        slips_in=_phase(grasped, int(samples[since])),
+        slips_on=" and ".join(name for name, slips in zip(names, sliding_fingers, strict=True) if slips),
+        lost_s=loss_time,
         used_share=slip_ratio(normal, friction, signals.coefficients),
-        present_friction=present,
-        least_friction=share * present,
-        least_object_friction=object_friction(share * present, finger_friction(station, station.fingers[weakest])),
+        present_friction=friction_now,
+        least_friction=share * friction_now,
+        least_object_friction=object_friction(share * friction_now, finger_friction(station, station.fingers[weakest])),
         present_force_n=force,
         needed_force_n=share * force,
     )
 
 
-def _sliding(held: RecordedObject, samples: NDArray[np.int_], begin: int) -> tuple[int, NDArray[np.bool_]] | None:
+def _sliding(grasped: RecordedObject, samples: NDArray[np.int_], begin: int) -> tuple[int, NDArray[np.bool_]] | None:
     """`sliding_since` from `begin` to the last of some samples; it looks back only as far as the object slides."""
-    time, reach = held.recording.values("time")[samples], 2 * RESTS
+    time, reach = grasped.recording.values("time")[samples], 2 * RESTS
     while True:
         first = max(begin, int(np.searchsorted(time, time[-1] - reach)))
-        slides = sliding_since(time[first:], held.sliding_speeds(samples[first:]))
+        slides = sliding_since(time[first:], grasped.sliding_speeds(samples[first:]))
         if slides is None:
             return None
         since = first + slides[0]
@@ -82,16 +83,16 @@ def _sliding(held: RecordedObject, samples: NDArray[np.int_], begin: int) -> tup
         reach *= 2
 
 
-def _predicted(held: RecordedObject, touch: int) -> Slip:
+def _predicted(grasped: RecordedObject, touch: int) -> Slip:
     """The prediction from the forces before an object is lifted.
 
     They are those at the end of the phase before the first that holds it; without phases that hold it,
     those at the end of the phase of the first touch.
     """
-    task, signals = held.station.task, held.signals
+    task, signals = grasped.station.task, grasped.signals
     if task is None:
         return Slip()
-    numbers = held.phases[held.samples]
+    numbers = grasped.phases[grasped.samples]
     holds = [number for number, phase in enumerate(task.phases) if phase.holds]
     lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
     if not len(lifts) or lifts[0] <= touch:
@@ -103,9 +104,9 @@ def _predicted(held: RecordedObject, touch: int) -> Slip:
     return Slip(WILL_HOLD if share < 1 else WILL_SLIP, share)
 
 
-def _phase(held: RecordedObject, sample: int) -> str:
+def _phase(grasped: RecordedObject, sample: int) -> str:
     """The name of the phase of a sample; "" without a task, and after its end."""
-    if held.station.task is None:
+    if grasped.station.task is None:
         return ""
-    number, phases = int(held.phases[sample]), held.station.task.phases
+    number, phases = int(grasped.phases[sample]), grasped.station.task.phases
     return phases[number].name if number < len(phases) else ""

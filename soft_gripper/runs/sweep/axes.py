@@ -53,8 +53,8 @@ class Range:
     is_relative: bool = False
 
     def __post_init__(self) -> None:
-        fine = isinstance(self.least, Real) and isinstance(self.most, Real)
-        if not fine or not -math.inf < self.least < self.most < math.inf:
+        are_numbers = isinstance(self.least, Real) and isinstance(self.most, Real)
+        if not are_numbers or not -math.inf < self.least < self.most < math.inf:
             raise InputError("sweep", self.key, [self.least, self.most], "give the lower limit, then the upper limit")
 
     def at(self, share: float) -> Any:
@@ -97,10 +97,10 @@ def read_axis(text: str) -> Axis:
         listed = parse_yaml("sweep", f"values: {values if values.lstrip().startswith('[') else f'[{values}]'}")
     except InputError:
         raise InputError("sweep", "--vary", text, _EXPECTED) from None
-    found = listed["values"]
-    if not isinstance(found, list) or not found:
+    listed_values = listed["values"]
+    if not isinstance(listed_values, list) or not listed_values:
         raise InputError("sweep", "--vary", text, _EXPECTED)
-    return Values(key, tuple(found))
+    return Values(key, tuple(listed_values))
 
 
 def _read_range(key: str, text: str, least: str, most: str, percent: str, count: str | None) -> Axis:
@@ -114,8 +114,8 @@ def _read_range(key: str, text: str, least: str, most: str, percent: str, count:
     number = 2.0 if count is None else float(count)
     if not -math.inf < ends[0] < ends[1] < math.inf or number > MAX_RUNS:
         raise InputError("sweep", "--vary", text, f"{_ENDS}, {MAX_RUNS} at most")
-    found = Range(key, *ends, is_whole, bool(percent))
-    return found if count is None else found.spread(int(number))
+    axis = Range(key, *ends, is_whole, bool(percent))
+    return axis if count is None else axis.spread(int(number))
 
 
 def sweep_points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[SweepPoint]:

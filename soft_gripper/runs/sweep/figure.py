@@ -36,8 +36,8 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
         return None
     with mpl.rc_context(STYLE):
         drawn = dict(list(drawn.items())[:PANELS])
-        lost = np.array([cell not in ("", HELD) for cell in measured.get(GRASP, ())], bool)
-        title += ", crosses: not held" if lost.any() else ""
+        is_lost = np.array([cell not in ("", HELD) for cell in measured.get(GRASP, ())], bool)
+        title += ", crosses: not held" if is_lost.any() else ""
         figure = Figure(figsize=(4.2 * len(drawn), 3.6), layout="constrained")
         figure.suptitle(title, x=0.01, ha="left")
         for axes, (name, values) in zip(figure.subplots(1, len(drawn), squeeze=False)[0], drawn.items(), strict=True):
@@ -48,9 +48,9 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
                 _draw_line(axes, places[0], values, name)
             else:
                 _draw_map(figure, axes, places, values, name)
-            if lost.any():
+            if is_lost.any():
                 y = places[1] if len(places) > 1 else values
-                axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7, rasterized=len(y) > _MAX_VECTORS)
+                axes.plot(places[0][is_lost], y[is_lost], "x", color="#b2182b", ms=7, rasterized=len(y) > _MAX_VECTORS)
     return figure
 
 

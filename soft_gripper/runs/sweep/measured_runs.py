@@ -60,15 +60,15 @@ def _measured(
     measured = list(_all_measures(scenarios, own))
     if not check_step:
         return measured
-    steps = [_half_steps(one) if isinstance(one, Scenario) else {} for one in scenarios]
+    steps = [_half_steps(changed) if isinstance(changed, Scenario) else {} for changed in scenarios]
     halves = [_changed(scenario, {**change, **step}) for change, step in zip(changes, steps, strict=True)]
-    return [_compared(*both) for both in zip(measured, _all_measures(halves, own), strict=True)]
+    return [_compared(*pair) for pair in zip(measured, _all_measures(halves, own), strict=True)]
 
 
 def _half_steps(scenario: Scenario) -> dict[str, float]:
     """Changes of a scenario by which all steps are half as long."""
-    halved = {STEP: scenario.plant_config.time_step / 2}
-    return halved if scenario.engine_step is None else halved | {ENGINE_STEP: scenario.engine_step / 2}
+    changes = {STEP: scenario.plant_config.time_step / 2}
+    return changes if scenario.engine_step is None else changes | {ENGINE_STEP: scenario.engine_step / 2}
 
 
 def _changed(scenario: str, changes: Mapping[str, Any]) -> Scenario | Exception:
@@ -111,10 +111,10 @@ def depends_on_step(measured: Mapping[str, Any], halved: Mapping[str, Any]) -> l
     return [name for name, value in measured.items() if _differ(value, halved[name])]
 
 
-def _differ(one: Any, other: Any) -> bool:
-    if not isinstance(one, float) or not isinstance(other, float) or math.isnan(one) or math.isnan(other):
-        return str(one) != str(other)
-    return not abs(one - other) <= max(_DIFFERENT * max(abs(one), abs(other)), _NEGLIGIBLE)
+def _differ(x: Any, y: Any) -> bool:
+    if not isinstance(x, float) or not isinstance(y, float) or math.isnan(x) or math.isnan(y):
+        return str(x) != str(y)
+    return not abs(x - y) <= max(_DIFFERENT * max(abs(x), abs(y)), _NEGLIGIBLE)
 
 
 def engine_step_of(scenario: str, changes: Mapping[str, Any], executor: Executor) -> dict[str, float]:

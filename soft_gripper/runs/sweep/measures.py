@@ -100,19 +100,19 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
         InputError: if a user measure fails, or does not return a single value.
     """
     # The object of the task, or the first free model.
-    held = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
+    grasped = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
     of_kind: dict[type[Any], Callable[[], Any]] = {
         OpenLoop: lambda: _open_loop(station, recording),
         ClosedLoop: lambda: _closed_loop(station, recording),
         TaskMeasures: lambda: TaskMeasures(outcome(recording).words, float(recording.values("time")[-1])),
         Judged: lambda: judged(station, recording),
-        Grasp: lambda: recorded_grasp(*held)[0],
-        Slip: lambda: recorded_slip(*held),
+        Grasp: lambda: recorded_grasp(*grasped)[0],
+        Slip: lambda: recorded_slip(*grasped),
     }
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
-        found |= asdict(of_kind[kind]())
-    return found | {column_of(name): _own_measure(name, station, recording) for name in own}
+        values |= asdict(of_kind[kind]())
+    return values | {column_of(name): _own_measure(name, station, recording) for name in own}
 
 
 def column_of(name: str) -> str:
@@ -123,10 +123,10 @@ def column_of(name: str) -> str:
 def _own_measure(name: str, station: Station, recording: Recording) -> Any:
     function = OWN.find(name, OPTION, "sweep")
     with blamed_on(OPTION, name, "sweep"):
-        found = function(station, recording)
-    value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
+        result = function(station, recording)
+    value = result.item() if isinstance(result, np.generic | np.ndarray) and result.size == 1 else result
     if not isinstance(value, Real | str):
-        raise InputError("sweep", OPTION, name, f"returned {type(found).__name__}; return a number or a string")
+        raise InputError("sweep", OPTION, name, f"returned {type(result).__name__}; return a number or a string")
     return value
 
 

@@ -91,8 +91,8 @@ def run_sweep(
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     runs = ScenarioRuns(out, TABLE, ABOUT, [NUMBER], columns)
     if ENGINE_STEP not in keys:
-        others = [point for point in points if point.get("engine", DRAKE) != DRAKE]
-        engine = {"engine": others[0]["engine"]} if others else {}
+        engine_points = [point for point in points if point.get("engine", DRAKE) != DRAKE]
+        engine = {"engine": engine_points[0]["engine"]} if engine_points else {}
         fixed |= engine_step_of(scenario, fixed | engine, executor)
         base = changed_scenario(scenario, fixed)
     runs.begin_runs(base, resume, scenario=scenario, measures=[*own, *checked], runs=list(points))
