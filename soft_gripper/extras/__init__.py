@@ -15,14 +15,14 @@ from typing import Any
 
 def names() -> list[str]:
     """Names of the extras that are there."""
-    return sorted(found.name for found in pkgutil.iter_modules(__path__))
+    return sorted(module.name for module in pkgutil.iter_modules(__path__))
 
 
 def command_modules() -> list[Any]:
     """The modules that declare the commands of extras; folders without are not imported, since that takes long."""
     of_folders = (f"{extra}.commands" for extra in names() if Path(__path__[0], extra, "commands").is_dir())
-    of_files = (found.name for found in pkgutil.iter_modules(__path__) if not found.ispkg)
-    return [import_module(f"{__name__}.{module}") for module in (*of_folders, *of_files)]
+    file_names = (entry.name for entry in pkgutil.iter_modules(__path__) if not entry.ispkg)
+    return [import_module(f"{__name__}.{module}") for module in (*of_folders, *file_names)]
 
 
 def added(name: str) -> list[Any]:

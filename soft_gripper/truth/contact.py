@@ -458,7 +458,7 @@ class TrueContact(ArrayBlock):
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, finger)
         count = len(fingers)
-        self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
+        self.put_out("width", lambda contacts: contact_width([*map(contacts.select, range(count))]), "contacts", unit="m")
         for number, name in enumerate(named):
             self._put_out_grip(number, name, list(fingers))
 

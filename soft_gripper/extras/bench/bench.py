@@ -144,10 +144,10 @@ class Bench:
                 for name, layout in self.layouts.items()
             }
             poses = {name: _UPRIGHT_POSE for name in self.inputs if name.endswith(".X_WB")}
-            began, elapsed = thread_time(), monotonic()
+            cpu_begin, elapsed = thread_time(), monotonic()
             copied.step(readings | poses)
             copied.read(signals)
-            times.append((thread_time() - began, monotonic() - elapsed))
+            times.append((thread_time() - cpu_begin, monotonic() - elapsed))
         processor, elapsed = np.transpose(times[_COST_SAMPLES // 4 :])
         return Cost(float(np.quantile(processor, 0.9)), float(np.mean(elapsed)))
 
@@ -300,9 +300,9 @@ def _add_grip(parts: _BenchParts, fingers: Sequence[PlantFinger], scenario: Scen
     set_point, signals = add_grip_control(parts.builder, fingers, scenario.control, supply, parts.signals, commands)
     parts.signals |= signals
     if "opening" in scenario.external:
-        held = parts.hold(SET_POINT, HeldInput(parts.period, 1, "m"))
-        parts.builder.Connect(held, set_point)
-        parts.signals[SET_POINT] = held
+        set_input = parts.hold(SET_POINT, HeldInput(parts.period, 1, "m"))
+        parts.builder.Connect(set_input, set_point)
+        parts.signals[SET_POINT] = set_input
         parts.measured.append(SET_POINT)
     else:
         parts.signals |= add_set_points(parts.builder, set_point, scenario.control, parts.period)
@@ -312,8 +312,8 @@ def _commands(builder: DiagramBuilder, fingers: Sequence[PlantFinger], kind: str
     """Ports for the commands of grip control, which drive nothing here."""
     commands = Commands(kind, {"pressure": "Pa", "tension": "N", "pull": "m"}[kind], {}, {})
     for finger in fingers:
-        own = finger.finger
-        commands.axes[finger.name] = own.chamber_axis if kind == "pressure" else own.tendon_axis
-        through = PassThrough(own.pressures if kind == "pressure" else len(own.tendons))
-        commands.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", through).get_input_port()
+        model = finger.finger
+        commands.axes[finger.name] = model.chamber_axis if kind == "pressure" else model.tendon_axis
+        pass_through = PassThrough(model.pressures if kind == "pressure" else len(model.tendons))
+        commands.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", pass_through).get_input_port()
     return commands

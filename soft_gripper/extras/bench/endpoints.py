@@ -264,13 +264,13 @@ class LineSource:
         if self.is_over or not _is_readable(self._descriptor, timeout):
             return []
         try:
-            arrived = os.read(self._descriptor, MAX_MESSAGE_BYTES)
+            data = os.read(self._descriptor, MAX_MESSAGE_BYTES)
         except BlockingIOError:
             return []
         except OSError:  # unplugged
-            arrived = b""
-        self.is_over = not arrived
-        *lines, self._partial_line = (self._partial_line + arrived).split(b"\n")
+            data = b""
+        self.is_over = not data
+        *lines, self._partial_line = (self._partial_line + data).split(b"\n")
         if self._is_cut:
             self._partial_line, self._is_cut = self._partial_line if lines else b"", not lines
             lines = lines[1:]
@@ -289,10 +289,10 @@ class PacedSource:
         self._due = time.monotonic()
 
     def receive(self, timeout: float) -> list[Message]:
-        early = self._due - time.monotonic()
-        if self._period and early > 0:
-            time.sleep(min(early, timeout))
-            if early > timeout:
+        wait_time = self._due - time.monotonic()
+        if self._period and wait_time > 0:
+            time.sleep(min(wait_time, timeout))
+            if wait_time > timeout:
                 return []
         self._due += self._period
         for message in self._messages:

@@ -43,8 +43,8 @@ class EstimateScene:
         builder = DiagramBuilder()
         config, gravity = scenario.plant_config, scenario.gravity
         directives = scenario.directives
-        whole = add_plant(DiagramBuilder(), config, scenario.models, gravity, scenario.arm, directives=directives)
-        models = _placed_models(scenario.models, whole.fingers, bool(moving))
+        full_scene = add_plant(DiagramBuilder(), config, scenario.models, gravity, scenario.arm, directives=directives)
+        models = _placed_models(scenario.models, full_scene.fingers, bool(moving))
         arm = None if moving else scenario.arm
         scene = add_plant(builder, config, models, gravity, arm, directives=() if moving else directives)
         self._sizes = {
@@ -52,7 +52,7 @@ class EstimateScene:
         }
         inputs = {name: _add_input(builder, name, size) for name, size in self._sizes.items()}
         add_estimates(builder, scene, inputs, meshcat, scenario.pressure)
-        set_up_view(whole, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
+        set_up_view(full_scene, meshcat, scenario.pressure, scenario.models, scenario.arm, scenario.task)
         self._positions = _estimated_positions(scene.fingers, signals)
         self._base = next((f for f in scene.fingers if f.name in moving), None)
         self._posed = _PosedScene(builder, scene)

@@ -66,8 +66,8 @@ def _readings(layout: MeasurementModel) -> _Range:
     return ends.min(axis=0), ends.max(axis=0)
 
 
-def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str]) -> None:
-    """Checks numbers by input of a bench; those `unread` may be NaN: their sensors were not read.
+def check_plausible(values: Mapping[str, Array], ranges: Ranges, measured_names: set[str]) -> None:
+    """Checks numbers by input of a bench; those `measured_names` may be NaN: their sensors were not read.
 
     Raises:
         MalformedError: if one is outside its range, or not a rotation.
@@ -75,7 +75,7 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
     for name, value in values.items():
         lowest, highest = ranges[name]
         outside = ~((value >= lowest) & (value <= highest))
-        if name in unread:
+        if name in measured_names:
             outside &= ~np.isnan(value)
         if outside.any():
             i = int(outside.argmax())
@@ -114,6 +114,6 @@ class FirstPressures:
         for i, pressure in enumerate(pressures):
             rests = float(np.median(pressure))
             if seems_absolute(rests, pressure):
-                how = "if so, give `pressure_ambient`, its reading in open air; if not, `pressure_ambient: 0`"
+                remedy = "if so, give `pressure_ambient`, its reading in open air; if not, `pressure_ambient: 0`"
                 observation = f"{name}[{i}] = {rests / self._factor:.4g} {self._unit} at the beginning"
-                yield f"note: {observation}: is it measured against vacuum? {how}"
+                yield f"note: {observation}: is it measured against vacuum? {remedy}"

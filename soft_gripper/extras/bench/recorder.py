@@ -125,8 +125,8 @@ class Recorder:
         """Path of the recording, and the number of missing samples, in words."""
         if self._thread.is_alive() and not self.problem:
             return "being written"
-        lacks = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
-        return f"written: {self.path}{lacks}"
+        loss_text = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
+        return f"written: {self.path}{loss_text}"
 
     def _run(self) -> None:
         try:

@@ -132,11 +132,11 @@ class Inbox:
         return messages
 
     def _run(self) -> None:
-        due = time.monotonic()
+        due_time = time.monotonic()
         try:
             for message in self._messages:
-                time.sleep(max(0.0, due - time.monotonic()))
-                due += self._period
+                time.sleep(max(0.0, due_time - time.monotonic()))
+                due_time += self._period
                 with self._changed:
                     self._changed.wait_for(lambda: len(self._arrived) < ROOM)
                     self._arrived.append(message)

@@ -30,8 +30,8 @@ def design_figure(result: DesignResult) -> Figure:
     axes_count = len(result.study.axes)
     lines = math.ceil(axes_count / _PANEL_COLUMNS)
     columns = min(axes_count, _PANEL_COLUMNS)
-    unknown = [math.nan] * len(result.study.config.ends)
-    ends = np.array([design.score.ends or unknown for design in result.designs], float)
+    no_ends = [math.nan] * len(result.study.config.ends)
+    ends = np.array([design.score.ends or no_ends for design in result.designs], float)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_FIGURE_WIDTH, _ROW_HEIGHT * (1.15 + lines)), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1.25, lines])
@@ -53,8 +53,8 @@ def design_figure(result: DesignResult) -> Figure:
 def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, chosen: Sequence[int]) -> None:
     """Dots of some designs, and the star of the best."""
     allowed = [i for i in chosen if result.designs[i].score.is_allowed]
-    lost = [i for i in chosen if i not in allowed]
-    axes.plot(x[lost], y[lost], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
+    unallowed = [i for i in chosen if i not in allowed]
+    axes.plot(x[unallowed], y[unallowed], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
     axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED, label="allowed")
     if result.best is not None:
         axes.plot(x[result.best], y[result.best], zorder=3, label=f"best: design {result.best}", **_BEST_STYLE)

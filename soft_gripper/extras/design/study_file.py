@@ -127,8 +127,8 @@ def load_design_study(file: Path) -> DesignStudy:
     for key, value in draw.items():
         require(isinstance(value, Range), file, f"draw.{key}", value, _RANGE_EXPECTED)
     objects, unseen = (
-        {name: draw | _with_ranges(file, f"{part}.{name}", changes, config.vary) for name, changes in named.items()}
-        for part, named in (("objects", config.objects), ("unseen", config.unseen))
+        {name: draw | _with_ranges(file, f"{part}.{name}", changes, config.vary) for name, changes in parts.items()}
+        for part, parts in (("objects", config.objects), ("unseen", config.unseen))
     )
     axes = [_axis(file, "vary", key, value) for key, value in _with_paths(file.parent, config.vary).items()]
     is_file = config.scenario.endswith((".yaml", ".yml"))
@@ -138,11 +138,11 @@ def load_design_study(file: Path) -> DesignStudy:
     return study
 
 
-def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> dict[str, Any]:
+def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], search_keys: Mapping[str, Any]) -> dict[str, Any]:
     """Changes with absolute paths, in which a Range replaces its text; nothing may be searched already."""
     absolute = _with_paths(file.parent, changes)
     for key, value in absolute.items():
-        require(key not in searched, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
+        require(key not in search_keys, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
         if isinstance(value, str) and _RANGE_PATTERN.fullmatch(value):
             absolute[key] = _axis(file, place, key, value)
     return absolute
@@ -185,8 +185,8 @@ def _check_keys(study: DesignStudy) -> None:
     changes: list[tuple[str, dict[str, Any]]] = [("scenario, set", {})]
     for end in (0.0, 1.0):
         changes += [("vary", {axis.key: axis.at(end)}) for axis in study.axes]
-        for part, named in (("objects", study.objects), ("unseen", study.unseen)):
-            changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in named.items()]
+        for part, parts in (("objects", study.objects), ("unseen", study.unseen)):
+            changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in parts.items()]
     for place, changed in changes:
         try:
             scenario = changed_scenario(study.scenario, {**study.fixed, **changed})

@@ -100,8 +100,8 @@ def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Arra
     for posture in positions:
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
-    carried = arm.couplings.leader_efforts(np.array(weights))
-    commands: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
+    weight_efforts = arm.couplings.leader_efforts(np.array(weights))
+    commands: Array = positions[:, leads] + (damping * velocities[:, leads] - weight_efforts[:, leads]) / stiffness
     return commands
 
 

@@ -248,8 +248,8 @@ class _Writer:
             return
         inertia = central_inertia(body)
         # MuJoCo takes no inertia of zero, which point masses have, and rods about their axes.
-        lacking = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
-        full = text([*(inertia.get_moments() + max(lacking, 0.0)), *inertia.get_products()])
+        shortfall = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
+        full = text([*(inertia.get_moments() + max(shortfall, 0.0)), *inertia.get_products()])
         ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
 
     def _add_geoms(self, element: ET.Element, body: RigidBody) -> None:
@@ -301,14 +301,14 @@ class _Writer:
         geometries = list(self._geoms)
         order = sorted(range(len(geometries)), key=lambda i: geometries[i].get_value())  # as in Drake
         candidates = sorted(
-            (one, j)
-            for one, j in combinations(order, 2)
-            if not is_filtered(geometries[one], geometries[j])
-            and (fixed.isdisjoint((one, j)) or may_touch(ranges[one], ranges[j]))
+            (k, j)
+            for k, j in combinations(order, 2)
+            if not is_filtered(geometries[k], geometries[j])
+            and (fixed.isdisjoint((k, j)) or may_touch(ranges[k], ranges[j]))
         )
         indices = [int(body.index()) for body in bodies]
         near = {int(body): {int(j) for j in neighbours} for body, neighbours in neighbors(self._plant).items()}
-        filtered = {(one, j) for one, j in candidates if indices[j] in near[indices[one]]}
+        filtered = {(k, j) for k, j in candidates if indices[j] in near[indices[k]]}
         surfaces, models = (
             self._surfaces(),
             [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
@@ -317,11 +317,11 @@ class _Writer:
         contacts = contact_settings(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
         for element, settings in zip(elements, contacts.geoms, strict=True):
             element.attrib.update(settings)
-        for (one, j), settings in contacts.pairs.items():
+        for (k, j), settings in contacts.pairs.items():
             name = f"pair {len(self._pairs)}"
-            names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[j].attrib["name"]}
+            names = {"name": name, "geom1": elements[k].attrib["name"], "geom2": elements[j].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
-            self._pairs.append(Pair(name, (models[one], models[j]), (surfaces[one], surfaces[j])))
+            self._pairs.append(Pair(name, (models[k], models[j]), (surfaces[k], surfaces[j])))
 
     def _range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
         """The range of places of a shape of a body."""
@@ -341,8 +341,8 @@ class _Writer:
         ]
         stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
         compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
-        moved = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
-        return list(map(ShapeSurface, frictions, compliances, moved))
+        mobilities = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
+        return list(map(ShapeSurface, frictions, compliances, mobilities))
 
     def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)

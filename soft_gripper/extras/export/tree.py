@@ -49,7 +49,7 @@ def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
     They are fixed to the body, or to one that a joint connects with it, unless that is fixed to the world.
     """
     bodies = [plant.get_body(BodyIndex(number)) for number in range(plant.num_bodies())]
-    fixed = {body.index(): {other.index() for other in plant.GetBodiesWeldedTo(body)} for body in bodies}
+    fixed = {body.index(): {welded.index() for welded in plant.GetBodiesWeldedTo(body)} for body in bodies}
     near = {index: set(of_body) for index, of_body in fixed.items()}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         parents = fixed[joint.parent_body().index()]

@@ -230,9 +230,9 @@ def _run_alike(served: Sequence[ServedRun], described: bool) -> Iterator[Run | E
         if i in failed:
             yield failed[i]
             continue
-        computed = station.logs.make_samples(times[: lengths[i]], logs.samples_of(i, lengths[i]))
+        samples = station.logs.make_samples(times[: lengths[i]], logs.samples_of(i, lengths[i]))
         attributes = station.parts.attributes | {"engine_step": words} if described else {}
-        yield Run(station, make_recording(station.logs.labels, computed, attributes))
+        yield Run(station, make_recording(station.logs.labels, samples, attributes))
 
 
 def _step_of(served: Sequence[ServedRun], models: "_Models") -> tuple[float, str]:

@@ -24,12 +24,12 @@ class Logs:
 
     def take(self, sample: int) -> None:
         """Takes a sample."""
-        every = self._station.scenario.record.patches_every
+        stride = self._station.scenario.record.patches_every
         self.states[sample] = self._network.plants.state
         phases = self._network.phases
         if phases is not None:
             self.phases[sample] = phases
-        is_due = every is not None and sample % every == 0
+        is_due = stride is not None and sample % stride == 0
         self.patches.append(self._network.plants.patches() if is_due else _NO_PATCHES)
         for i, value in self._network.logged():
             if i not in self._vectors:

@@ -160,9 +160,9 @@ def vary_model(
 
         mujoco.mj_setConst(changed, mujoco.MjData(changed))
     contact = cache(partial(_contact, differences=differences, growth=growth, points=points))  # many pairs are alike
-    touched, friction, solref = differences.touched, changed.pair_friction, changed.pair_solref
+    touched_models, friction, solref = differences.touched, changed.pair_friction, changed.pair_solref
     for pair in exported.pairs:
-        if touched.intersection(pair.models):
+        if touched_models.intersection(pair.models):
             number = changed.pair(pair.name).id
             friction[number], solref[number, 0] = contact(pair.models, pair.surfaces)
     return changed

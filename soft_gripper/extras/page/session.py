@@ -195,8 +195,8 @@ def serve_session(
         InputError: if the page cannot be served there, or as `Session.run`.
     """
     driver, name = session.driver, Path(options.scenario).stem
-    about = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
-    page = SessionPage(about, driver.panel, session.feed)
+    contents = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
+    page = SessionPage(contents, driver.panel, session.feed)
     with page_server(options.host, lambda: driver.scene, page) as address:
         say(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.")
         try:

@@ -41,7 +41,7 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
         panels = figure.subplots(2, 2, sharey=True).flat
         for axes, scenario in zip(panels, scenarios, strict=False):
             scenario_rows = [row for row in rows if row.scenario == scenario]
-            _draw_errors(axes, scenario_rows, PRESSURE[0], error, above=NOTHING)
+            _draw_errors(axes, scenario_rows, PRESSURE[0], error, min_error=NOTHING)
             axes.set(title=scenario.replace("_", " ").capitalize(), xlabel=PRESSURE[1], yscale="log")
             run_with_pressure(axes, scenario_rows)
         figure.axes[0].yaxis.set_major_formatter("{x:g}")
@@ -59,11 +59,11 @@ def run_with_pressure(axes: Axes, rows: Sequence[HeldStep]) -> None:
     axes.set_xlim(first - margin, last + margin)
 
 
-def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above: float = -np.inf) -> None:
+def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, min_error: float = -np.inf) -> None:
     """One line a number of sections; steps of equal pressure, and the fingers, are averaged.
 
     Args:
-        above: no smaller errors are drawn.
+        min_error: no smaller errors are drawn.
     """
     for sections in sorted({row.sections for row in rows}):
         step_rows: dict[float, list[PoseRow]] = {}
@@ -74,7 +74,7 @@ def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above:
             np.array([np.mean([getattr(row, column) for row in step]) for _, step in sorted(step_rows.items())])
             for column in (x, error)
         )
-        is_drawn = errors > above
+        is_drawn = errors > min_error
         axes.plot(x_values[is_drawn], errors[is_drawn], **section_style(sections))
 
 

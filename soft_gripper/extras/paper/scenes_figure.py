@@ -29,17 +29,17 @@ def scenes_figure(runs: Mapping[str, tuple[Scenario, Recording]], height: int = 
     limit = recorded_limit(*(recording for _, recording in runs.values()))
     renderers = [SceneRenderer(*run, height, torque_limit=limit) for run in runs.values()]
     places = pair_places([2 * HEIGHT * renderer.camera.width / height + INNER for renderer in renderers])
-    across = max(left + width for left, _, width in places)
+    across = max(x + width for x, _, width in places)
     down = max(top for _, top, _ in places) + TITLE + HEIGHT
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(across + BAR, down))
         for place, label, name, renderer in zip(places, "abcdefgh", runs, renderers, strict=False):
             time, pressure = largest_pressure(runs[name][0])
             titles = (f"({label}) {name.replace('_', ' ')}", f"{pressure / 1e3:.0f} kPa".replace("-", "−"))
-            left, top, pair = place
+            x, top, pair = place
             width = (pair - INNER) / 2
             for i, (moment, title) in enumerate(zip((0.0, time), titles, strict=True)):
-                begin, bottom = left + i * (width + INNER), down - top - TITLE - HEIGHT
+                begin, bottom = x + i * (width + INNER), down - top - TITLE - HEIGHT
                 corner = (begin / (across + BAR), bottom / down, width / (across + BAR), HEIGHT / down)
                 axes = figure.add_axes(corner)
                 axes.imshow(renderer.render(moment))
@@ -61,10 +61,10 @@ def pair_places(widths: Sequence[float]) -> list[tuple[float, float, float]]:
     spans = [sum(row) + (len(row) - 1) * GAP for row in rows]
     places = []
     for number, (row, span) in enumerate(zip(rows, spans, strict=True)):
-        left = (max(spans) - span) / 2
+        x = (max(spans) - span) / 2
         for width in row:
-            places.append((left, number * (TITLE + HEIGHT + GAP), width))
-            left += width + GAP
+            places.append((x, number * (TITLE + HEIGHT + GAP), width))
+            x += width + GAP
     return places
 
 

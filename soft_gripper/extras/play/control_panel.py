@@ -57,14 +57,14 @@ def _drive_commands(station: StationParts) -> Iterator[SliderCommand]:
         chambers = finger.finger.chamber_axis.get("chamber", [""])
         if finger.finger.pressures:
             names = [" ".join(filter(None, (finger.name, chamber, "[kPa]"))) for chamber in chambers]
-            pushing = tuple(pressure_slider(name, supply, next(keys)) for name in names)
-            yield SliderCommand(f"{finger.name}.pressure_command", pushing, partial(_scale, 1e3))
-        pulling = tuple(
+            pressure_sliders = tuple(pressure_slider(name, supply, next(keys)) for name in names)
+            yield SliderCommand(f"{finger.name}.pressure_command", pressure_sliders, partial(_scale, 1e3))
+        tendon_sliders = tuple(
             _tendon_slider(f"{finger.name} {tendon.name}", tendons, next(keys)) for tendon in finger.finger.tendons
         )
-        if pulling:
+        if tendon_sliders:
             scale = 1.0 if tendons.command == "tension" else 1e-3
-            yield SliderCommand(f"{finger.name}.{tendons.command}_command", pulling, partial(_scale, scale))
+            yield SliderCommand(f"{finger.name}.{tendons.command}_command", tendon_sliders, partial(_scale, scale))
 
 
 def _scale(scale: float, values: Sequence[float]) -> list[float]:
