@@ -457,8 +457,8 @@ class TrueContact(ArrayBlock):
         self.derive("contacts", lambda table: finger_contacts(*table), "table")
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, finger)
-        count = len(fingers)
-        self.put_out("width", lambda contacts: contact_width([*map(contacts.select, range(count))]), "contacts", unit="m")
+        numbers = range(len(fingers))
+        self.put_out("width", lambda contacts: contact_width([*map(contacts.select, numbers)]), "contacts", unit="m")
         for number, name in enumerate(named):
             self._put_out_grip(number, name, list(fingers))
 

@@ -97,9 +97,9 @@ class BenchmarkTask:
         if self.kept_back is None:
             return self
         files = sorted(path.relative_to(folder).as_posix() for path in folder.glob(self.kept_back.file))
-        new = [file for file in files if file not in self.sha256]
-        regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new}
-        digests = {**self.sha256, **{file: digest(folder / file) for file in new}}
+        new_files = [file for file in files if file not in self.sha256]
+        regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new_files}
+        digests = {**self.sha256, **{file: digest(folder / file) for file in new_files}}
         return replace(self, sha256=digests, tested={**self.tested, **regions}, further=tuple(regions))
 
 

@@ -80,8 +80,8 @@ def measured_columns(contacts: Contacts, readings: Array) -> Array:
 def samples(contacts: Contacts, readings: Array) -> list[ContactSample]:
     """Rows of contacts, sorted by location; `readings` (M, 4)."""
     tips = as_points(forward_kinematics(contacts.q, contacts.finger.segment_length).points[:, -1])
-    across = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
-    table = np.column_stack([measured_columns(contacts, readings), tips, across, contacts.arc_length])
+    transverse_force = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
+    table = np.column_stack([measured_columns(contacts, readings), tips, transverse_force, contacts.arc_length])
     return [ContactSample(*row) for row in _rows(table, contacts)]
 
 
@@ -99,8 +99,8 @@ def write_samples() -> None:
     """Simulates the contacts and writes the files."""
     for number, (file, seed) in enumerate(FILES.items()):
         contacts = simulate_file(seed)
-        read = contact_readings(layout(), contacts, EstimatorSetup(2, noise=1.0).errors, len(FILES), HELD).pressed[
+        readings = contact_readings(layout(), contacts, EstimatorSetup(2, noise=1.0).errors, len(FILES), HELD).pressed[
             number
         ]
-        write_csv(FOLDER / file, samples(contacts, read))
-        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, read))
+        write_csv(FOLDER / file, samples(contacts, readings))
+        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, readings))

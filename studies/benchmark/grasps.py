@@ -55,8 +55,9 @@ def readings(set: str, number: int, shape: str) -> Array:
     assert errors is not None
     means = []
     for finger in station.fingers:
-        again = disturb_readings(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
-        means.append(held_samples(scenario, recording, again.readings[again.numbers])[:, -MEAN_SAMPLES:].mean(axis=1))
+        sensors = disturb_readings(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
+        values = held_samples(scenario, recording, sensors.readings[sensors.numbers])
+        means.append(values[:, -MEAN_SAMPLES:].mean(axis=1))
     return np.stack(means, axis=1).ravel()
 
 

@@ -137,9 +137,9 @@ def measured_force(task: Question, train: Sequence[Recorded]) -> Predict:
     weight = planar_gravity(run.X_WB[0], run.gravity)
 
     def predict(inputs: Array) -> tuple[Array, Array]:
-        pressed, free = np.split(inputs, 2, axis=-1)
+        touched, free = np.split(inputs, 2, axis=-1)
         zero = free[:, :-1] - layout.read(resting_angles(finger, free[:, -1], weight)).reshape(len(free), -1)
-        pressed_inputs = pressed[:, :-1] - zero, finger.pressure_torque(pressed[:, -1]), gravity
+        pressed_inputs = touched[:, :-1] - zero, finger.pressure_torque(touched[:, -1]), gravity
         contact = estimate(*pressed_inputs).contact
         assert contact is not None
         assert contact.vector is not None

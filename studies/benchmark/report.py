@@ -26,13 +26,13 @@ SHOWN_UNITS = {"m": (1e3, "mm")}  # factor and unit in figures and tables
 
 def document(scores: Sequence[Score], tasks: Sequence[BenchmarkTask]) -> dict[str, Any]:
     """Contents of a results file: versions, checksums of tasks, scores, and published numbers."""
-    scored = {score.task for score in scores}
+    scored_tasks = {score.task for score in scores}
     return {
         "benchmark": VERSION,
         "soft_gripper": version("soft-gripper"),
-        "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored},
+        "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored_tasks},
         "scores": [asdict(score) for score in scores],
-        "published": [asdict(number) for number in comparable_numbers(scored)],
+        "published": [asdict(number) for number in comparable_numbers(scored_tasks)],
     }
 
 

@@ -88,11 +88,11 @@ def _recognition_score(task: BenchmarkTask, truth: Array, mean: Array, std: Arra
     )
     is_in_set = mass_before < _SET_PROBABILITY - 1e-9  # the fewest of the likeliest answers
     rank = (order == true_class[:, None]).argmax(axis=1)
-    within = 100 * float(np.take_along_axis(is_in_set, rank[:, None], axis=1).mean())
+    coverage = 100 * float(np.take_along_axis(is_in_set, rank[:, None], axis=1).mean())
     wrong, unknown = (100 * float(is_wrong.mean()) for is_wrong in (rank > 0, order[:, 0] == mean.shape[1]))
     brier = float(((probabilities - true) ** 2).sum(axis=1).mean())
     band = float(is_in_set.sum(axis=1).mean())
-    counts = {"mean": wrong, "proper": brier, "within_band_percent": within, "band": band, "unknown_percent": unknown}
+    counts = {"mean": wrong, "proper": brier, "within_band_percent": coverage, "band": band, "unknown_percent": unknown}
     return counts | {"unit": "%", "median": None, "percentile_95": None}
 
 

@@ -122,9 +122,9 @@ def _estimate_compliance(station: Station, recording: Recording, sensors: Sequen
     fingers = station.fingers
     angles: list[Array] = []
     torques: list[Array] = []
-    for finger, again in zip(fingers, sensors, strict=True):
-        torque = external_torque_again(station, recording, finger, again, _ESTIMATOR)
-        for target, values in ((angles, again.shape(_ESTIMATOR).q), (torques, torque)):
+    for finger, readings in zip(fingers, sensors, strict=True):
+        torque = external_torque_again(station, recording, finger, readings, _ESTIMATOR)
+        for target, values in ((angles, readings.shape(_ESTIMATOR).q), (torques, torque)):
             target.append(held_samples(station.scenario, recording, values).mean(axis=1))
     gripper = Gripper.of_bases([finger.X_WB for finger in fingers])
     models = [finger.finger for finger in fingers]
@@ -206,8 +206,8 @@ def print_softness(rows: Sequence[SoftnessRow]) -> None:
         ideal = f"{row.ideal_mm_n:.2f} +- {row.ideal_std_mm_n:.2f}"
         print(f"{row.sections:8}  {row.material:<8} {real:>18} {ideal:>14} {row.right_percent:8.0f}  {row.taken_for}")
     for sections in SECTIONS:
-        right = np.mean([row.right_percent for row in rows if row.sections == sections])
-        print(f"{sections} sections: {right:.1f} % right")
+        right_percent = np.mean([row.right_percent for row in rows if row.sections == sections])
+        print(f"{sections} sections: {right_percent:.1f} % right")
 
 
 def run(options: argparse.Namespace) -> None:

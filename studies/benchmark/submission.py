@@ -36,11 +36,11 @@ class Submission:
         """
         content = self._mapping(self.tasks[task.name], task.name)
         files, regions = (self._mapping(content.get(key), f"{task.name}.{key}") for key in ("sha256", "regions"))
-        further = {part.file for region in task.further for part in task.tested[region]}
-        for file in files.keys() | (task.sha256.keys() - further):
+        more_files = {part.file for region in task.further for part in task.tested[region]}
+        for file in files.keys() | (task.sha256.keys() - more_files):
             if files.get(file) != task.sha256.get(file):
-                ours = task.sha256.get(file)
-                expected = "the data folder has no such file" if ours is None else f"must be {ours}"
+                checksum = task.sha256.get(file)
+                expected = "the data folder has no such file" if checksum is None else f"must be {checksum}"
                 raise InputError(self.file, f"{task.name}.sha256.{file}", files.get(file), expected)
         if not tested.keys() - task.further <= regions.keys() <= tested.keys():
             raise InputError(self.file, f"{task.name}.regions", [*regions], f"must be {', '.join(tested)}")

@@ -78,12 +78,12 @@ def _contacts(
     )
 
 
-def _read_grasps(known: Sequence[str]) -> Callable[[Path], Recorded]:
+def _read_grasps(known_shapes: Sequence[str]) -> Callable[[Path], Recorded]:
     """Reader of readings, and 1 for the grasped shape; 0 for all if it is not one of the known ones."""
 
     def read(path: Path) -> Recorded:
         _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
-        is_held = [[float(row[0] == shape) for shape in known] for row in rows]
+        is_held = [[float(row[0] == shape) for shape in known_shapes] for row in rows]
         return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(is_held))
 
     return read
@@ -95,18 +95,18 @@ _GRASP_FILES = {
 }
 
 
-def _grasps(name: str, known: Sequence[str]) -> BenchmarkTask:
+def _grasps(name: str, known_shapes: Sequence[str]) -> BenchmarkTask:
     quarters = {shape: (i / len(SHAPES), (i + 1) / len(SHAPES)) for i, shape in enumerate(SHAPES)}  # of each file
-    regions = {shape if shape in known else f"{shape} (new)": quarters[shape] for shape in SHAPES}
+    regions = {shape if shape in known_shapes else f"{shape} (new)": quarters[shape] for shape in SHAPES}
     return BenchmarkTask(
         name,
         "simulated by python -m studies.benchmark.grasps",
         _GRASP_FILES,
         _channels("1", " ".join(grasps.columns())),
-        _channels("1", " ".join(known)),
-        tuple(Part("grasps_train.csv", *quarters[shape]) for shape in known),
+        _channels("1", " ".join(known_shapes)),
+        tuple(Part("grasps_train.csv", *quarters[shape]) for shape in known_shapes),
         {region: (Part("grasps_test.csv", *share),) for region, share in regions.items()},
-        _read_grasps(known),
+        _read_grasps(known_shapes),
         FOLDER,
         recognition=True,
     )

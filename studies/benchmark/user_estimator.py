@@ -73,9 +73,9 @@ def user_estimator(name: str, hidden: Collection[Path]) -> Iterator[tuple[Estima
                 start_new_session=True,  # Ctrl-C reaches this process only
             )
         try:
-            served = _Process(name, process, parent)
-            is_hidden = served.ask("import", sys.path, [*hidden], (folder, name)).get("is_hidden")
-            yield served.estimator, is_hidden is True
+            server = _Process(name, process, parent)
+            is_hidden = server.ask("import", sys.path, [*hidden], (folder, name)).get("is_hidden")
+            yield server.estimator, is_hidden is True
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, SIGKILL)

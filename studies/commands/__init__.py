@@ -37,10 +37,10 @@ class StudyGroup(StrEnum):
 
 
 def _study(
-    group: StudyGroup, folder: str, name: str, does: str, *options: Option, examples: tuple[str, ...] = ("",)
+    group: StudyGroup, folder: str, name: str, line: str, *options: Option, examples: tuple[str, ...] = ("",)
 ) -> Command:
     """A study whose `run` is in the module of its name in a folder."""
-    return Command(name, does, examples, options, package=f"studies.{folder}.{name.replace('-', '_')}", group=group)
+    return Command(name, line, examples, options, package=f"studies.{folder}.{name.replace('-', '_')}", group=group)
 
 
 _SCENARIOS = option("scenarios", "scenario (default: those of the documentation)", "SCENARIO", scenario_name, nargs="*")

@@ -61,13 +61,13 @@ def run(options: argparse.Namespace) -> int:
         if options.score
         else _score_all(tasks, options.estimator, options.submit)
     )
-    written = [options.submit] if options.submit else []
+    files = [options.submit] if options.submit else []
     print_scores(results)
     options.console.table("scores", results)
     with atomic_file(options.out) as partial:
         partial.write_text(json.dumps(document(results, [*tasks]), indent=2) + "\n")
     save_figure(figure(results), options.out.with_suffix(""))
-    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")), *written)
+    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")), *files)
     return 0
 
 
@@ -89,10 +89,10 @@ def _tasks(data_folder: Path | None) -> Tasks:
 
 
 def _name_unread(tasks: Sequence[BenchmarkTask], folder: Path) -> None:
-    unread = [Path(file) for file in unread_files(tasks, folder)]
+    files = [Path(file) for file in unread_files(tasks, folder)]
     patterns = [Path(task.kept_back.file) for task in tasks if task.kept_back is not None]
-    for parent in dict.fromkeys(file.parent for file in unread):
-        names = ", ".join(file.name for file in unread if file.parent == parent)
+    for parent in dict.fromkeys(file.parent for file in files):
+        names = ", ".join(file.name for file in files if file.parent == parent)
         expected = dict.fromkeys(pattern.name for pattern in patterns if pattern.parent == parent) or LOG_PATTERNS
         print(f"{folder / parent}: not read: {names}; recordings are called {', '.join(expected)}", file=sys.stderr)
 
@@ -116,12 +116,12 @@ def _score_all(tasks: Tasks, user_name: str | None, submission: Path | None) -> 
         tests = {task: read_tests(task, folder) for task, folder in tasks.items()}
         for task, name, estimator in runs:
             bar.set_postfix_str(f"{task.name}: {name}")
-            answers_ = answers(task.question, name, estimator, train[task], region_inputs(tests[task]))
-            scores_by_task[task.name] += scores(task, name, answers_, tests[task])
+            task_answers = answers(task.question, name, estimator, train[task], region_inputs(tests[task]))
+            scores_by_task[task.name] += scores(task, name, task_answers, tests[task])
             bar.update()
     if user_name is not None:
-        for task, answers_ in user_answers.items():
-            scores_by_task[task.name] += scores(task, user_name, answers_, tests[task])
+        for task, task_answers in user_answers.items():
+            scores_by_task[task.name] += scores(task, user_name, task_answers, tests[task])
         if submission is not None:
             write_submission(submission, user_name, user_answers)
     return [score for of_task in scores_by_task.values() for score in of_task]

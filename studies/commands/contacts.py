@@ -35,9 +35,9 @@ def run(options: argparse.Namespace) -> None:
     lost = sum(row.found_percent == 0 for row in rows)
     if lost:
         print(f"note: no contact was detected in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
-    written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
+    files = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
     options.console.table("errors", rows)
-    options.console.wrote(*(out / file for file in written))
+    options.console.wrote(*(out / file for file in files))
 
 
 def _simulate(options: argparse.Namespace, out: Path) -> Contacts:

@@ -51,15 +51,15 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
     """
     declared, force, location = setup.uncertainty, estimates.force, estimates.location
     is_bounded = estimates.bounds < 0.999 * declared.largest_force
-    far, below = location > declared.nearest_contact, force[:, None] <= estimates.bounds
+    is_far, is_below = location > declared.nearest_contact, force[:, None] <= estimates.bounds
     bands = {
         "interval": (estimates.interval, force),
         "transverse": (estimates.transverse_interval, estimates.transverse),
     }
     coverage = {name: encloses(*band) for name, band in bands.items()} | {
-        "bound": (below[:, 0], is_bounded[:, 0]),
-        "bound_beyond": (below[:, 1], is_bounded[:, 1] & far),
-        "bound_several": (below[:, 2], is_bounded[:, 2] & far),
+        "bound": (is_below[:, 0], is_bounded[:, 0]),
+        "bound_beyond": (is_below[:, 1], is_bounded[:, 1] & is_far),
+        "bound_several": (is_below[:, 2], is_bounded[:, 2] & is_far),
         "place": encloses(estimates.location_set, location),
     }
     cells = {
@@ -67,13 +67,13 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
         "detected_percent": _percent(estimates.is_detected),
         "withheld_percent": _percent(~np.isfinite(estimates.interval[:, 0])),
         "unbounded_percent": _percent(~is_bounded[:, 0]),
-        "unbounded_beyond_percent": _percent(~is_bounded[far, 1]),
+        "unbounded_beyond_percent": _percent(~is_bounded[is_far, 1]),
     }
-    for name, (covers, counted) in coverage.items():
-        tenths = [counted & (np.minimum((10 * location).astype(int), 9) == i) for i in _TENTHS]
+    for name, (covers, is_counted) in coverage.items():
+        tenths = [is_counted & (np.minimum((10 * location).astype(int), 9) == i) for i in _TENTHS]
         percents = [100 * covers[tenth].mean() if tenth.sum() >= MIN_CONTACTS else np.nan for tenth in tenths]
         cells |= {
-            f"{name}_percent": _percent(covers[counted]),
+            f"{name}_percent": _percent(covers[is_counted]),
             f"{name}_least_percent": f"{np.nanmin([*percents, np.inf]):.1f}",
             f"{name}_by_tenth": " ".join(f"{percent:.1f}" for percent in percents),
         }

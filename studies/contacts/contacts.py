@@ -114,9 +114,9 @@ def _read_array(path: Path | str, data: xr.Dataset, name: str, axes: tuple[int, 
     values, (_, low, high, _) = data[name].values, _ARRAYS[name]
     expected = (data.sizes.get("contact", 0), *axes)
     if values.dtype != float or values.shape != expected or not expected[0]:
-        given = f"{values.dtype} {values.shape}"
-        raise InputError(path, name, given, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
-    wrong = values[~((low <= values) & (values <= high))]
-    if len(wrong):
-        raise InputError(path, name, float(wrong[0]), f"give numbers of {low:.3g} to {high:.3g}")
+        dtype = f"{values.dtype} {values.shape}"
+        raise InputError(path, name, dtype, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
+    wrong_values = values[~((low <= values) & (values <= high))]
+    if len(wrong_values):
+        raise InputError(path, name, float(wrong_values[0]), f"give numbers of {low:.3g} to {high:.3g}")
     return np.asarray(values)

@@ -60,15 +60,15 @@ def contact_readings(
     """
     free = resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), complex(G)))
     if errors is None:
-        pressed = layout.read(contacts.q)
-        still = np.broadcast_to(layout.read(free), (1, len(pressed), len(free), layout.readings))
-        return ContactReadings(FreeMeasurements(still, PRESSURES, HANGING), pressed[None])
+        pressed_readings = layout.read(contacts.q)
+        still_readings = np.broadcast_to(layout.read(free), (1, len(pressed_readings), len(free), layout.readings))
+        return ContactReadings(FreeMeasurements(still_readings, PRESSURES, HANGING), pressed_readings[None])
     straight = np.zeros_like(free[:1])
     postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
     ratios = np.repeat(1 + layout.predict(np.array(postures)), HELD, axis=0)  # (time, contact, reading)
     sets = [disturbed_readings(layout, ratios, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
-    held = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
-    means = held[:, :, -averaged:].mean(axis=2)
+    held_readings = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
+    means = held_readings[:, :, -averaged:].mean(axis=2)
     return ContactReadings(FreeMeasurements(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
 
 
@@ -127,8 +127,8 @@ def compare(contact: ContactForce | None, contacts: Contacts, leaves_plane: bool
     Of a finger that leaves its plane the friction is estimated as well: its fraction is taken to be the true one.
     """
     assert contact is not None
-    length, unknown = contacts.finger.length, np.full(contact.force.shape, np.nan)
-    force, std, degrees = np.where(contacts.is_inside, contact.force, -contact.force), contact.force_std, unknown
+    length, no_values = contacts.finger.length, np.full(contact.force.shape, np.nan)
+    force, std, degrees = np.where(contacts.is_inside, contact.force, -contact.force), contact.force_std, no_values
     if leaves_plane:
         assert contact.vector is not None
         assert contact.vector_covariance is not None
@@ -145,8 +145,8 @@ def compare(contact: ContactForce | None, contacts: Contacts, leaves_plane: bool
         force_std=std,
         estimated_location=contact.arc_length / length,
         location_std=contact.arc_length_std / length,
-        estimated_transverse=unknown if contact.transverse_force is None else contact.transverse_force,
-        transverse_std=unknown if contact.transverse_force_std is None else contact.transverse_force_std,
+        estimated_transverse=no_values if contact.transverse_force is None else contact.transverse_force,
+        transverse_std=no_values if contact.transverse_force_std is None else contact.transverse_force_std,
         degrees=degrees,
     )
 

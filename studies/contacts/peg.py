@@ -115,9 +115,9 @@ class ContactBench:
         q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(plant_context)
         forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(plant_context)
         signals = ("link_contact_force", "true_contact_force", "true_contact_total", "true_contact_arc_length")
-        link_force, *others = (self._read(signal, context) for signal in signals)
+        link_force, *other_signals = (self._read(signal, context) for signal in signals)
         torque, in_world = finger.torque_selector() @ forces, self._read("true_contact_force_world", context)
-        force, total, arc_length = (float(value[0]) for value in others)
+        force, total, arc_length = (float(value[0]) for value in other_signals)
         vector = R_WB.matrix().T @ in_world
         return SettledFinger(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)
 
@@ -205,11 +205,11 @@ def draw_contact(rng: np.random.Generator, length: float, places: tuple[float, f
     side = str(rng.choice(list(SIDES)))
     radius = float(rng.integers(*RADIUS, endpoint=True))
     place = float(1e3 * length * rng.uniform(*places))
-    touching = float(rng.uniform(*TOUCHING[side]))
-    pressure = touching + (PRESSING[side] - touching) * rng.uniform()
+    touch_pressure = float(rng.uniform(*TOUCHING[side]))
+    pressure = touch_pressure + (PRESSING[side] - touch_pressure) * rng.uniform()
     quaternion = rng.normal(size=4)
     w, x, y, z = (quaternion / np.linalg.norm(quaternion)).tolist()
-    return RandomContact(side, radius, place, touching, float(pressure), (w, x, y, z))
+    return RandomContact(side, radius, place, touch_pressure, float(pressure), (w, x, y, z))
 
 
 def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> RestingContact:
@@ -245,12 +245,12 @@ def press(draw: RandomContact, friction: float) -> SettledFinger:
 
 def contact_flaw(draw: RandomContact, settled: SettledFinger, friction: float) -> str:
     """Reason why it is not a single contact that can be measured, or nothing; `friction` is that of the contact."""
-    touching = np.flatnonzero(touches(settled.link_force))
-    if not len(touching):
+    touched_links = np.flatnonzero(touches(settled.link_force))
+    if not len(touched_links):
         return "lost"
     if settled.velocity > STILL:
         return "not at rest"
-    if len(touching) > MAX_LINKS or touching[-1] - touching[0] >= len(touching):
+    if len(touched_links) > MAX_LINKS or touched_links[-1] - touched_links[0] >= len(touched_links):
         return "several places"
     if settled.total > EDGE * np.hypot(1, friction) * abs(settled.force):
         return "on an edge"

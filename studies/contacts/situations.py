@@ -82,7 +82,7 @@ STATICS = {
     "at rest": Statics(rubbing_contacts),
     "sliding": Statics(_sliding_contacts),
     "two contacts": Statics(lambda number, seed: several_contacts(number, FRICTION, seed)),
-    "a spread contact": Statics(lambda number, seed: several_contacts(number, FRICTION, seed, spread=True)),
+    "a spread contact": Statics(lambda number, seed: several_contacts(number, FRICTION, seed, is_spread=True)),
     "a plant of 48 segments": Statics(partial(rubbing_contacts, finger=lambda: replace(read_finger(), segments=FINER))),
     "a plant in space": Statics(lambda number, seed: _space_contacts(number, seed, faces=2)),
     "in space": Statics(
@@ -180,8 +180,8 @@ def arm_estimates(setup: EstimatorSetup, number: int, seed: int) -> dict[str, Es
         for finger in ("left_finger", "right_finger"):
             position = np.asarray(recording[f"{finger}.X_WB"])[:, :, 3]
             acceleration = np.gradient(np.gradient(position, 0.01, axis=0), 0.01, axis=0)
-            moving = np.flatnonzero(np.linalg.norm(acceleration, axis=-1) > _MIN_ACCELERATION)
-            parts.append(_recorded_estimates(recording, finger, moving[:: max(len(moving) // 100, 1)]))
+            moving_samples = np.flatnonzero(np.linalg.norm(acceleration, axis=-1) > _MIN_ACCELERATION)
+            parts.append(_recorded_estimates(recording, finger, moving_samples[:: max(len(moving_samples) // 100, 1)]))
     return {ARM[0]: joined(parts)}
 
 
@@ -204,18 +204,18 @@ def _recorded_estimates(recording: Recording, finger: str, rows: NDArray[np.int_
         values = np.asarray(recording[f"{finger}.{name}"])[rows]
         return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
 
-    length, unknown = read_finger().length, np.full(len(rows), np.nan)
+    length, no_values = read_finger().length, np.full(len(rows), np.nan)
     estimates = Estimates(
         force=np.abs(signal("true_contact_force")),
         location=signal("true_contact_arc_length") / length,
         transverse=signal("true_transverse_force"),
         estimated_force=signal("contact_force"),
-        force_std=unknown,
+        force_std=no_values,
         estimated_location=signal("contact_arc_length") / length,
-        location_std=unknown,
+        location_std=no_values,
         estimated_transverse=signal("transverse_force"),
         transverse_std=signal("transverse_force_std"),
-        degrees=unknown,
+        degrees=no_values,
         probability=signal("contact_probability"),
         interval=signal("contact_force_interval"),
         bounds=signal("contact_force_bounds"),

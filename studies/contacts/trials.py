@@ -187,13 +187,13 @@ def score_contacts(
 
     `report` is called after each of SETUPS of every estimator.
     """
-    rows, shown = list[ContactErrorRow](), dict[EstimatorSetup, Estimates]()
+    rows, estimates_by_setup = list[ContactErrorRow](), dict[EstimatorSetup, Estimates]()
     for estimator, setup, estimates in contact_estimates(contacts, estimators):
         rows += error_rows(estimator, setup, estimates, contacts)
         if estimator == estimators[0]:
-            shown[setup] = estimates
+            estimates_by_setup[setup] = estimates
         report()
     write_csv(folder / ERRORS, rows)
-    columns = [(setup, shown[setup]) for setup in SHOWN_SETUPS]
+    columns = [(setup, estimates_by_setup[setup]) for setup in SHOWN_SETUPS]
     save_figure(contact_errors_figure(columns, contacts), folder / FIGURE)
     return rows

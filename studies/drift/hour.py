@@ -82,11 +82,11 @@ def estimate_by_contact(hour: Hour, rows: NDArray[np.int_], free_pressure: float
 
 def estimate_by_recursion(hour: Hour, rows: NDArray[np.int_]) -> PolicyEstimates:
     """`recursive`, which estimates the offsets whenever it sees that the finger is free."""
-    function, wanted = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
+    function, row_set = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
     state, shapes, intervals = function.begin(hour.readings.shape[1:2]), list[ShapeEstimate](), list[Array]()
     for i, sample in enumerate(zip(hour.readings, hour.driving, hour.gravity, strict=True)):
         state = function.step(state, *sample)
-        if i in wanted:
+        if i in row_set:
             shapes.append(function.estimate(state, hour.driving[i]))
             intervals.append(function.posterior(state, hour.driving[i]).force_interval)
     q, covariance = (np.array([getattr(shape, name) for shape in shapes]) for name in ("q", "covariance"))

@@ -129,20 +129,20 @@ def run_changed(name: str, **changes: str) -> Run:
 
 def agreement(name: str) -> EngineAgreement:
     """Compares a shipped scenario in both engines."""
-    ours, drake = run_changed(name, engine="mujoco"), run_changed(name, engine=DRAKE)
+    mujoco, drake = run_changed(name, engine="mujoco"), run_changed(name, engine=DRAKE)
     with_points = run_changed(name, engine=DRAKE, contact="points")
-    step = str(ours.recording.data.attrs["engine_step"]).partition(";")[0]
+    step = str(mujoco.recording.data.attrs["engine_step"]).partition(";")[0]
     return EngineAgreement(
-        name, *compare_runs(ours, drake), *compare_runs(ours, with_points), ending(drake), ending(ours), step
+        name, *compare_runs(mujoco, drake), *compare_runs(mujoco, with_points), ending(drake), ending(mujoco), step
     )
 
 
-def compare_runs(ours: Run, drake: Run) -> tuple[float, float, float]:
+def compare_runs(mujoco: Run, drake: Run) -> tuple[float, float, float]:
     """Differences of tips, mm, and of forces and normal forces, percent of Drake's."""
-    shift = float(np.linalg.norm(resting_tips(ours) - resting_tips(drake), axis=-1).max())
+    shift = float(np.linalg.norm(resting_tips(mujoco) - resting_tips(drake), axis=-1).max())
     percentages = []
     for signal in ("true_contact_total", "normal_force"):
-        forces, drake_forces = resting_forces(ours, signal), resting_forces(drake, signal)
+        forces, drake_forces = resting_forces(mujoco, signal), resting_forces(drake, signal)
         percentages.append(float((np.abs(forces - drake_forces) / np.maximum(drake_forces, MIN_FORCE)).max()))
     return 1e3 * shift, 100 * percentages[0], 100 * percentages[1]
 
@@ -214,8 +214,8 @@ def draw_boxes(number: int) -> list[Box]:
             out, fixed = Path(folder) / engine, {"engine": engine}
             rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=fixed, own=MEASURES[:1])
     return [
-        Box(mass, friction, 1e3 * x, slow["grasp"], fast["grasp"], float(slow[weight_over_friction.__name__]))
-        for (mass, friction, x), slow, fast in zip(
+        Box(mass, friction, 1e3 * x, drake["grasp"], mujoco["grasp"], float(drake[weight_over_friction.__name__]))
+        for (mass, friction, x), drake, mujoco in zip(
             (map(float, point.values()) for point in points), rows[DRAKE], rows["mujoco"], strict=True
         )
     ]

@@ -105,8 +105,8 @@ def run(options: argparse.Namespace) -> int:
         np.savez_compressed(options.folder / "oracle.npz", **cast(dict[str, Any], dict(values())))
         return 0
     results = list(differences(options.folder))
-    worse = [(name, difference, tolerance) for name, difference, tolerance in results if not difference <= tolerance]
-    for name, difference, tolerance in worse:
+    failures = [(name, difference, tolerance) for name, difference, tolerance in results if not difference <= tolerance]
+    for name, difference, tolerance in failures:
         print(f"{name}: differs by {difference:.3g}, allowed {tolerance:g}")
-    print(f"{len(results)} signals, {len(worse)} differ by more than allowed")
-    return int(bool(worse))
+    print(f"{len(results)} signals, {len(failures)} differ by more than allowed")
+    return int(bool(failures))

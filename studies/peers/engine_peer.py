@@ -36,12 +36,12 @@ def make_run(task: PeerTask, setting: Setting) -> Run:
         recording = recordings[0]
         names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
         tips = np.array([recording.samples(name) @ _PLANE_AXES for name in names]).T
-        held = (
+        positions = (
             recording[f"{task.grasped_body.name}.pose"].values[1:, -3:]
             if task.grasped_body
             else np.zeros((len(tips), 0))
         )
-        return PeerTrial(seconds, tips, held)
+        return PeerTrial(seconds, tips, positions)
 
     run()  # its station is built
     return run

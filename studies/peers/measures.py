@@ -16,11 +16,11 @@ def tip_error(task: PeerTask, trial: PeerTrial, reference: PeerTrial) -> float:
     """
     step_samples = round(task.scenario.step_duration / task.period)
     difference = (trial.tips - reference.tips).reshape(-1, step_samples, trial.tips.shape[1])
-    moving, settled = (round(seconds / task.period) for seconds in (MOVING_TIME, SETTLED_TIME))
-    settled_errors = np.abs(difference[:, -settled:].mean(axis=1))
+    moving_count, settled_count = (round(seconds / task.period) for seconds in (MOVING_TIME, SETTLED_TIME))
+    settled_errors = np.abs(difference[:, -settled_count:].mean(axis=1))
     if task.grasped_body is not None:
         return float(settled_errors[-1].max())
-    return float(max(np.sqrt((np.abs(difference[:, :moving]) ** 2).mean()), settled_errors.max()))
+    return float(max(np.sqrt((np.abs(difference[:, :moving_count]) ** 2).mean()), settled_errors.max()))
 
 
 def creep(task: PeerTask, trial: PeerTrial) -> float:

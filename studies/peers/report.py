@@ -58,11 +58,11 @@ def _flatten(setting: Setting) -> Setting:
 
 
 def _cells(result: Result, results: list[Result]) -> str:
-    ours, match = results[0], equal_setting(results, result)
+    own_result, match = results[0], equal_setting(results, result)
     creep = "" if np.isnan(result.creep) else f"{1e3 * result.creep:.4f}"
-    verdict = "yes" if result.matches(ours) else "no" if result.holds else "does not hold"
+    verdict = "yes" if result.matches(own_result) else "no" if result.holds else "does not hold"
     slowdown = "none of ours" if match is None else f"{result.times_behind(match):.2g}"
-    times = f"{result.times_behind(ours):.2g}"
+    times = f"{result.times_behind(own_result):.2g}"
     return f"{result.speed:.3g} | {1e3 * result.error:.3f} | {creep} | {times} | {verdict} | {slowdown}"
 
 

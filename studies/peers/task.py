@@ -70,11 +70,11 @@ class PeerTask:
     def pressures(self, substeps: int) -> Array:
         """Lagging pressures in the chambers in the middle of all substeps of every period, (T, substeps, F) Pa."""
         lag = self.scenario.pressure.time_constant
-        fades = np.exp(-(np.arange(substeps) + 0.5) / substeps * self.period / lag)[:, None]
+        decay = np.exp(-(np.arange(substeps) + 0.5) / substeps * self.period / lag)[:, None]
         last_pressures = np.zeros_like(self.commands)
         for i, command in enumerate(self.commands[:-1]):
             last_pressures[i + 1] = command + (last_pressures[i] - command) * np.exp(-self.period / lag)
-        return self.commands[:, None] + (last_pressures - self.commands)[:, None] * fades
+        return self.commands[:, None] + (last_pressures - self.commands)[:, None] * decay
 
     def substeps(self, step: float) -> int:
         """Steps of `step` s in a period."""

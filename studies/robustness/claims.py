@@ -76,14 +76,14 @@ HIGHER = 1.5  # times the bars of the shipped finger, for others with an exact n
 
 def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow]) -> list[Claim]:
     """All claims."""
-    others = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
+    other_plants = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
     return [
         _error_claim(rows),
         _arcs_claim(rows),
         _coverage_claim(rows),
         *(
             _bar_claim([row for row in plants if row.plant == name], bar.times(HIGHER), name)
-            for name in others
+            for name in other_plants
             for bar in BARS
         ),
     ]
@@ -102,9 +102,9 @@ def _error_claim(rows: Sequence[RobustnessRow]) -> Claim:
 
 
 def _arcs_claim(rows: Sequence[RobustnessRow]) -> Claim:
-    ours, arcs = realistic_rows(rows, BEST, SENSORS), realistic_rows(rows, ARCS, MORE)
-    ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
-    worst = ours[int(np.argmax(ratios))]
+    own_rows, arcs_rows = realistic_rows(rows, BEST, SENSORS), realistic_rows(rows, ARCS, MORE)
+    ratios = np.array([own.mean_mm / other.mean_mm for own, other in zip(own_rows, arcs_rows, strict=True)])
+    worst = own_rows[int(np.argmax(ratios))]
     text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: better than {ARCS} with {MORE}"
     number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.nominal}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
@@ -122,6 +122,6 @@ def _bar_claim(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
     best = [row for row in rows if (row.plant, row.estimator) == (plant, BEST) and row.sections in bar.sections]
     chosen = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
     columns = ("mean_mm", "worst_mm", "tip_mm")
-    mean, worst, tip = (float(np.max([getattr(row, column) for row in chosen])) for column in columns)
-    holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or worst <= bar.worst)
-    return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {worst:.2f} mm; tip {tip:.2f} mm")
+    mean, largest, tip = (float(np.max([getattr(row, column) for row in chosen])) for column in columns)
+    holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or largest <= bar.worst)
+    return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {largest:.2f} mm; tip {tip:.2f} mm")

@@ -102,9 +102,9 @@ def summary(
         key = RUBBER.name, scenario, name
         chosen = {row.sections: row for row in plants if (row.plant, row.scenario, row.estimator) == key}
         if not math.isnan(chosen[2].coverage):
-            one, two, four = (errors([chosen[n]]) for n in counts)
+            cells = [*(errors([chosen[n]]) for n in counts), f"{100 * chosen[2].coverage:.0f}"]
             table = "another plant: mean/95th percentile [mm]"
-            yield SummaryRow(table, scenario, name, one, two, four, f"{100 * chosen[2].coverage:.0f}")
+            yield SummaryRow(table, scenario, name, *cells)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -128,11 +128,12 @@ def run(options: argparse.Namespace) -> int:
     with counted_jobs(options, len(noisy) + len(plants), "robustness jobs", note) as (executor, ended):
         folder, run_by = writable_folder(out / FOLDER), (executor, ended, options.resume)
         rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noisy, {"evaluation": out} | settings, *run_by)
-        others = kept_rows(folder / OTHERS, PlantRow, plant_rows, plants, settings, *run_by)
+        plant_results = kept_rows(folder / OTHERS, PlantRow, plant_rows, plants, settings, *run_by)
     save_figure(map_figure(rows), folder / "robustness")
-    claims, shown = robustness_claims(rows, others), list(summary(rows, others, [*SHOWN, *options.estimator]))
-    print_rows(shown)
-    console.table("robustness", shown, folder / SUMMARY)
+    claims = robustness_claims(rows, plant_results)
+    summary_rows = list(summary(rows, plant_results, [*SHOWN, *options.estimator]))
+    print_rows(summary_rows)
+    console.table("robustness", summary_rows, folder / SUMMARY)
     print_claims(claims)
     console.table("claims", claims)
     console.wrote(*(folder / file for file in (SUMMARY, NOISY, OTHERS, "robustness.png")))

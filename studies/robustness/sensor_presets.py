@@ -60,10 +60,10 @@ def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[floa
             held_values(f"{finger}.sampled_joint_angles"),
         )
         variance = held_values(f"{finger}.gaussian.joint_angle_covariance").sum(axis=(-2, -1))
-        covered = np.abs((estimated - true).sum(axis=-1)) <= BAND * np.sqrt(variance)
+        is_covered = np.abs((estimated - true).sum(axis=-1)) <= BAND * np.sqrt(variance)
         false = recording.values(f"{finger}.contact") != 0
         torque = 1e3 * float(np.sqrt((held_values(f"{finger}.external_torque")[..., 0] ** 2).mean()))
-        yield *errors, 100 * float(covered.mean()), 100 * float(false.mean()), torque
+        yield *errors, 100 * float(is_covered.mean()), 100 * float(false.mean()), torque
 
 
 def preset_row(preset: str) -> PresetRow:

@@ -116,12 +116,12 @@ def _print_blocks(name: str, overrides: list[str]) -> bool:
     running = make_station(load_scenario(name, overrides))
     plant = _bare_plant(station)
     repeats = [(_run(plant, station), _run(station.diagram, station), measure_blocks(running)) for _ in range(REPEATS)]
-    bare, closed = (np.array(times).T for times in list(zip(*repeats, strict=True))[:2])
-    alone = [repeat[2] for repeat in repeats]
-    costs = {name: np.array([cost[name] for cost in alone]) for name in alone[0]}
-    blocks = closed - bare
+    plant_times, loop_times = (np.array(times).T for times in list(zip(*repeats, strict=True))[:2])
+    block_times = [repeat[2] for repeat in repeats]
+    costs = {name: np.array([cost[name] for cost in block_times]) for name in block_times[0]}
+    blocks = loop_times - plant_times
     holds = bool(np.median(blocks[0]) <= BLOCKS_BAR)
-    _print_row("bare plant", bare[0])
+    _print_row("bare plant", plant_times[0])
     for name, cost in costs.items():
         _print_row(f"  {name}, read", cost)
     _print_rows("all blocks", blocks, f"{'at most' if holds else 'MISSES'} {BLOCKS_BAR:g}")
@@ -152,10 +152,10 @@ def _print_spatial_ratio(name: str, models: tuple[str, ...], *bars: float) -> bo
     stations = [make_private_station(load_scenario(name, [*steps, *changes])) for changes in ([], yields)]
     runs = [(diagram, station) for station in stations for diagram in (bare_diagram(station.scenario), station.diagram)]
     times = np.array([[_run(*run) for run in runs] for _ in range(REPEATS)]).reshape(REPEATS, 2, 2, 2)
-    bare, closed = np.moveaxis(times[:, 1] / times[:, 0], 0, -1)  # (bare or closed, nothing or all read, repeats)
-    holds = np.median([bare[0], closed[0]], axis=1) <= bars
-    for kind, ratios, bar, met in zip(("bare plant", "closed"), (bare[:1], closed), bars, holds, strict=True):
-        _print_rows(f"{name}, {kind}", ratios, f"{'at most' if met else 'MISSES'} {bar:g}")
+    plant, loop = np.moveaxis(times[:, 1] / times[:, 0], 0, -1)  # (bare or closed, nothing or all read, repeats)
+    holds = np.median([plant[0], loop[0]], axis=1) <= bars
+    for kind, ratios, bar, holds_bar in zip(("bare plant", "closed"), (plant[:1], loop), bars, holds, strict=True):
+        _print_rows(f"{name}, {kind}", ratios, f"{'at most' if holds_bar else 'MISSES'} {bar:g}")
     return bool(holds.all())
 
 
@@ -267,8 +267,8 @@ def _sample_time(block: System, context: Context) -> float:
     seconds = 0.0
     if block.GetUniquePeriodicDiscreteUpdateAttribute() is not None:  # not all that have discrete states take samples
         seconds += cpu_time(lambda: block.EvalUniquePeriodicDiscreteUpdate(context))
-    computed, read = (cpu_time(lambda: [port.Eval(context) for port in outputs]) for _ in range(2))
-    return seconds + computed - read
+    first_time, second_time = (cpu_time(lambda: [port.Eval(context) for port in outputs]) for _ in range(2))
+    return seconds + first_time - second_time
 
 
 def _print_rows(name: str, values: Array, bar: str) -> None:

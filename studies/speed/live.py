@@ -117,10 +117,10 @@ def send(
     link: socket.socket, port: int, messages: list[dict[str, Any]], seconds: float, process: int
 ) -> tuple[dict[int, float], list[float]]:
     """Sends readings: their times, s, and the memory of the process after a tenth of the time and at the end, MB."""
-    sent, sizes, began, number = {}, [], time.monotonic(), round(seconds / PERIOD)
+    sent, sizes, begin, number = {}, [], time.monotonic(), round(seconds / PERIOD)
     for i in range(number):
         message = encoded({"count": float(i), "time": PERIOD * i, **messages[i % len(messages)]}, "json")
-        time.sleep(max(0.0, began + PERIOD * i - time.monotonic()))
+        time.sleep(max(0.0, begin + PERIOD * i - time.monotonic()))
         sent[i] = time.monotonic()
         link.sendto(message, (LOOPBACK, port))
         if i in (number // 10, number - 1):

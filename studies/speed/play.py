@@ -63,10 +63,10 @@ def factor(name: str, folder: Path) -> float:
 def run(options: argparse.Namespace) -> int:
     """Prints a line per scenario."""
     logging.getLogger("drake").setLevel(logging.WARNING)  # whose log names the address of every Meshcat
-    slow = 0
+    slow_count = 0
     with TemporaryDirectory() as folder:
         for name in options.scenarios or scenario_names():
             speed = factor(name, Path(folder))
-            slow += speed < BAR
+            slow_count += speed < BAR
             print(f"{name:<26} {speed:.2f}{'' if speed >= BAR else f'  MISSES {BAR}'}", flush=True)
-    return int(slow > 0)
+    return int(slow_count > 0)

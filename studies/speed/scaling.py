@@ -73,8 +73,8 @@ def run(options: argparse.Namespace) -> None:
     costs[AT_ONCE] = measure_costs(RUNS, mujoco_run)
     print("| varied | | plant and drive [ms] | with sensing [ms] |\n|---|---:|---:|---:|")
     for name, seconds in costs.items():
-        for value, (bare, sensed) in zip(varied_values(name), 1e3 * seconds, strict=True):
-            print(f"| {name} | {value} | {bare:.1f} | {sensed:.1f} |")
+        for value, (plant_time, sensed) in zip(varied_values(name), 1e3 * seconds, strict=True):
+            print(f"| {name} | {value} | {plant_time:.1f} | {sensed:.1f} |")
     draw(costs)
 
 

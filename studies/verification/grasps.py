@@ -88,9 +88,9 @@ def grasp_scenario(grasp: TurnedGrasp, yields: str) -> Scenario:
     """Scenario of a grasp, whose gripper hangs on a lift."""
     scenario = load_scenario(grasp.scenario, [f"models.gripper.fingers.all.yields={yields}"])
     gripper, table, body = scenario.models
-    rolled = RollPitchYaw(*_ROLLED).ToRotationMatrix() if grasp.object else RotationMatrix()
-    turned = RotationMatrix.MakeZRotation(np.radians(grasp.turn)) @ rolled
-    place = Transform(RigidTransform(turned, [0.0, grasp.shift, grasp.height]))
+    R_roll = RollPitchYaw(*_ROLLED).ToRotationMatrix() if grasp.object else RotationMatrix()
+    R_turn = RotationMatrix.MakeZRotation(np.radians(grasp.turn)) @ R_roll
+    place = Transform(RigidTransform(R_turn, [0.0, grasp.shift, grasp.height]))
     gripper.parent = "lift::carriage"
     scenario.models = [_LIFT, gripper, table, replace(grasp.object or body, X_PC=place)]
     return scenario
@@ -157,12 +157,12 @@ def _object_contacts(scene: Scene, context: Context, thing: str) -> Array:
         pair = {surface.id_M(), surface.id_N()}
         if object_geometries & pair:
             normal = sum(surface.area(face) * surface.face_normal(face) for face in range(surface.num_faces()))
-            pressing = abs(force @ normal) / np.linalg.norm(normal)
+            normal_force = abs(force @ normal) / np.linalg.norm(normal)
             skins = [
                 inspector.GetProximityProperties(skin).GetProperty("material", "coulomb_friction") for skin in pair
             ]
-            bearable = CalcContactFrictionFromSurfaceProperties(*skins).static_friction() * pressing
-            contacts.append((pressing, np.sqrt(max(force @ force - pressing**2, 0.0)) / bearable))
+            bearable = CalcContactFrictionFromSurfaceProperties(*skins).static_friction() * normal_force
+            contacts.append((normal_force, np.sqrt(max(force @ force - normal_force**2, 0.0)) / bearable))
     return np.array(contacts).reshape(-1, 2)
 
 
@@ -186,18 +186,18 @@ def _situation(scene: Scene, thing: str, state: Array) -> _Situation:
 def _outcome(
     situations: Sequence[_Situation], contacts: Sequence[Array], fingers: int, is_rolled: bool
 ) -> GraspOutcome:
-    closed, lifted, pushed = situations
+    closed_state, lifted_state, pushed_state = situations
     initial = RollPitchYaw(*_ROLLED).ToRotationMatrix() if is_rolled else RotationMatrix()
-    turns = [(situation.X_WO.rotation() @ initial.inverse()).matrix() for situation in (closed, lifted)]
+    turns = [(situation.X_WO.rotation() @ initial.inverse()).matrix() for situation in (closed_state, lifted_state)]
     on_table, in_air = (float(np.degrees(np.arctan2(turn[1, 0], turn[0, 0]))) for turn in turns)
-    moved = 1e3 * (pushed.X_WO.translation() - lifted.X_WO.translation())
+    shift = 1e3 * (pushed_state.X_WO.translation() - lifted_state.X_WO.translation())
     return GraspOutcome(
         on_table,
         in_air,
         float(np.degrees(np.arccos(np.clip(turns[1][2, 2], -1, 1)))),
         float(np.mean([patches[:, 0].sum() for patches in contacts])) / fingers,
-        float(1e3 * np.abs(lifted.tips[:, 1]).max()),
-        float(np.degrees(np.abs(lifted.twists).max())),
+        float(1e3 * np.abs(lifted_state.tips[:, 1]).max()),
+        float(np.degrees(np.abs(lifted_state.twists).max())),
         float(max(patches[:, 1].max(initial=0.0) for patches in contacts)),
-        float(moved[1]) / PUSH_FORCE,
+        float(shift[1]) / PUSH_FORCE,
     )

@@ -98,8 +98,8 @@ def _add_plates(plant: MultibodyPlant, low: float, high: float, friction: float)
         AddRigidHydroelasticProperties(PLATE[2], properties)
         name = f"{body.name()}_face"
         plant.RegisterCollisionGeometry(body, RigidTransform([0.0, 0.0, middle]), Box(*PLATE), name, properties)
-    down = PrismaticJoint("down", plant.world_frame(), upper.body_frame(), [0, 0, -1], damping=PLATE_DAMPING)
-    plant.AddJointActuator("press", plant.AddJoint(down))
+    press_joint = PrismaticJoint("down", plant.world_frame(), upper.body_frame(), [0, 0, -1], damping=PLATE_DAMPING)
+    plant.AddJointActuator("press", plant.AddJoint(press_joint))
 
 
 def _forces(plant: MultibodyPlant, context: Context) -> tuple[float, float]:
@@ -130,9 +130,9 @@ def change(pressed_ball: Pressed) -> BallDeformation:
     """Deformation of a simulated ball."""
     mesh, displacement = pressed_ball.rest, pressed_ball.displacement
     height, axial = mesh.vertices[:, 2], displacement[:, 2]
-    above = height[mesh.cells].mean(axis=1) > 0
+    is_above = height[mesh.cells].mean(axis=1) > 0
     low, high = (
-        np.average(axial[mesh.cells[half]].mean(axis=1), weights=mesh.volumes[half]) for half in (~above, above)
+        np.average(axial[mesh.cells[half]].mean(axis=1), weights=mesh.volumes[half]) for half in (~is_above, is_above)
     )
     distance = np.linalg.norm(mesh.vertices[:, :2], axis=1)
     is_equator = (np.abs(height) < 1e-9) & (distance > 0.95 * RADIUS)
@@ -197,8 +197,8 @@ def _gauss(begin: float) -> tuple[Array, Array]:
 
 def hertz(force: float, material: Material) -> float:
     """Approach of two plates to each other with a ball between them, m, if contacts are small (Hertz, 1881)."""
-    reduced = material.modulus / (1 - material.poissons_ratio**2)
-    return 2 * float((9 * force**2 / (16 * reduced**2 * RADIUS)) ** (1 / 3))
+    plane_modulus = material.modulus / (1 - material.poissons_ratio**2)
+    return 2 * float((9 * force**2 / (16 * plane_modulus**2 * RADIUS)) ** (1 / 3))
 
 
 def shortening(pressed_block: Pressed) -> float:
