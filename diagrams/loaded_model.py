@@ -184,9 +184,9 @@ def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: Mo
 
 def _check_fingers_keep(config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
     """Checks that mass and friction of a model with fingers are not given for all of it: fingers have theirs."""
-    for name, of_fingers in {"mass": "density", "friction": "contact.friction"}.items():
+    for name, finger_field in {"mass": "density", "friction": "contact.friction"}.items():
         value = getattr(config, name)
-        expected = f"leave it out: the model has fingers; give fingers.all.{of_fingers}"
+        expected = f"leave it out: the model has fingers; give fingers.all.{finger_field}"
         require(value is None or not fingers, where, name, value, expected)
 
 

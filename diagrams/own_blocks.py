@@ -85,11 +85,11 @@ def blamed_by_traceback(station: Station, time: float, failure: BaseException) -
     """A failure at a time, s, as an error of the user block whose code raised it; None if there is none."""
     blocks = user_blocks(station)
     frames = list(_frames(failure))
-    in_traceback = (block for block in blocks if any(frame.f_locals.get("self") is block.system for frame in frames))
+    running_blocks = (block for block in blocks if any(frame.f_locals.get("self") is block.system for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
-    from_module = (block for block in blocks if module_of(block.name) in modules)
-    at_fault = next(in_traceback, None) or next(from_module, None)  # in an update: no port is at fault
-    return None if at_fault is None else at_fault.error(at_fault.port, _failure_text(time, failure))
+    module_blocks = (block for block in blocks if module_of(block.name) in modules)
+    blamed = next(running_blocks, None) or next(module_blocks, None)  # in an update: no port is at fault
+    return None if blamed is None else blamed.error(blamed.port, _failure_text(time, failure))
 
 
 def _failure_text(time: float, failure: BaseException) -> str:

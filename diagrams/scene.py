@@ -265,7 +265,7 @@ def add_copy(builder: DiagramBuilder, scene: Scene, models: Sequence[ModelConfig
     configuration = plant.get_deformable_body_configuration_output_port()
     builder.Connect(configuration, scene_graph.get_source_configuration_port(source))
     plant.SetDefaultPositions(scene.plant.GetDefaultPositions())  # which are not copied
-    for model in (each for each in models if each.free):
+    for model in (candidate for candidate in models if candidate.free):
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, model.name), model.X_PC.GetDeterministicValue())
     fingers = [
         replace(finger, plant=plant, torsion_springs=tuple(map(plant.get_force_element, _indices(finger))))

@@ -146,7 +146,7 @@ def add_station(
             )
         else:
             scene = add_copy(builder, like.scene, scenario.models)
-            notes += [each for each in like.notes if each not in notes]
+            notes += [note for note in like.notes if note not in notes]
         made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
         check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
         plant, scene_graph, fingers, deformables, _, mimics = scene

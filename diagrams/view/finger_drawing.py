@@ -66,11 +66,11 @@ class Contact(NamedTuple):
 def estimated_contact(signals: Mapping[str, Array], corners: Array) -> Contact | None:
     """The contact of signals by name; None if it is not among them."""
     lead = corners.shape[:-2]
-    in_space, in_plane = ({*names} <= signals.keys() for names in CONTACTS)
-    if not in_space and not in_plane:
+    has_space_force, has_plane_force = ({*names} <= signals.keys() for names in CONTACTS)
+    if not has_space_force and not has_plane_force:
         return None
     s = signals["contact_arc_length"].reshape(lead)
-    if in_space:
+    if has_space_force:
         return Contact(signals["contact_force_vector"].reshape(*lead, 3), s, signals["contact_side"].reshape(lead))
     force = signals["contact_force"].reshape(lead)
     inward = points_on_links(corners, s)[1][..., 0]

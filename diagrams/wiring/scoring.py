@@ -47,8 +47,8 @@ class FingerScoring(Diagram):
     The true torque is delayed, because the estimated one belongs to earlier samples, see `ForceEstimator`.
     """
 
-    def __init__(self, finger: Finger, period: float, in_space: bool = False):
-        """`finger` is the simulated finger; `period` of samples, s; `in_space`: whether it is estimated there."""
+    def __init__(self, finger: Finger, period: float, is_in_space: bool = False):
+        """`finger` is the simulated finger; `period` of samples, s; `is_in_space`: whether it is estimated there."""
         super().__init__()
         joints = finger.segments
         wires = NamedWires()
@@ -57,7 +57,7 @@ class FingerScoring(Diagram):
         for name, source, unit in sampled:
             hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
-        wires.add("pose_error", PoseError(joints, in_space))
+        wires.add("pose_error", PoseError(joints, is_in_space))
         delay = Hold(period, joints, DELAY, unit="N m", joint=range(joints))
         wires.add("delay", delay, {"u": "contact_torque", "y": _DELAYED_TORQUE})
         names = {"estimate": "external_torque", "truth": _DELAYED_TORQUE, "difference": "external_torque_error"}

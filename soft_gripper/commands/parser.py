@@ -199,8 +199,8 @@ class _CommandsParser(_Parser):
         formatter.add_text(self.description)
         for group in self._program.groups:
             formatter.start_section(group)
-            of_group = [command for command in self._program.commands() if command.group == group]
-            formatter.add_arguments([_line(command) for command in of_group])
+            group_commands = [command for command in self._program.commands() if command.group == group]
+            formatter.add_arguments([_line(command) for command in group_commands])
             formatter.end_section()
         formatter.start_section("options")
         formatter.add_arguments([action for action in self._actions if action.option_strings])

@@ -31,8 +31,8 @@ def print_poses(rows: Sequence[PoseRow]) -> None:
     steps = {} if has_pressures else {"step": "d"}
     cells = [
         [row.finger, *([] if has_pressures else [step]), *(getattr(row, name) for name in names)]
-        for _, of_finger in groupby(rows, attrgetter("finger"))
-        for step, row in enumerate(of_finger, 1)
+        for _, finger_rows in groupby(rows, attrgetter("finger"))
+        for step, row in enumerate(finger_rows, 1)
     ]
     print_table({"finger": "", **steps, **headings(PoseRow, names)}, cells)
 

@@ -130,8 +130,8 @@ class Rules:
         waiting_time = observed.time - progress.began - phase.duration
         if phase.until is not None and waiting_time > self.timeout:
             return NOT_REACHED[phase.until]
-        at_rest = waiting_time >= 0 and self._is_quiet(progress, observed)
-        empty = phase.until == "grasped" and at_rest and not observed.torque > self.threshold
+        is_at_rest = waiting_time >= 0 and self._is_quiet(progress, observed)
+        empty = phase.until == "grasped" and is_at_rest and not observed.torque > self.threshold
         return Outcome.NOTHING_GRASPED if empty else Outcome.RUNNING
 
     def _follower(self, phase: Phase, progress: Progress, observed: GripObservation) -> int | None:

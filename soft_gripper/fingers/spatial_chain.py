@@ -185,18 +185,18 @@ def _products(steps: Array, joints_per_segment: int) -> Array:
 
     Products within segments come first, then those over segments: over 2, over 4 and so on.
     """
-    in_segment = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
+    segment_steps = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
     for j in range(1, joints_per_segment):
-        in_segment[..., j, :, :] = in_segment[..., j - 1, :, :] @ in_segment[..., j, :, :]
+        segment_steps[..., j, :, :] = segment_steps[..., j - 1, :, :] @ segment_steps[..., j, :, :]
     products = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
     products[..., 0, :, :] = np.eye(4)
     segment_products = products[..., :-1:joints_per_segment, :, :]  # of all segments before
-    segment_products[..., 1:, :, :] = in_segment[..., :-1, -1, :, :]
+    segment_products[..., 1:, :, :] = segment_steps[..., :-1, -1, :, :]
     step, segments = 1, segment_products.shape[-3]
     while step < segments:
         segment_products[..., step:, :, :] = segment_products[..., :-step, :, :] @ segment_products[..., step:, :, :]
         step *= 2
-    products[..., 1:, :, :] = (segment_products[..., None, :, :] @ in_segment).reshape(steps.shape)
+    products[..., 1:, :, :] = (segment_products[..., None, :, :] @ segment_steps).reshape(steps.shape)
     return products
 
 

@@ -80,8 +80,8 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, asi
 
 def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -> None:
     """The finger bent along the arcs: a piece of `colors`, (N, 3), per segment, and an outline around each section."""
-    in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
-    for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
+    section_index = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
+    for section, i, rgb in zip(layout.joint_sections, section_index, colors, strict=True):
         ends = np.array([i, i + 1]) / layout.joints_per_section[section]
         piece = _outline(layout, arcs, section, *ends)
         axes.add_patch(Polygon(piece, facecolor=rgb, edgecolor=rgb, lw=0.6))
@@ -172,8 +172,8 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     if leaves_plane(true):
         true_force = _true_in_space(signals)
     else:
-        of_true = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
-        true_force = contact_arrow(finger, true, estimated_contact(of_true, true))
+        true_signals = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
+        true_force = contact_arrow(finger, true, estimated_contact(true_signals, true))
     drawn = {name: signals[name] for name in drawn_signals(signals)}
     curve = estimated_corners(drawn)
     force = contact_arrow(finger, curve, estimated_contact(drawn, curve))

@@ -43,15 +43,15 @@ class Film:
         self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
         self.size = (width, height + FOOTER)  # pixels
         self._scenario, self._recording = scenario, recording
-        limit, in_space = recorded_limit(recording), _leave_planes(recording)
-        light = _LIGHT_IN_SPACE if in_space else 1.0
+        limit, leaves_planes = recorded_limit(recording), _leave_planes(recording)
+        light = _LIGHT_IN_SPACE if leaves_planes else 1.0
         render = partial(SceneRenderer, scenario, recording, height, torque_limit=limit, light=light)
-        inset_width = round(_INSET_WIDTH * width) if scenario.arm is not None or in_space else 0
+        inset_width = round(_INSET_WIDTH * width) if scenario.arm is not None or leaves_planes else 0
         self._renderer = render(width=width - inset_width)
         self._render_beside: Callable[[float], Picture] | None = None
         if scenario.arm is not None:
             self._render_beside = self._close_up(height, inset_width - _PLOT_GAP)
-        elif in_space:
+        elif leaves_planes:
             self._render_beside = render(width=inset_width - _PLOT_GAP, aside=True).render
         self._scale = _draw_scale(limit, width // 2)
 

@@ -72,17 +72,17 @@ def draw_indices(count: int, checked: int, seed: int) -> list[int]:
     return sorted(map(int, drawn))
 
 
-def agreement(rows: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> list[Agreement]:
+def agreement(rows: Sequence[Mapping[str, str]], drake_rows: Sequence[Mapping[str, str]]) -> list[Agreement]:
     """A row for every measure, from the cells of the same runs in both engines.
 
     A number that is missing in either run, such as the area of contact at points, is not compared.
     """
-    return [*_compare(rows, in_drake)]
+    return [*_compare(rows, drake_rows)]
 
 
-def _compare(rows: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
+def _compare(rows: Sequence[Mapping[str, str]], drake_rows: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
     for name in rows[0] if rows else ():
-        cells = [(row[name], drake_row[name]) for row, drake_row in zip(rows, in_drake, strict=True)]
+        cells = [(row[name], drake_row[name]) for row, drake_row in zip(rows, drake_rows, strict=True)]
         numbers = np.array([[_number(cell) for cell in pair] for pair in cells])
         pairs = numbers[np.isfinite(numbers).all(axis=1)]
         if len(pairs):

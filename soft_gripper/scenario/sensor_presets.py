@@ -121,11 +121,11 @@ def uncertainty(
         InputError: as `strain_errors`.
     """
     values = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
-    of_errors = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
+    error_uncertainty = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     if calibrated is not None and calibrated.gain_std is not None:
         # Gains take what varies along the finger, too.
-        of_errors = replace(of_errors, gain=calibrated.gain_std, bend_per_pressure=EXACT)
-    return replace(of_errors, **values)
+        error_uncertainty = replace(error_uncertainty, gain=calibrated.gain_std, bend_per_pressure=EXACT)
+    return replace(error_uncertainty, **values)
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:

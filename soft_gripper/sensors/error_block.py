@@ -63,20 +63,20 @@ class ErrorBlock(ArrayBlock):
     ):
         """The errors of `model`; `ideal` and `disturbed` name the ports; unit and axes as for `describe`."""
         super().__init__(period)
-        per_run, per_sample = model.draws
+        run_draws, sample_draws = model.draws
 
         def step(memory: Array, ideal: Array, draws: Array) -> _Sample:
-            next_memory, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., per_run:, :])
+            next_memory, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., run_draws:, :])
             return _Sample(np.where(np.isfinite(next_memory), next_memory, memory), disturbed)
 
         self.take(ideal, readings)
-        self.take("standard_normal", (per_run + per_sample) * readings, RandomDistribution.kGaussian)
+        self.take("standard_normal", (run_draws + sample_draws) * readings, RandomDistribution.kGaussian)
         # The draws at initialization are those of the first sample.
         self.sample("draws", "standard_normal", at_first=False)
         self.remember(
             *("sample", step, ideal, "draws"),
-            begin=model.begin(np.zeros((per_run, readings))),
-            begin_of=(lambda draws: model.begin(_rows(draws, readings)[..., :per_run, :]), "standard_normal"),
+            begin=model.begin(np.zeros((run_draws, readings))),
+            begin_of=(lambda draws: model.begin(_rows(draws, readings)[..., :run_draws, :]), "standard_normal"),
             keep=lambda sample: sample.memory,
         )
         self.put_out(disturbed, lambda sample: sample.read, "sample", unit=unit, **axes)

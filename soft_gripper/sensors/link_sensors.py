@@ -39,9 +39,9 @@ class CurvatureSensors(SpatialSensors):
     @cached_property
     def matrix(self) -> Array:
         middles = (self.section_ends[:-1] + self.section_ends[1:]) // 2
-        at_middles = np.eye(self.finger.segments)[middles] / self.finger.segment_length
+        angle_slopes = np.eye(self.finger.segments)[middles] / self.finger.segment_length
         is_turn = [name not in SLIDES for name in self.deformations]
-        return np.kron(np.eye(len(self.deformations))[is_turn], at_middles)
+        return np.kron(np.eye(len(self.deformations))[is_turn], angle_slopes)
 
 
 class OrientationSensors(SpatialSensors):
@@ -67,8 +67,8 @@ class OrientationSensors(SpatialSensors):
         bent = posture(self._chain, q[..., self._position_indices])
         r = self._vectors(bent)[..., None, :]  # (..., S, 1, 3)
         axes = np.where(self._turns[..., None], bent.screws[..., None, :, :3], 0.0)
-        by_axis = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
-        ordered_slopes = by_axis[..., np.argsort(self._position_indices), :]
+        axis_slopes = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
+        ordered_slopes = axis_slopes[..., np.argsort(self._position_indices), :]
         if len(self.deformations) == 1:
             return np.asarray(ordered_slopes[..., 1])
         return np.asarray(np.swapaxes(ordered_slopes, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))

@@ -25,7 +25,7 @@ _OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 class Observed:
     """Observability of one way of yielding."""
 
-    way: str
+    deformation: str
     std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
 
     @property
@@ -35,8 +35,8 @@ class Observed:
 
     def __str__(self) -> str:
         max_std = float(self.std.max())
-        size = f"{1e3 * max_std:.2g} mm" if self.way in SLIDES else f"{np.degrees(max_std):.2g} degrees"
-        return f"{self.way} to {size}" if self.is_seen else f"{self.way} not at all"
+        size = f"{1e3 * max_std:.2g} mm" if self.deformation in SLIDES else f"{np.degrees(max_std):.2g} degrees"
+        return f"{self.deformation} to {size}" if self.is_seen else f"{self.deformation} not at all"
 
 
 def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
@@ -58,8 +58,8 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
 
 def shared_equally(layout: MeasurementModel) -> Array:
     """Matrix from deformations of whole sections, way after way, to equal parts at their joints, (D, W S)."""
-    of_section = layout.joint_sections[:, None] == np.arange(layout.sections)
-    return np.kron(np.eye(len(layout.deformations)), of_section / layout.joints_per_section)
+    is_in_section = layout.joint_sections[:, None] == np.arange(layout.sections)
+    return np.kron(np.eye(len(layout.deformations)), is_in_section / layout.joints_per_section)
 
 
 def weak_prior(layout: MeasurementModel) -> Array:

@@ -128,8 +128,8 @@ class PathSensors(SpatialSensors):
         return self.linearized(q)[1]
 
     def linearized(self, q: Array) -> tuple[Array, Array]:
-        by_way = q.reshape(*q.shape[:-1], len(self.deformations), self.finger.segments)
-        lengths, gradients = lengths_and_gradients(self._chain_paths, self._levers, by_way)
+        deformation_angles = q.reshape(*q.shape[:-1], len(self.deformations), self.finger.segments)
+        lengths, gradients = lengths_and_gradients(self._chain_paths, self._levers, deformation_angles)
         slopes = (gradients[..., None, :, :] * self._shares).reshape(*q.shape[:-1], self.readings, q.shape[-1])
         return self._ratios(lengths) - 1, slopes
 
@@ -184,8 +184,8 @@ class PathSensors(SpatialSensors):
     @cached_property
     def _shares(self) -> Array:
         """Shares of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
-        of_section = self.joint_sections == np.arange(self.sections)[:, None]
-        return np.asarray(of_section / self._rest_lengths[..., None])[..., None, :]
+        is_in_section = self.joint_sections == np.arange(self.sections)[:, None]
+        return np.asarray(is_in_section / self._rest_lengths[..., None])[..., None, :]
 
     @cached_property
     def _levers(self) -> Array:

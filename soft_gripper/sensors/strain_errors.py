@@ -237,8 +237,8 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
     for fault in errors.faults:
         if fault.kind in ("offset", "loose", "drifting") and fault.size is not None:
             since, strain = time[..., fault.reading] - fault.time, ratio[..., fault.reading] - 1
-            per_size: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
-            error, ratio = fault.size * per_size[fault.kind], ratio.copy()
+            effects: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
+            error, ratio = fault.size * effects[fault.kind], ratio.copy()
             ratio[..., fault.reading] += np.where(since > -_ONSET_TOLERANCE, error, 0.0)
     return ratio
 

@@ -168,9 +168,9 @@ def patch_table(
         for sign, link, other_geometry in ((1.0, first_link, second), (-1.0, second_link, first)):
             if link is not None:
                 X_WL = X_WB[link.body].GetAsMatrix34()
-                of_object = (numbers.get(other_geometry, NO_OBJECT), patch.area, patch.pressure)
+                object_columns = (numbers.get(other_geometry, NO_OBJECT), patch.area, patch.pressure)
                 p_WB = X_WB[link.base].translation()
-                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object, p_WB]
+                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, object_columns, p_WB]
     return np.concatenate(rows, axis=None).reshape(-1, COLUMNS) if rows else _EMPTY_TABLE
 
 
@@ -288,13 +288,13 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], is_evaluated: NDArra
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
     total = np.linalg.norm(force, axis=1)
-    on_finger = sign[:, None] * force
+    finger_force = sign[:, None] * force
     outward = -np.sign(sign * pressing)[:, None] * normal
     facing = (outward[:, None] @ R_WL)[:, 0, :2]
     lever = origin + (arc_length - begin)[:, None] * z - table[:, 31:34]
     return FingerContacts(
         *(is_evaluated, sample, finger, link, arc_length, center, normal, total),
-        *(np.abs(pressing), opening, on_finger, facing, lever, X_WL[..., 1]),
+        *(np.abs(pressing), opening, finger_force, facing, lever, X_WL[..., 1]),
     )
 
 

@@ -229,9 +229,9 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     bounds = free.bounds
     start = np.clip(free.start, *bounds)
     model = free.build_model(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
-    by_pressure = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
-    pressures = [float(recorded.inputs.max()) for recorded in by_pressure]
-    differences = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
+    sorted_recordings = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
+    pressures = [float(recorded.inputs.max()) for recorded in sorted_recordings]
+    differences = [mean(model, recorded.inputs) - recorded.outputs for recorded in sorted_recordings]
     stds = np.array([np.sqrt((recording_errors**2).mean(axis=0)) for recording_errors in differences])
 
     def predict(inputs: Array) -> tuple[Array, Array]:

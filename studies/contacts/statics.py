@@ -62,8 +62,8 @@ def balanced_contacts(
     chain = spatial_chain(finger)
     weight, stiffness = weights(finger, chain, gravity), chain.interleaved(finger.stiffnesses)
     driving = chain.interleaved({"bending": finger.pressure_torque(pressure)})
-    on_link = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
-    link_forces, link_moments = (on_link @ vector for vector in (forces.force, np.cross(forces.place, forces.force)))
+    link_map = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
+    link_forces, link_moments = (link_map @ vector for vector in (forces.force, np.cross(forces.place, forces.force)))
 
     def load_torques(q: Array) -> tuple[Array, Array, Array]:
         """Torques of weight and contacts at the joints, and the sum of the contacts' forces in B."""

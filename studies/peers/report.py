@@ -26,7 +26,7 @@ _TABLE_HEADING = (
 
 def table(results: Iterable[list[Result]]) -> list[str]:
     """The chosen_results settings of all tasks, as lines of Markdown."""
-    return [*_TABLE_HEADING, *(line for of_task in results for line in rows(of_task))]
+    return [*_TABLE_HEADING, *(line for task_results in results for line in rows(task_results))]
 
 
 def rows(results: list[Result]) -> list[str]:
@@ -71,9 +71,9 @@ def draw(results: dict[str, list[Result]], stem: Path) -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 6), layout="constrained")
         panels = figure.subplots(2, -(-len(results) // 2), squeeze=False).ravel()
-        simulators = list(dict.fromkeys(r.simulator for of_task in results.values() for r in of_task))
-        for panel, (task, of_task) in zip(panels, results.items(), strict=False):
-            _draw_panel(panel, task, of_task, simulators)
+        simulators = list(dict.fromkeys(r.simulator for task_results in results.values() for r in task_results))
+        for panel, (task, task_results) in zip(panels, results.items(), strict=False):
+            _draw_panel(panel, task, task_results, simulators)
         for panel in panels[len(results) :]:
             panel.axis("off")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)

@@ -166,10 +166,10 @@ class PressedBall:
 
     def change(self) -> BallDeformation:
         """Deformation of the ball."""
-        share, of_share = _gauss(0.0)
-        cosine, of_cosine = _gauss(0.0)
+        share, share_weights = _gauss(0.0)
+        cosine, cosine_weights = _gauss(0.0)
         axial = self._axial(share[:, None, None], cosine[:, None])
-        halves = -6 * float(of_share * share**2 @ axial @ of_cosine)  # over the volume of one, 2 pi / 3
+        halves = -6 * float(share_weights * share**2 @ axial @ cosine_weights)  # over the volume of one, 2 pi / 3
         equator, pole = self._radial(1.0, np.array([[0.0], [1.0]])) @ np.ones(len(self._n))
         return BallDeformation(halves, 2 * float(equator), -2 * float(pole))
 

@@ -294,9 +294,9 @@ def _add_grip(parts: _BenchParts, fingers: Sequence[PlantFinger], scenario: Scen
         parts.signals["grip.object_width"] = add_object_width(parts.builder, gripper, nominal, parts.signals)
     if scenario.control.set_points is None and "opening" not in scenario.external:
         return
-    by_tendons = all(finger.finger.tendons and not finger.finger.pressures for finger in fingers)
-    supply = grip_supply(scenario, fingers, "tendons" if by_tendons else "pressure")
-    commands = _commands(parts.builder, fingers, scenario.tendons.command if by_tendons else "pressure")
+    has_tendons_only = all(finger.finger.tendons and not finger.finger.pressures for finger in fingers)
+    supply = grip_supply(scenario, fingers, "tendons" if has_tendons_only else "pressure")
+    commands = _commands(parts.builder, fingers, scenario.tendons.command if has_tendons_only else "pressure")
     set_point, signals = add_grip_control(parts.builder, fingers, scenario.control, supply, parts.signals, commands)
     parts.signals |= signals
     if "opening" in scenario.external:

@@ -101,7 +101,7 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
         profiles = (chamber.value_at(name, stations, length) for name in ("x", "y", "thickness", "width"))
         pieces.append(np.column_stack([stations, *profiles]))
     sections = zip(finger.places, finger.cross_sections, strict=True)
-    for is_hollow, piece in groupby(sections, lambda at_section: at_section[1].chamber_area > 0):
+    for is_hollow, piece in groupby(sections, lambda section: section[1].chamber_area > 0):
         if is_hollow and not finger.chambers:
             pieces.append(
                 [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]

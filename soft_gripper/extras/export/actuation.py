@@ -44,9 +44,9 @@ def arm_actuators(station: Station) -> list[ArmActuator]:
     if arm is None:
         return []
     actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm.model))
-    by_joint: dict[int, JointActuator] = {int(actuator.joint().index()): actuator for actuator in actuators}
+    joint_actuators: dict[int, JointActuator] = {int(actuator.joint().index()): actuator for actuator in actuators}
     joints = arm_joints(plant, arm.model)
-    driven = [by_joint[int(joints[i].index())] for i in arm.couplings.leads]
+    driven = [joint_actuators[int(joints[i].index())] for i in arm.couplings.leads]
     gains = [actuator.get_controller_gains() for actuator in driven]
     return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
 

@@ -150,12 +150,12 @@ def contact_settings(
         settings = {"contype": str(contype), "conaffinity": str(conaffinity), "solmix": repr(shape.weight)}
         geoms.append(settings | _attributes(shape.touch, surface.compliance > 0, 1, points))
     pair_attributes = cache(partial(_pair_attributes, points=points))  # many shapes are alike
-    at_once = {"solreffriction": text([2 * step, 1])}  # the shortest time constant that MuJoCo takes
+    shortest_time = {"solreffriction": text([2 * step, 1])}  # the shortest time constant that MuJoCo takes
     for i, j in candidates:
         is_mixed, attributes = pair_attributes(surfaces[i], surfaces[j], shapes[i], shapes[j])
         is_alone = (i, j) in filtered or not (bits[i][0] and bits[j][0])
         if not is_mixed or is_alone or i in listed or j in listed:
-            pairs[i, j] = attributes | at_once
+            pairs[i, j] = attributes | shortest_time
     return ContactSettings(geoms, pairs)
 
 

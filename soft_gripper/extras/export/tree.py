@@ -50,7 +50,7 @@ def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
     """
     bodies = [plant.get_body(BodyIndex(number)) for number in range(plant.num_bodies())]
     fixed = {body.index(): {welded.index() for welded in plant.GetBodiesWeldedTo(body)} for body in bodies}
-    near = {index: set(of_body) for index, of_body in fixed.items()}
+    near = {index: set(indices) for index, indices in fixed.items()}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         parents = fixed[joint.parent_body().index()]
         children = fixed[joint.child_body().index()]
@@ -161,8 +161,8 @@ def mobilities(
             context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
         )
         mean = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
-        at_once, within_step = (((J**2).sum(axis=0) / inertias).sum() for inertias in (inertia, inertia + drag))
-        mobility[body.index()] = mean * float(within_step / at_once) if mean > 0 else 0.0
+        free_rate, damped_rate = (((J**2).sum(axis=0) / inertias).sum() for inertias in (inertia, inertia + drag))
+        mobility[body.index()] = mean * float(damped_rate / free_rate) if mean > 0 else 0.0
     return mobility
 
 

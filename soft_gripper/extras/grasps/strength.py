@@ -220,8 +220,8 @@ def _row(kind: str, direction: str, unit: str, samples: Sequence[LoadSample]) ->
     scale, motion = (1e3, np.degrees(turns)) if kind == "torque" else (1.0, 1e3 * shifts)
     strength = scale * float(resistance[strongest])
     stiffness = scale * float(resistance[half]) / float(motion[half]) if motion[half] > 0 else np.inf
-    at_most = 1e3 * float(shifts[strongest]), float(np.degrees(turns[strongest]))
-    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *at_most)
+    largest = 1e3 * float(shifts[strongest]), float(np.degrees(turns[strongest]))
+    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *largest)
 
 
 def smoothed(values: Array) -> Array:

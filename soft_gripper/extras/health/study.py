@@ -83,15 +83,15 @@ class HealthRun:
     reading: int  # -1: none
     onset: float  # s; 0 if present from the beginning; NaN without a fault
     size: float
-    found: bool  # whether anything was named after the onset
+    is_found: bool  # whether anything was named after the onset
     false_alarm: bool  # or before it
     delay: float  # s, NaN if not found
     said: str  # most probable at the end, or "healthy"
 
     @property
-    def right(self) -> bool:
+    def is_right(self) -> bool:
         """Whether the fault named at the end is true."""
-        return self.found and self.said == NAMES.get(self.fault, self.fault)
+        return self.is_found and self.said == NAMES.get(self.fault, self.fault)
 
 
 @dataclass(frozen=True)
@@ -252,13 +252,15 @@ def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
 
 
 def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
-    delays = [run.delay for run in runs if run.found]
+    delays = [run.delay for run in runs if run.is_found]
     median, delay_90 = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
 
     def percent(holds: Callable[[HealthRun], bool]) -> float:
         return float(100 * np.mean([holds(run) for run in runs]))
 
-    shares = (percent(lambda run: run.found), percent(lambda run: run.right)) if name != "none" else (np.nan, np.nan)
+    shares = (
+        (percent(lambda run: run.is_found), percent(lambda run: run.is_right)) if name != "none" else (np.nan, np.nan)
+    )
     false_alarms = percent(lambda run: run.false_alarm)
     return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(delay_90))
 
@@ -299,7 +301,7 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
         table.grid(visible=False)
         table.set(xlabel="named at the end", ylabel="fault of the run")
         for i, kind in enumerate(KINDS):
-            delays = np.sort([run.delay for run in runs if run.fault == kind and run.found])
+            delays = np.sort([run.delay for run in runs if run.fault == kind and run.is_found])
             delay_plot.plot(delays, np.full(len(delays), i), "o", ms=4, alpha=0.5, color=COLORS[1], mec="none")
             if len(delays):
                 delay_plot.plot(np.median(delays), i, "|", ms=14, mew=2, color="0.15")
@@ -311,4 +313,6 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
 
 
 def _answer_count(runs: Sequence[HealthRun], truth: str, name: str) -> int:
-    return sum(run.fault == truth and (run.said if run.found or run.false_alarm else "healthy") == name for run in runs)
+    return sum(
+        run.fault == truth and (run.said if run.is_found or run.false_alarm else "healthy") == name for run in runs
+    )

@@ -265,8 +265,8 @@ class Plants:
         gains = {actuator.joint.name(): actuator for actuator in arm_actuators(self.station)}
         joints: list[Joint] = [actuator.joint() for actuator in actuators(self.plant, arm.model)]
         ctrl = np.array([self._model.actuator(scoped_name(joint)).id for joint in joints])
-        in_order = [gains[joint.name()] for joint in joints]
-        stiffness, damping = ([getattr(actuator, name) for actuator in in_order] for name in ("stiffness", "damping"))
+        arm_gains = [gains[joint.name()] for joint in joints]
+        stiffness, damping = ([getattr(actuator, name) for actuator in arm_gains] for name in ("stiffness", "damping"))
         return _Arm(ctrl, np.array(stiffness), np.array(damping))
 
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:

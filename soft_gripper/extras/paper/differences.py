@@ -49,15 +49,15 @@ def tip_errors(
     rng = np.random.default_rng(seed)
     ds = finger.segment_length
     offsets = np.array(finger.sensor_offsets)[:, None, None]
-    in_middles = segment_path_lengths(q, ds, offsets)
+    middle_lengths = segment_path_lengths(q, ds, offsets)
     tip = forward_kinematics(q, ds).tip
-    at_starts, tip_of_starts = start_joint_chain(q, ds, offsets)
+    start_points, start_tip = start_joint_chain(q, ds, offsets)
     middles, starts, noisy = [], [], []
     for count in sections:
         ends = finger.section_ends(count)[:-1]
-        paths = np.add.reduceat(in_middles, ends, axis=-1)
+        paths = np.add.reduceat(middle_lengths, ends, axis=-1)
         middles.append(np.abs(_tip(paths, finger) - tip))
-        starts.append(np.abs(_tip(np.add.reduceat(at_starts, ends, axis=-1), finger) - tip_of_starts))
+        starts.append(np.abs(_tip(np.add.reduceat(start_points, ends, axis=-1), finger) - start_tip))
         rest_length = finger.length / count
         errors = [_tip(paths + noise * rest_length * rng.normal(size=paths.shape), finger) - tip for _ in range(200)]
         noisy.append(np.sqrt(np.mean(np.abs(errors) ** 2, axis=0)))

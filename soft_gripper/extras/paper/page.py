@@ -124,8 +124,8 @@ def _contact(scenario: str, links: int, length: float, sign_changes: int) -> str
 
 def _phase(row: PhaseRow) -> str:
     begin, duration = f"{row.began_s:.2f}", f"{row.lasted_s:.2f}"
-    at_end = (row.opening_mm, row.torque_mnm, row.pressure_kpa)
-    return _row(row.phase, begin, duration, *(f"{value:z.1f}" for value in at_end))
+    final_values = (row.opening_mm, row.torque_mnm, row.pressure_kpa)
+    return _row(row.phase, begin, duration, *(f"{value:z.1f}" for value in final_values))
 
 
 def _row(*cells: Any) -> str:

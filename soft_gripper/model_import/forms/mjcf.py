@@ -139,8 +139,8 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
 def _find_weighed_meshes(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
     """Names of the meshes that may give masses by their volumes."""
     bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
-    by_class = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
-    return by_class | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
+    class_meshes = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
+    return class_meshes | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
 
 
 def _find_touched_meshes(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:

@@ -183,8 +183,8 @@ def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
         marks = axis.findall("use_parent_model_frame")
         for mark in marks:
             axis.remove(mark)
-        in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
-        for direction in axis.findall("xyz") if in_model else ():
+        is_in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
+        for direction in axis.findall("xyz") if is_in_model else ():
             direction.set("expressed_in", "__model__")
     for nested in model.findall("model"):
         _modernize(nested, version)

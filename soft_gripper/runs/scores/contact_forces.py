@@ -137,7 +137,8 @@ def band_widths(station: Station, recording: Recording, row: FingerForce) -> dic
 
     Empty where no contact is detected, or another estimator than `contact` or sensors of the user's own are in use.
     """
-    scenario, finger = station.scenario, next(each for each in station.fingers if each.name == row.finger)
+    scenario = station.scenario
+    finger = next(candidate for candidate in station.fingers if candidate.name == row.finger)
     sample = np.array([np.abs(recording["time"].values - row.time_s).argmin()])
     inputs = None
     if estimator_of_forces(station, recording) == ESTIMATOR and row.least_n > 0:

@@ -96,8 +96,8 @@ def _welded(station: Station) -> list[str]:
 def _force_on_others(station: Station, recording: Recording, finger: int) -> float:
     """The largest normal force of a finger on what is no free object, N."""
     total = recording.values(f"{station.fingers[finger].name}.normal_force")
-    on_objects = [recording.values(f"{name}.{NORMAL}")[:, finger] for name in objects_of(station)]
-    return float(np.nan_to_num(total - np.sum(on_objects, axis=0)).max(initial=0.0))
+    object_forces = [recording.values(f"{name}.{NORMAL}")[:, finger] for name in objects_of(station)]
+    return float(np.nan_to_num(total - np.sum(object_forces, axis=0)).max(initial=0.0))
 
 
 def recorded_grasp(grasped: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:

@@ -32,7 +32,7 @@ class ObjectSlip(Slip, OfObject):
 def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
     """A row for each object."""
     objects = [RecordedObject(station, recording, name) for name in objects_of(station)]
-    return [ObjectSlip(each.name, **vars(recorded_slip(each))) for each in objects]
+    return [ObjectSlip(grasped.name, **vars(recorded_slip(grasped))) for grasped in objects]
 
 
 def recorded_slip(grasped: RecordedObject) -> Slip:

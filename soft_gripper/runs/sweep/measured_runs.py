@@ -82,9 +82,9 @@ def _all_measures(
     scenarios: Sequence[Scenario | Exception], own: Sequence[str]
 ) -> Iterator[dict[str, Any] | Exception]:
     """The measures of a run of each scenario that could be read, or the error."""
-    runs = run_many([each for each in scenarios if isinstance(each, Scenario)], described=bool(own))
-    for each in scenarios:
-        run = each if isinstance(each, Exception) else next(runs)
+    runs = run_many([scenario for scenario in scenarios if isinstance(scenario, Scenario)], described=bool(own))
+    for scenario in scenarios:
+        run = scenario if isinstance(scenario, Exception) else next(runs)
         try:
             yield run if isinstance(run, Exception) else _measures(run, own)
         except InputError as error:  # of a user's measure

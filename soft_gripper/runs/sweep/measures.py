@@ -101,7 +101,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
     """
     # The object of the task, or the first free model.
     grasped = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
-    of_kind: dict[type[Any], Callable[[], Any]] = {
+    makers: dict[type[Any], Callable[[], Any]] = {
         OpenLoop: lambda: _open_loop(station, recording),
         ClosedLoop: lambda: _closed_loop(station, recording),
         TaskMeasures: lambda: TaskMeasures(outcome(recording).words, float(recording.values("time")[-1])),
@@ -111,7 +111,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
     }
     values: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
-        values |= asdict(of_kind[kind]())
+        values |= asdict(makers[kind]())
     return values | {column_of(name): _own_measure(name, station, recording) for name in own}
 
 
