@@ -169,7 +169,7 @@ def _position_map(arm: ArmConfig) -> Array:
 
 
 def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:
-    """Matrix from the order of the joints that follow no other to that of the actuators, (k, k)."""
+    """Matrix that maps the order of the leading joints to the order of the actuators, (k, k)."""
     names = [joint.name() for joint in _leading(plant, arm)]
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(arm.model))
     return np.eye(len(names))[[names.index(actuator.joint().name()) for actuator in actuators]]

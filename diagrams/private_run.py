@@ -100,7 +100,7 @@ def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dic
 
 
 def _open_feeds(leaf: LeafSystem, level: Level) -> dict[str, Feed]:
-    """What feeds the inputs of a block, by name."""
+    """Feeds of the inputs of a block, by name."""
     feeds = {name: level.feed(port) for name, port in inputs(leaf).items()}
     return {name: feed for name, feed in feeds.items() if feed is not None}
 

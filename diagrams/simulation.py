@@ -113,7 +113,7 @@ def fingerprint(path: Path) -> str | None:
 
 
 def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
-    """Gives each RandomSource in a diagram a stream of its own, derived from one seed, 0 or more.
+    """Gives each RandomSource in a diagram a separate stream, derived from one seed, 0 or more.
 
     The fingers to which they belong take turns by their names, whatever their order in a file.
 

@@ -90,7 +90,7 @@ class StationParts:
 
 @dataclass(frozen=True)
 class Station:
-    """A station that is a diagram of its own, with a log for every signal.
+    """A station as a complete diagram, with a log for every signal.
 
     The output ports of the diagram are the named signals, in a private station those that it computes; its input ports,
     the commands that the scenario leaves open.

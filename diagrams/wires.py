@@ -68,7 +68,7 @@ class Feed(NamedTuple):
 
 
 def leaf_systems(system: System, level: Level) -> Iterator[tuple[LeafSystem, Level]]:
-    """All leaf systems of a system at a level, which may be a leaf itself, with their levels."""
+    """Yields the leaf systems of a system at a level, with their levels; the system may be a leaf itself."""
     if isinstance(system, Diagram):
         for inner in system.GetSystems():
             yield from leaf_systems(inner, level.inner_level(system))

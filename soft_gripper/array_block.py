@@ -141,7 +141,7 @@ class ArrayBlock(LeafSystem):
         begin_of: tuple[Callable[[Array], Array], str] | None = None,
         over_time: Callable[..., Any] | None = None,
     ) -> None:
-        """Declares a step that also depends on what is remembered of the sample before.
+        """Declares a step that also depends on values remembered from the sample before.
 
         Args:
             name: of the step.

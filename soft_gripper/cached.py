@@ -27,7 +27,7 @@ class Cached:
     """A value of any kind in the cache of a block's context."""
 
     def __init__(self, block: LeafSystem, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set[Any]):
-        """`calc` sets the value from what the `tickets` stand for, and must not keep the block alive, see `weakly`."""
+        """`calc` sets the value from the quantities of `tickets`; it must not keep the block alive, see `weakly`."""
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
         self._block = block
         self._index = block.DeclareCacheEntry(name, producer, tickets).cache_index()

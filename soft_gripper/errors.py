@@ -1,4 +1,4 @@
-"""Mistakes and failures, reported in one line."""
+"""Errors of user input and failed simulations, each reported in one line."""
 
 import difflib
 import re
@@ -37,7 +37,7 @@ class WorkerDiedError(RuntimeError):
 
 
 def suggestion(name: object, valid_names: Iterable[str]) -> str:
-    """A hint beside a name that is not known: the nearest of those that are, or all of them."""
+    """Hint beside an unknown name: the nearest known names, or all of them."""
     names = list(valid_names)
     return did_you_mean(similar_names(name, names)) or f"known: {', '.join(names)}"
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and its like, held back while something must not be left half done."""
+"""Delays Ctrl-C, SIGTERM and SIGHUP while work must not be left half done."""
 
 import signal
 import threading

@@ -44,7 +44,7 @@ class _NotePrinter(logging.Handler):
 
 @contextmanager
 def drop_messages(drop: Callable[[str], bool]) -> Iterator[None]:
-    """Drops those of Drake's messages for which a function returns True."""
+    """Drops Drake's messages that a function selects."""
     drake = logging.getLogger(_DRAKE_LOGGER)
 
     def concerns_us(record: logging.LogRecord) -> bool:

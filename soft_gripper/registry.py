@@ -67,7 +67,7 @@ class Registry(dict[str, _T]):
 
 
 def _search_hint(module: str) -> str:
-    """Hint on the places in which a missing module was searched, and on the file there that may be meant."""
+    """Hint on the searched places of a missing module, and on a similar file there."""
     path = Path(module).expanduser()
     if module.endswith(".py"):
         return _nearest(path.name, [file.name for file in path.parent.glob("*.py")])
@@ -181,7 +181,7 @@ def _nearest(name: str, valid_names: Iterable[str]) -> str:
 
 
 def _import_module(module: str) -> ModuleType:
-    """A module by its name, for which the current folder is searched last, or by its file, which is run once."""
+    """Imports a module by its name, with the current folder searched last, or by its file, which is run once."""
     if module.endswith(".py"):
         return _import_file(module)
     folder = str(Path.cwd())

@@ -1,4 +1,4 @@
-"""When a run began: its schedules count from there, so that a run may begin at any time."""
+"""Time since the beginning of a run, s: schedules count from there, so that a run may begin at any time."""
 
 from collections.abc import Callable
 

@@ -90,7 +90,7 @@ def sampled(source: str, begin: Array, at_initialization: bool = True, at_first:
 
 
 class Steps(dict[str, Step]):
-    """Steps by name, in an order in which each follows from those before it, and functions of the outputs."""
+    """Steps by name, each after its sources, and functions of the outputs."""
 
     def __init__(self, steps: Mapping[str, Step] = _NO_VALUES, outputs: Mapping[str, Output] = _NO_VALUES):
         super().__init__(steps)
@@ -104,7 +104,7 @@ class Steps(dict[str, Step]):
         return Counter(name for names in (*map(_sources, self.values()), *memories, *outputs) for name in names)
 
     def value(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
-        """The value of a step.
+        """Computes or looks up the value of a step.
 
         Args:
             name: of the step.

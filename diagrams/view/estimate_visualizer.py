@@ -106,7 +106,7 @@ def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
 def _place_pieces(
     meshcat: Meshcat, group: str, drawn: DrawnFinger, size: tuple[float, float], stretch: float, rgba: Rgba
 ) -> None:
-    """Makes a box on either side of every link, of a size (x, y) in m; `stretch` is its length by that of the link."""
+    """Makes a box of size (x, y) m on either side of every link; `stretch` is box length over link length."""
     for i, length in enumerate(stretch * np.diff(drawn.finger.link_ends)):
         for side, sign in _SIDE_SIGNS.items():
             path = f"{group}/{drawn.name}/{i}/{side}"

@@ -159,7 +159,7 @@ def _needed_steps(steps: Mapping[str, Step], outputs: Mapping[str, Output]) -> d
 
 
 def _add_in_order(name: str, steps: Mapping[str, Step], needed: dict[str, Step]) -> Iterator[Step]:
-    """Adds a step to those needed after all that it follows from; yields what was added."""
+    """Adds a step to the needed ones, after its sources; yields the added steps."""
     if name in steps and name not in needed:
         for source in steps[name].sources:
             yield from _add_in_order(source, steps, needed)
@@ -204,7 +204,7 @@ def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:
 
 
 def _name_of(block: ArrayBlock, fed: Mapping[tuple[System, str], str], name: str) -> str:
-    """Name of a step of a block among those of others; the time is that of all."""
+    """Unique name of a step among several blocks; all share the time."""
     if name == TIME:
         return name
     return fed.get((block, name), _OPEN) if block.HasInputPort(name) else f"{block.get_name()}/{name}"

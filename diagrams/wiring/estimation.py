@@ -28,7 +28,7 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 class FingerEstimation(Diagram):
-    """All estimates for one finger, computed from measurements; nothing in it uses ground truth.
+    """Computes all estimates of one finger from measurements, without ground truth.
 
     ::
 

@@ -105,7 +105,7 @@ def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], peri
 
 
 def _free_name(builder: DiagramBuilder, name: str, fingers: Sequence[PlantFinger]) -> str:
-    """The name, prefixed with that of the first finger if fingers already have a block with that name."""
+    """The name, with the first finger's name as prefix if fingers already have a block of that name."""
     return f"{fingers[0].name}.{name}" if builder.HasSubsystemNamed(name) else name
 
 

@@ -185,7 +185,7 @@ def _with_truth(
     truth: Ports,
     config: SensingConfig,
 ) -> Ports:
-    """All signals of a finger: measured, estimated, scored against ground truth, and estimated alongside."""
+    """Joins all signals of a finger: measured, estimated, scored against ground truth, and estimated alongside."""
     sensor = config.sensor
     signals = {**measured, **estimated}
     scores = add_scoring(builder, finger, sensor.period, signals | truth) if truth else {}

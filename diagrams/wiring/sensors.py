@@ -27,7 +27,7 @@ IDEAL = "ideal_"  # prefix of error-free signals; estimation has no access to th
 
 
 class FingerSensors(Diagram):
-    """All measurements on one finger.
+    """Makes all measurements on one finger.
 
     ::
 

@@ -1,4 +1,4 @@
-"""How far a finger has moved since its calibration, in words."""
+"""Line on the changes of a finger since its calibration: bend, %, and offsets of its readings."""
 
 from collections.abc import Callable
 

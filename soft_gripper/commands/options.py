@@ -196,7 +196,7 @@ def count(name: str, help_: str, default: int, least: int = 1) -> Option:
 
 
 class Group(StrEnum):
-    """The tasks by which `--help` lists commands, in that order."""
+    """Tasks under which `--help` lists commands, in this order."""
 
     START = "simulate and look"
     HARDWARE = "estimate on hardware and from recordings"
@@ -233,7 +233,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Program:
-    """A command line of its own.
+    """A program with commands.
 
     name: as it is called, in usage lines and errors.
     does: what it is, as a sentence for `--help`.

@@ -158,7 +158,7 @@ CORE = (
 
 
 def commands() -> list[Command]:
-    """All commands: those of the core, then those of extras."""
+    """Returns the commands of the core, then those of extras."""
     return [*CORE, *(command for module in command_modules() for command in module.COMMANDS)]
 
 

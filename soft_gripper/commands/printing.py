@@ -1,4 +1,4 @@
-"""Prints what runs found to the terminal."""
+"""Prints results of runs to the terminal: grasps, slips, phases, truth and agreement."""
 
 import math
 import textwrap

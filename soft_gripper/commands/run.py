@@ -127,7 +127,7 @@ def drift_lines(station: Station, recording: Recording) -> list[str]:
 
 
 def observability_lines(station: Station) -> list[str]:
-    """Lines on the ways of yielding that the sensors of fingers in space observe, and those that they do not."""
+    """Lines on the deformations that the sensors of fingers in space observe, and on the others."""
     scenario = station.scenario
     names_by_observability: dict[tuple[str, ...], list[str]] = {}
     for finger in station.fingers:

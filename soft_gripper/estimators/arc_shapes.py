@@ -123,7 +123,7 @@ class ArcShape:
         return ArcCurve(self.layout, *bends_from_readings(self.layout, readings))
 
     def shape(self, curve: ArcCurve, driving: Array, gravity: Array) -> ShapeEstimate:
-        """Joint angles that share the bends of a curve, and the curve; other arguments as of ShapeFunction."""
+        """Joint angles that share the bends of a curve, and the curve; other arguments as in ShapeFunction."""
         q = self._sharing.joint_angles(curve.theta, driving, as_planar(gravity[..., ::2])[..., None])
         return ShapeEstimate(q, curve=curve)
 
@@ -134,7 +134,7 @@ class ArcShape:
 
 @dataclass(frozen=True)
 class ConstantCurvatureShape:
-    """The estimator `constant_curvature` of one finger, that of the paper; a ShapeFunction."""
+    """The estimator `constant_curvature` of one finger, as published; a ShapeFunction."""
 
     layout: SensorLayout
 

@@ -699,7 +699,7 @@ def _direction_std(vector: Array, covariance: Array) -> Array:
 
 
 def _several_covariance(responses: Array, noise: Array, forces: Array, usual_force: float) -> Array:
-    """The covariance of the forces in M cells, (M, M) N^2, each of which may equally press on the adjacent cell.
+    """Covariance of the forces in M cells, (M, M) N^2; each force may equally press on the adjacent cell.
 
     `responses` are whitened, (S, M), and `noise` is the covariance of what they leave, friction included, (S, S).
     """

@@ -185,5 +185,5 @@ class DrivingTorque(ArrayBlock):
 
 
 def _pressure_of_law(finger: Finger, *pressure: Array) -> Array | float:
-    """Pressure that a pressure law goes by, Pa: that of the one chamber of a finger, (..., 1), if it has a law."""
+    """Input of the pressure law, Pa: the pressure of the one chamber of a finger, (..., 1), if it has a law."""
     return 0.0 if finger.pressure_law is None else pressure[0][..., 0]

@@ -95,7 +95,7 @@ class Cells(NamedTuple):
 
 
 class ContactPosterior(NamedTuple):
-    """Posterior of one contact; forces are absolute values, but for those of modes."""
+    """Posterior of one contact; forces are absolute values, except in the modes."""
 
     probability: Array  # (...) of a contact
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but might not be in motion
@@ -469,7 +469,7 @@ class CellPosterior(NamedTuple):
 
     @property
     def heights(self) -> Array:
-        """Logarithm of the integral of each cell's density of log F, but for a factor, (..., C)."""
+        """Logarithm of the integral of each cell's density of log F, up to a common factor, (..., C)."""
         return np.asarray(self.peak + np.log(self.std))
 
     @property
@@ -530,7 +530,7 @@ class _ForceDensities(NamedTuple):
         return np.pad(increments.cumsum(axis=0), ((1, 0), (0, 0))).T
 
     def _cumulative_integrals(self, force: Array) -> Array:
-        """Integrals of a sample's densities, but for the factor 1 / F, up to forces, (E, N)."""
+        """Integrals of a sample's densities up to forces, without the factor 1 / F, (E, N)."""
         fractions = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
         return np.add.reduceat(self.weights * fractions, self.begins, axis=-1)
 

@@ -369,7 +369,7 @@ class RecursiveShape:
         return self.layout.readings if self.uncertainty.drift else 0
 
     def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
-        """Declares what a block around it computes; see `shape_estimator.Filter`.
+        """Declares the steps of a block around this filter; see `shape_estimator.Filter`.
 
         Beside the shape it puts out `effective_driving_torque` (N) N m in bending, `loaded` (1) 0 or 1: something bends
         the finger, `innovation` (1) above 1: the readings are not those predicted, and the fields of `Changes`.
@@ -482,7 +482,7 @@ class RecursiveShape:
         return jacobian
 
     def _predict_readings(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
-        """Strains of the free finger, (..., R), what the load adds to the readings, (..., R), and their Jacobian."""
+        """Strains of the free finger, (..., R), the load's change of the readings, (..., R), and their Jacobian."""
         torque = self.effective_driving(self._drive_errors(mean), driving) + weight
         strain = self.layout.predict(self.mechanics.positions_under(torque))
         bent = self.mechanics.positions_under(torque + self._torque(modes, mean))

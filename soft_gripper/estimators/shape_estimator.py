@@ -152,7 +152,7 @@ class ShapeEstimator(ArrayBlock):
             self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
 
     def _take_driving(self, layout: MeasurementModel) -> None:
-        """Takes the driving torques of all driven deformations, and derives that of all joints, (D)."""
+        """Takes the driving torques of all driven deformations, and joins them to one vector, (D)."""
         names = {"bending", *layout.finger.driven_deformations}
         driven_deformations = [name for name in layout.deformations if name in names]
         ports = [driving_port(deformation) for deformation in driven_deformations]

@@ -33,7 +33,7 @@ class SpatialCurvatureShape:
     period: float = 0.01  # s, between samples of sensors whose zeros are followed
 
     def __call__(self, readings: Array, driving: Array, gravity: Array, std: Array | None = None) -> ShapeEstimate:
-        """The joint positions, and their covariance within what is assumed; driving torque and gravity are ignored.
+        """Joint positions, and their covariance under the weak prior; driving torque and gravity are ignored.
 
         For `std` see GaussianShape.
         """

@@ -26,7 +26,7 @@ def command_modules() -> list[Any]:
 
 
 def added(name: str) -> list[Any]:
-    """Collects what extras add to the core under a name of their modules `adds`; see docs/howto/own_extra.md.
+    """Collects the additions of extras to the core under a name in their modules `adds`; see docs/howto/own_extra.md.
 
     These modules are imported whenever a scenario is read, after the packages that they are in: both import nothing
     that takes long, or that an installation may lack.

@@ -132,7 +132,7 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
 
 
 def dotted_changes(changes: Any, paths: Mapping[str, Rule]) -> Any:
-    """Changes by dotted keys, without those that are None; anything but a mapping is returned as it is."""
+    """Changes by dotted keys, without None; anything but a mapping is returned as it is."""
     if not isinstance(changes, dict):
         return changes
     return {key: _as_text(change) for key, change in _dotted_items(changes, paths) if change is not None}

@@ -21,7 +21,7 @@ _LONGEST_VALUE = 60  # characters of a value
 
 
 class Note(NamedTuple):
-    """Note on an element of a file: it was read in a way that should be known, mended, or left out."""
+    """Note on an element of a file: it was read as an assumption, mended, or left out."""
 
     outcome: str  # READ, MENDED or LEFT_OUT
     file: str

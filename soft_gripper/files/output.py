@@ -289,7 +289,7 @@ def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[P
 
 
 def release_folders() -> None:
-    """Removes the folders that this process has made and left empty, and unlocks those that it has locked."""
+    """Removes the empty folders that this process has made, and unlocks its locked ones."""
     for folder in _made:
         with suppress(OSError):  # not empty, or gone
             folder.rmdir()

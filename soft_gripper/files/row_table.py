@@ -96,7 +96,7 @@ def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title
 
 
 def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Sequence[Any]], title: str = "") -> str:
-    """Rows of cells below the headings of their columns, in WIDTH columns of text; units are in a line of their own.
+    """Rows of cells below their headings, in WIDTH columns of text; units have a separate line.
 
     If it is wider, headings are in several lines; if it still is, further columns are below, beside the names again.
 

@@ -62,8 +62,8 @@ def advance(branches: Sequence[CreepBranch], z: Array, old_angle: Array, new_ang
     Args:
         branches: B of them.
         z: internal angles, (..., B, N) rad.
-        before, after: joint angles at the beginning and at the end of the period, (..., N) rad, linear between; give
-            the same twice for constant angles. Those of a finger with a pressure law divided by its softening.
+        old_angle, new_angle: joint angles at the beginning and at the end of the period, (..., N) rad, linear between;
+            give the same twice for constant angles. A finger with a pressure law has them divided by its softening.
         period: s.
     """
     decay, before_gain, after_gain = recursion(branches, period)

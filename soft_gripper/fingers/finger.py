@@ -196,7 +196,7 @@ class Finger:
         return replace(self, base=base, sections=tuple(between), tip=tip, **others)
 
     def section(self, s: Array | float) -> CrossSection:
-        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly between those that are given.
+        """The cross-section at arc lengths `s` (m), with linearly interpolated parameters.
 
         At a step it is the one beyond.
         """
@@ -315,7 +315,7 @@ class Finger:
 
     @cached_property
     def laws(self) -> tuple[PressureLaw | None, ...]:
-        """The pressure law of each pressure: that of its chamber, or of the finger; None: neither has one."""
+        """Pressure law of each pressure, from its chamber or the finger; None: neither has one."""
         chamber_laws = [chamber.law for chamber in self.chambers] or [None] * self.pressures
         return tuple(law or self.pressure_law for law in chamber_laws)
 

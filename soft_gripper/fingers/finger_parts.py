@@ -123,7 +123,7 @@ class PressureLaw:
         return bool(np.ptp(ratios) > _SOFTENING_TOLERANCE * np.abs(ratios).max())
 
     def softening(self, pressure: Array | float) -> Array:
-        """Ratio of the torque to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
+        """Ratio of the torque to the torque of the chamber law alone, at pressures (...) Pa: P(p) / p."""
         divisor = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
         return self.curve(divisor) / divisor
 

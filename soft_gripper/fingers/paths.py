@@ -63,7 +63,7 @@ class Path:
 
 @dataclass(frozen=True)
 class Chamber(Path):
-    """A chamber under a pressure of its own."""
+    """A chamber with a separate pressure."""
 
     width: Stations = quantity((), "m", above=0, sizes=SIZES)  # along y
     thickness: Stations = quantity((), "m", above=0, sizes=SIZES)  # along x
@@ -79,7 +79,7 @@ class Chamber(Path):
 
     @cached_property
     def law(self) -> PressureLaw | None:
-        """Pressure law of this chamber alone; None: that of the finger."""
+        """Pressure law of this chamber alone; None: the finger's law."""
         if self.law_pressure is None and self.law_effective is None:
             return None
         return PressureLaw(self.law_pressure or (), self.law_effective or ())

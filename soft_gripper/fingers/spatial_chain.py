@@ -272,7 +272,7 @@ def torque_slopes(bent: Posture, loads: Loads) -> Array:
 
 
 def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loads: Loads) -> Array:
-    """Joint positions in balance: stiffness times position is driving torque and that of the loads, (..., J).
+    """Joint positions in balance: stiffness times position is the torque of drive and loads, (..., J).
 
     Found by Newton's method, the loads growing in a few steps.
 

@@ -82,7 +82,7 @@ class ContactDetector(ArrayBlock):
         return Touch(residual, np.append(first.contact, touches[1:]), np.append(first.since, since))
 
     def _compare(self, torque: Array, tolerance: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Residuals, (...), and masks of those above the threshold for certain, and of those that end contact."""
+        """Residuals, (...), and two masks: certainly above the threshold, and low enough to end contact."""
         n = self._base_joints
         residual, allowed = torque[..., :n].sum(axis=-1) / n, tolerance[..., :n].sum(axis=-1) / n
         is_above = np.abs(residual) - allowed > self._threshold

@@ -172,7 +172,7 @@ class ForceEstimator(ArrayBlock):
         driving_torque (N) N m -----------> | ForceEstimator | ---> external_torque      (N) N m, positive closes
         X_WB (12) [R | p] ----------------> +----------------+ ---> torque_tolerance     (N) N m
 
-    Torque at the joints, not contact force, from the dynamic balance of `torque_balance`: it belongs to two
+    Torque at the joints, not contact force, from the dynamic balance of `TorqueBalance`: it belongs to two
     samples ago, and `torque_tolerance` says what inertia and steps of the pressure may leave in it without contact.
     NaN until there are five samples, and as long as one of the last five is not finite. Without gravity the
     weight of the finger stays in the result.

@@ -32,7 +32,7 @@ def mean_diameter(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class Gripper:
-    """Base poses of two or more fingers on one palm; frame G is that of the first finger's base.
+    """Base poses of two or more fingers on one palm; frame G is the base frame of the first finger.
 
     Raises:
         ValueError: if there are fewer than two fingers.

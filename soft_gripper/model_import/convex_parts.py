@@ -45,7 +45,7 @@ def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
 
 @lru_cache(maxsize=256)
 def hull_excess(path: Path, modified: int) -> float:
-    """The volume of the convex hull of a mesh over its own; infinite if it is open; args as of `convex_parts`."""
+    """The volume of the convex hull of a mesh over its own; infinite if it is open; arguments as in `convex_parts`."""
     try:
         mesh = _read_mesh(path)
     except InputError:  # a format that Drake alone reads
@@ -76,7 +76,7 @@ def _read_mesh(path: Path) -> trimesh.Trimesh:
 
 
 def _join_slabs(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
-    """Slabs, those that follow each other joined as long as they fill their common hull."""
+    """Joins slabs that follow each other as long as they fill their common hull."""
     parts, filled = [slabs[0]], slabs[0].volume
     for slab in slabs[1:]:
         hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))

@@ -25,7 +25,7 @@ class IncludedFiles:
 
     @contextmanager
     def read(self, field: str, name: str, file: Path) -> Iterator[ET.Element]:
-        """Reads the root of a file; those that are read within the context are included in it.
+        """Reads the root of a file; files read within the context are included in it.
 
         Args:
             field, name: where and how the including file names it, for messages.

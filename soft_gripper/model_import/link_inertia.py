@@ -89,7 +89,7 @@ def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
 
 
 def _links_with_load(model: ModelFile, is_sdf: bool) -> set[str]:
-    """The links to which something with a mass is fixed, directly or by way of others."""
+    """The links that carry a fixed link with a mass, directly or through others."""
     masses = {
         link.get("name", ""): _read_inertial(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
         for link in model.root.findall("link")

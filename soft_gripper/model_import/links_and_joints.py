@@ -63,7 +63,7 @@ def drop_unused(model: ModelFile) -> None:
 
 
 def mend_joints(model: ModelFile, options: ImportOptions) -> list[Mimic]:
-    """Makes joints those that Drake has, and takes the couplings out of a model; raises an InputError if it cannot."""
+    """Converts joints to kinds of Drake, and takes couplings out of a model; raises an InputError if it cannot."""
     mimics = _take_mimics(model)
     _drop_friction(model)
     _check_ranges(model)
@@ -94,7 +94,7 @@ def _take_mimics(model: ModelFile) -> list[Mimic]:
 
 
 def check_chains(path: Path, mimics: Sequence[Mimic]) -> None:
-    """Raises an InputError if a joint follows itself by way of others."""
+    """Raises an InputError if a joint follows itself through others."""
     leaders = {mimic.joint: mimic.leader for mimic in mimics}
     for name in leaders:
         leader = leaders[name]
@@ -207,7 +207,7 @@ def _name_end(joint: ET.Element, end: str, link: str) -> None:
 
 
 def mend_links(model: ModelFile, options: ImportOptions) -> None:
-    """Makes the shapes and inertias of links those that Drake has; raises an InputError if it cannot."""
+    """Converts the shapes and inertias of links to those that Drake has; raises an InputError if it cannot."""
     _drop_empty_shapes(model)
     joints = [joint for joint in model.root.findall("joint") if joint.get("type") != "fixed"]
     links = [link.get("name", "") for link in model.root.findall("link")]

@@ -89,7 +89,7 @@ def convert_to_obj(path: Path) -> Path:
 
 
 def outward(model: ModelFile, path: Path, origin: Path) -> Path:
-    """An OBJ file or, if parts of it are inside out, one in which they face outward, with a note on its `origin`.
+    """An OBJ file or, if parts of it are inside out, a copy with outward faces and a note on its `origin`.
 
     Parts that are not closed have no outside, and stay as they are. The notes go to the `model` that has the mesh.
 
@@ -100,7 +100,7 @@ def outward(model: ModelFile, path: Path, origin: Path) -> Path:
 
 
 def weighable(model: ModelFile, path: Path, origin: Path) -> Path:
-    """A file as of `outward` for a mass from the volume: an open mesh is noted."""
+    """The file of `outward` for a mass from the volume; an open mesh is noted."""
     turned_file, is_open = _outward(model, path, origin)
     if is_open:
         why = "it is open: its volume, and a mass from its density, are uncertain"
@@ -167,7 +167,7 @@ def _to_obj(path: Path, mtl_name: str) -> tuple[str, dict[str, bytes]]:
 
 
 def _shade(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A part in metres, smooth but for its sharp edges, in one colour or none."""
+    """A part in metres, smooth except at sharp edges, in one colour or none."""
     if part.units:
         part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
     color = _color(part)

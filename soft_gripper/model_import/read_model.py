@@ -1,4 +1,4 @@
-"""The door of this room: a model file of any form -> what Drake takes.
+"""Reads a model file of any form into an `ImportedModel`, which Drake takes.
 
 A form is a module of `forms` with a `FORM`; a file of no form is left to Drake.
 """

@@ -20,7 +20,7 @@ _FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below whi
 
 
 def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh of parts as `closed_parts` finds them; those that overlap are noted, since the density counts twice.
+    """A mesh of the parts of `closed_parts`; overlaps are noted, since density counts twice there.
 
     Raises:
         InputError: if a part is not closed.
@@ -186,13 +186,13 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
 
 
 def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
-    """The size of the box in which two parts may overlap, (3,); negative along axes along which they are apart."""
+    """The size of the box in which two parts may overlap, (3,); negative along separating axes."""
     room: Array = np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
     return room
 
 
 def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
-    """Points of a grid in the box in which two parts may overlap, about `count`, (M, 3)."""
+    """Grid of about `count` points in the box of a possible overlap of two parts, (M, 3)."""
     steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
     grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     points: Array = np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)

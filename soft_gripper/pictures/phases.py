@@ -1,4 +1,4 @@
-"""A task at a glance: the path of the object, the gripper at the end of each phase, and the control signals."""
+"""Figure of a task: the path of the object, the gripper at the end of each phase, and the control signals."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -158,7 +158,7 @@ class CloseUp:
         self._camera = framing_camera(np.concatenate(corners), height, width, renderer.direction)
 
     def camera(self, time: float) -> Camera:
-        """Its pose at a time, s."""
+        """Pose of the camera at a time, s."""
         X_WC = RigidTransform(self._shift(time)) @ self._camera.X_WC
         return replace(self._camera, X_WC=X_WC)
 

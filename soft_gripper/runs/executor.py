@@ -98,7 +98,7 @@ _MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes per unit that th
 
 
 class FinishedCall(NamedTuple):
-    """A finished call."""
+    """Result of a call, and the memory of its process."""
 
     result: Any
     memory: int  # peak resident size of the process, bytes

@@ -117,5 +117,5 @@ def load_calibration(file: str) -> CalibrationConfig:
 
 
 def layout_identity(layout: SensorLayout) -> tuple[float, float, bool, list[float]]:
-    """Length, sensor spacing, one-sidedness and section lengths, by which a calibration knows its finger."""
+    """Length, sensor spacing, one-sidedness and section lengths, which identify the finger of a calibration."""
     return layout.finger.length, layout.finger.sensor_spacing, layout.one_sided, layout.rest_lengths.tolist()

@@ -91,7 +91,7 @@ def _sensors(scenario: Scenario) -> Iterator[Violation]:
 
 
 def _building_violations(part: str, make: Callable[[Any], object], part_config: object) -> Iterator[Violation]:
-    """Violations by which a part cannot be built."""
+    """Violations that prevent a part from being built."""
     try:
         make(part_config)
     except InputError as error:

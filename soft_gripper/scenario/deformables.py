@@ -1,4 +1,4 @@
-"""Objects of finite elements: what Drake has of them, and what an extra adds, which alone knows their files and truth.
+"""Interface of objects of finite elements: Drake has their bodies; an extra knows their files and ground truth.
 
 An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLES = {name: "module:Class"}` in its
 `adds`, and what reads the surface of their mesh files as `MESHES`.
@@ -74,7 +74,7 @@ class DeformableKind(ABC):
 
     @abstractmethod
     def check_scene(self, config: MultibodyPlantConfig, models: Sequence[ModelConfig], points: int | None) -> None:
-        """Checks the rest of a scene that has one; `points` as of `add_plant`."""
+        """Checks the rest of a scene that has one; `points` as in `add_plant`."""
 
     @abstractmethod
     def objects(

@@ -46,7 +46,7 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
 
 
 def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
-    """Reads a scenario, in which plain data replaces values of the file.
+    """Reads a scenario, with plain data in place of values of the file.
 
     Args:
         name_or_path: as for `load_scenario`.
@@ -141,7 +141,7 @@ _DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_
 
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
-    """The parts of a scenario that name a file by its path, and the field in which they do."""
+    """The parts of a scenario that name a file by its path, and the field of the name."""
     model_files = [(m, "file") for m in scenario.models]
     directive_files = [(part, "file") for part in parts_with_files(scenario.directives)]
     named_files = [
@@ -156,7 +156,7 @@ def _files(scenario: Scenario) -> list[tuple[Any, str]]:
 
 
 def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
-    """Files that a scenario was read from, its own first; those that ship with the package are left out."""
+    """Files of a scenario, its own first, without those that ship with the package."""
     return [str(name_or_path), *(getattr(part, field) for part, field in _files(scenario))]
 
 

@@ -282,7 +282,7 @@ def presets() -> dict[str, dict[str, Any]]:
 
 @dataclass
 class StrainErrorsConfig:
-    """The errors of the strain sensors, in the order in which they act on the extension ratio; docs/sensors.md.
+    """The errors of the strain sensors, in the order of their action on the extension ratio; docs/sensors.md.
 
     A field that is None is as in the preset; without a preset there is no such error. Strain is the extension ratio
     minus 1; standard deviations are those of independent draws for every sensor.
@@ -402,7 +402,7 @@ class EstimatorConfig:
 
 @dataclass
 class NominalConfig:
-    """The nominal model of every finger and its sensors, where it differs from what is simulated."""
+    """Differences of the nominal model of fingers and sensors from the simulated ones."""
 
     finger: dict[str, str] = quantity({}, paths=FINGER_PATHS)  # changes of every finger, as in `models.NAME.fingers`
     file: str | None = None  # URDF whose <finger> of the same name, or only one, is assumed; changes come on top

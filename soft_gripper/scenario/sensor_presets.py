@@ -115,7 +115,7 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
 def uncertainty(
     estimator: EstimatorConfig, sensor: SensorConfig, calibrated: CalibratedStates | None = None
 ) -> Uncertainty:
-    """Uncertainty that an estimator assumes: what is not given follows from sensor errors, and from a calibration.
+    """Uncertainty that an estimator assumes; missing values follow from sensor errors and from a calibration.
 
     Raises:
         InputError: as `strain_errors`.

@@ -1,4 +1,4 @@
-"""CalibratedStates: where a finger was calibrated, and how uncertain its nominal model is elsewhere.
+"""CalibratedStates: the states of a calibration, and the uncertainty of the nominal model away from them.
 
 A state is that of a finger that bends freely: what its sensors read, as strains, and what drives it: the torque at its
 first joint, and gravity in its bending plane. Errors of the sensors of a section go with what these read, those of the

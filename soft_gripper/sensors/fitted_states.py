@@ -1,4 +1,4 @@
-"""How far a state is from those that a model was fitted to, and how much wider its errors may be there.
+"""Distance of a state from the fitted states of a model, and the growth of its error bands with this distance.
 
 A state is a vector of drive and shape, each kind of number in units of its spread over the fitted states; its distance
 is that to the nearest of these. A combination that was never met is far, even if each of its numbers was met.

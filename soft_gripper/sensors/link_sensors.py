@@ -26,7 +26,7 @@ _SERIES_ANGLE = 1e-4  # rad; below it a series stands for the factor of [r]^2
 
 
 class CurvatureSensors(SpatialSensors):
-    """Curvatures and twist in the middles of the sections; readings run way after way, then from base to tip."""
+    """Curvatures and twist in the middles of the sections; readings run by deformation, then from base to tip."""
 
     quantity, unit = "curvature", "rad/m"
 

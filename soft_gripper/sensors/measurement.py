@@ -139,7 +139,7 @@ class MeasurementModel(ABC):
         return self.jacobian
 
     def linearized(self, q: Array) -> tuple[Array, Array]:
-        """The measured quantity and its Jacobian, as of `predict` and `slopes`."""
+        """The measured quantity and its Jacobian, as from `predict` and `slopes`."""
         return self.predict(q), self.slopes(q)
 
     def inverse(self, measured: Array) -> Array:
@@ -184,7 +184,7 @@ class MeasurementModel(ABC):
         return self.sensitivity**2, information, np.where(information == 0, 1.0, information)
 
     def values(self, readings: Array, noise: Array | float) -> LinearReadings:
-        """The values that estimators condition on, of which `values_at` has the slopes; arguments as of `linear`."""
+        """The values that estimators condition on; `values_at` has their slopes; arguments as in `linear`."""
         return self.linear(readings, noise)
 
     def values_at(self, q: Array) -> tuple[Array, Array]:
@@ -224,7 +224,7 @@ class MeasurementModel(ABC):
 
 @dataclass(frozen=True)
 class SpatialSensors(MeasurementModel):
-    """Sensors that see every way in which their finger yields; estimators condition on what each measures."""
+    """Sensors that see every deformation of their finger; estimators condition on each measured quantity."""
 
     def values(self, readings: Array, noise: Array | float) -> LinearReadings:
         measured = self.measured(readings)
@@ -236,9 +236,9 @@ class SpatialSensors(MeasurementModel):
 
     @cached_property
     def deformations(self) -> tuple[str, ...]:
-        return ways_in_space(self.finger)
+        return spatial_deformations(self.finger)
 
 
-def ways_in_space(finger: Finger) -> tuple[str, ...]:
-    """Ways in which a finger yields, bending first."""
+def spatial_deformations(finger: Finger) -> tuple[str, ...]:
+    """Names of the deformations of a finger, bending first."""
     return ("bending", *(name for name in AXES if name in finger.yields and name != "bending"))

@@ -23,14 +23,14 @@ _OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 
 @dataclass(frozen=True)
 class Observed:
-    """Observability of one way of yielding."""
+    """Observability of one deformation."""
 
     deformation: str
     std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
 
     @property
     def is_seen(self) -> bool:
-        """Whether the way is observed in every section."""
+        """Whether the deformation is observed in every section."""
         return bool(np.isfinite(self.std).all())
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ class Observed:
 
 
 def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
-    """Standard deviations that sensors on a straight finger leave to every way in which it yields.
+    """Standard deviations that sensors on a straight finger leave to each of its deformations.
 
     Args:
         layout: sensors and finger.
@@ -57,13 +57,13 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
 
 
 def shared_equally(layout: MeasurementModel) -> Array:
-    """Matrix from deformations of whole sections, way after way, to equal parts at their joints, (D, W S)."""
+    """Matrix from deformations of whole sections, one after another, to equal parts at their joints, (D, W S)."""
     is_in_section = layout.joint_sections[:, None] == np.arange(layout.sections)
     return np.kron(np.eye(len(layout.deformations)), is_in_section / layout.joints_per_section)
 
 
 def weak_prior(layout: MeasurementModel) -> Array:
-    """Prior standard deviations of deformations of whole sections, way after way, (W S,)."""
+    """Prior standard deviations of deformations of whole sections, one after another, (W S,)."""
     stds = [
         _PRIOR_STD[name] * (layout.rest_lengths if name in SLIDES else np.ones(layout.sections))
         for name in layout.deformations

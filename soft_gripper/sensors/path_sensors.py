@@ -31,7 +31,7 @@ STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
 
 @dataclass(frozen=True)
 class SensorPath(Path):
-    """A sensor along a path, or a band of strands that lie side by side along it at a slope of their own.
+    """A sensor along a path, or a band of strands side by side along it, at a separate slope.
 
     Raises:
         InputError: if a field is out of range, or stations do not fit.
@@ -143,14 +143,14 @@ class PathSensors(SpatialSensors):
         ratios = self.ratios(q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
-    def split_by_way(self, q: Array) -> dict[str, Array]:
-        """Joint positions, (..., D), by the way in which they yield, (..., N) each."""
+    def split_by_deformation(self, q: Array) -> dict[str, Array]:
+        """Joint positions, (..., D), by deformation, (..., N) each."""
         N = self.finger.segments
         return {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
-        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_way(q)))
+        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_deformation(q)))
 
     def _ratios(self, lengths: Array) -> Array:
         """Ratios from the lengths on the segments, (..., P, N) m."""
@@ -183,7 +183,7 @@ class PathSensors(SpatialSensors):
 
     @cached_property
     def _shares(self) -> Array:
-        """Shares of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
+        """Weights of a segment's length slope in the slope of a reading, (P, S, 1, N) 1/m."""
         is_in_section = self.joint_sections == np.arange(self.sections)[:, None]
         return np.asarray(is_in_section / self._rest_lengths[..., None])[..., None, :]
 

@@ -12,7 +12,7 @@ from soft_gripper.sensors.error_block import pass_delay_line
 
 @dataclass
 class PressureErrors:
-    """The errors of a pressure sensor, in the order in which they act; none by default.
+    """The errors of a pressure sensor, in the order of their action; none by default.
 
     Its memory is an array, (..., 2 + delay, 1): gain, offset, and the pressures on their way.
 

@@ -12,7 +12,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 
 
 def joints_port(deformation: str) -> str:
-    """Name of the port with the positions of the joints that yield in one way."""
+    """Name of the port with the joint positions of a deformation."""
     if deformation == "bending":
         return "joint_angles"
     return f"{deformation}_lengths" if deformation in SLIDES else f"{deformation}_angles"

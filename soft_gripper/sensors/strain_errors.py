@@ -66,7 +66,7 @@ class SensorFault:
 
 @dataclass(frozen=True)
 class StrainErrors:
-    """The errors of strain sensors, in the order in which they act; none by default.
+    """The errors of strain sensors, in the order of their action; none by default.
 
     Strain is the extension ratio - 1; of sensors that measure another quantity y, 1 + y stands for the extension ratio,
     so that offsets and noise are in the unit of y. Standard deviations are those of independent draws for every sensor.

@@ -45,7 +45,7 @@ class Patch(NamedTuple):
 
 
 def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Patch]:
-    """All contacts of some geometries of a plant, given by the values of their ids.
+    """Yields all contacts of geometries of a plant, given by the values of their ids.
 
     The normal of a surface is the mean over its faces.
     """
@@ -150,7 +150,7 @@ def patch_table(
     X_WB: Sequence[RigidTransform],
     objects: Mapping[int, int] | None = None,
 ) -> Array:
-    """Raw external contacts of fingers as an array, (P, 34), which `finger_contacts` and `grip_signals` interpret.
+    """Raw external contacts of fingers as an array, (P, 34), which `finger_contacts` and `object_grip` interpret.
 
     Args:
         external_patches: of a plant.
@@ -175,7 +175,7 @@ def patch_table(
 
 
 class FingerContacts(NamedTuple):
-    """All P patches in which fingers touch something else, in T samples."""
+    """P patches of contact between fingers and other bodies, in T samples."""
 
     is_evaluated: NDArray[np.bool_]  # (T,) samples with evaluated contacts
     sample: NDArray[np.int_]  # (P,) of the patch
@@ -243,7 +243,7 @@ class FingerContacts(NamedTuple):
         return np.asarray(np.linalg.norm(force - _projections(force, lever), axis=-1))
 
     def _mean(self, vectors: Array) -> Array:
-        """Means over the patches by their forces, (P, 3) -> (T, 3), but for a factor."""
+        """Means over the patches, weighted by their forces, (P, 3) -> (T, 3), up to a factor."""
         return np.stack([self.sums(self.total * part) for part in vectors.T], axis=-1)
 
     @property

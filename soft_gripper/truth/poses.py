@@ -15,7 +15,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.kinematics import as_planar, in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 from soft_gripper.sensors.sensor_block import joints_port
 from soft_gripper.signals import XYZ
 
@@ -23,7 +23,7 @@ TRUE_JOINTS, TRUE_TIP = "true_joint_positions", "true_tip_position"
 
 
 class PlantPoints:
-    """Joints and tips of fingers, from the positions of their plant; joints on the way to a tip turn or slide."""
+    """Joints and tips of fingers, from the positions of their plant; joints before a tip turn or slide."""
 
     def __init__(self, fingers: Sequence[PlantFinger]):
         """`fingers` are in one finalized plant."""
@@ -75,7 +75,7 @@ class TruePoses(ArrayBlock):
             joint=numbers,
             xyz=XYZ,
         )
-        for deformation in ways_in_space(finger.finger)[1:]:
+        for deformation in spatial_deformations(finger.finger)[1:]:
             starts = [joint.position_start() for joint in finger.joints_of(deformation)]
             self.put_out(
                 f"{finger.name}.true_{joints_port(deformation)}",

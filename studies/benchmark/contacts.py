@@ -1,4 +1,4 @@
-"""Single contacts of a simulate_file finger, which are in the repository.
+"""Simulates single contacts of a finger, whose files are in the repository.
 
 The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
 length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.
@@ -37,7 +37,7 @@ def layout() -> SensorLayout:
 
 
 def simulate_file(seed: int) -> Contacts:
-    """The contacts of a file."""
+    """Simulates the contacts of a file."""
     with tqdm(total=CONTACTS, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
         return contact_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
 

@@ -15,7 +15,7 @@ _PATH_BENEATH, _NO_NEW_PRIVILEGES = 1, 38
 
 
 def hide(paths: Collection[Path]) -> bool:
-    """Lets this thread, and what it starts, neither read nor write files and all that is below folders, for good.
+    """Bars this thread and its children for good from reading or writing files and the contents of folders.
 
     Nor can these read the memory of processes that were started before. Landlock allows by place: what is beside the
     paths and the folders that lead to them remains open to both, but no new file in these folders is.

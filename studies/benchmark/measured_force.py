@@ -114,7 +114,7 @@ def _press_rows(path: Path, run: FingerLog) -> Iterator[Array]:
 
 
 def _holds(run: FingerLog) -> Iterator[_Hold]:
-    """Yields the holds in which the pressure rests and the instrument was read."""
+    """Yields the holds of constant pressure with readings of the instrument."""
     window = round(_REST_TIME / float(np.median(np.diff(run.time))))
     resting_rows = np.flatnonzero(steady(run.pressure, window, _REST_PRESSURE_SHARE * float(np.ptp(run.pressure))))
     value: Array = run.measured["force"].value

@@ -235,7 +235,7 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     stds = np.array([np.sqrt((recording_errors**2).mean(axis=0)) for recording_errors in differences])
 
     def predict(inputs: Array) -> tuple[Array, Array]:
-        """Errors grow with the pressure: the band is that of the highest so far, between those of the training set."""
+        """Mean and band: errors grow with pressure, so the band is interpolated at the highest pressure so far."""
         highest = np.maximum.accumulate(inputs[:, 0])
         return mean(model, inputs), np.stack([np.interp(highest, pressures, std) for std in stds.T], axis=-1)
 

@@ -47,7 +47,7 @@ def disturb_readings(undisturbed: ReadAgain, errors: StrainErrors, rng: np.rando
 
 
 def replace_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario:
-    """Copy of a scenario with another object, at the position and height of its own.
+    """Copy of a scenario with a drawn object, at the drawn position and the object's height.
 
     Raises:
         InputError: unless exactly one model is free.

@@ -52,7 +52,7 @@ _ESTIMATOR = "gaussian"
 
 
 def block_scenario(material: str, drawn: RandomObject) -> Scenario:
-    """Scenario in which two fingers close on a block, and press harder."""
+    """Scenario of two fingers that close on a block, and press harder."""
     scenario = replace_mesh(load_scenario(_SCENARIO, _CHANGES), BLOCK, 1.0, drawn)
     cast(SoftMesh, free_model(scenario).mesh).youngs_modulus = MATERIALS[material]
     return scenario

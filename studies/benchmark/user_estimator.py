@@ -116,7 +116,7 @@ class _Process:
         return answer
 
     def _wait(self, where: str) -> None:
-        """Waits for an answer, or for the end of the process; what that has started may hold the connection."""
+        """Waits for an answer, or for the end of the process, whose children may hold the connection."""
         for seconds in count(1):
             has_ended = self._process.poll() is not None
             if self._connection.poll(0.0 if has_ended else 1.0):

@@ -26,7 +26,7 @@ from soft_gripper.commands.options import (
 
 
 class StudyGroup(StrEnum):
-    """The groups by which `--help` lists studies, in that order."""
+    """Groups under which `--help` lists studies, in this order."""
 
     ESTIMATES = "errors of estimates, and how often what they state is true"
     RECORDINGS = "recorded data, and scores of estimators"

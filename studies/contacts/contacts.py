@@ -20,7 +20,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain, vector_product
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
@@ -37,7 +37,7 @@ def read_finger() -> Finger:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Ground truth of M contacts of one finger at rest, whose D joint positions are flat, way after way."""
+    """Ground truth of M contacts of one finger at rest, whose D joint positions are flat, by deformation."""
 
     finger: Finger
     q: Array  # (M, D) rad
@@ -66,7 +66,7 @@ class Contacts:
         By its moment about the base, over the distance of that place.
         """
         finger, chain = self.finger, spatial_chain(self.finger)
-        q = self.q[:, chain.position_indices(ways_in_space(finger))]
+        q = self.q[:, chain.position_indices(spatial_deformations(finger))]
         link = np.searchsorted(finger.joint_arc_lengths, self.arc_length)
         frames = posture(chain, q).frames[np.arange(len(link)), chain.link_frames(link)]
         height = self.arc_length - finger.link_ends[:-1][link]

@@ -117,7 +117,7 @@ class Estimates(NamedTuple):
 
 
 def joined(parts: Sequence[Estimates]) -> Estimates:
-    """All contacts of several estimates."""
+    """Joins the contacts of several estimates."""
     return Estimates(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
@@ -189,7 +189,7 @@ def estimate_contacts(
 
 
 def driving_torque(finger: Finger, ways: tuple[str, ...], pressure: Array) -> Array:
-    """Torque of pressures of one chamber, (...) Pa, at the joints, way after way, (..., D) N m."""
+    """Torque of pressures of one chamber, (...) Pa, at the joints, by deformation, (..., D) N m."""
     bending = finger.pressure_torque(pressure)
     return np.concatenate([bending, *[np.zeros_like(bending)] * (len(ways) - 1)], axis=-1)
 

@@ -244,7 +244,7 @@ def press(draw: RandomContact, friction: float) -> SettledFinger:
 
 
 def contact_flaw(draw: RandomContact, settled: SettledFinger, friction: float) -> str:
-    """Reason why it is not a single contact that can be measured, or nothing; `friction` is that of the contact."""
+    """Reason against a draw as a single measurable contact, or nothing; `friction` of the contact."""
     touched_links = np.flatnonzero(touches(settled.link_force))
     if not len(touched_links):
         return "lost"
@@ -295,7 +295,7 @@ class ContactTruthRow:
 
 
 def contact_row(contact: RestingContact) -> ContactTruthRow:
-    """The row of a contact."""
+    """Makes the table row of a contact."""
     draw, settled = contact.draw, contact.settled
     gravity_x, _, gravity_z = draw.gravity.tolist()
     return ContactTruthRow(

@@ -79,7 +79,7 @@ def _torques(nominal: SensorLayout, free: FreeMeasurements) -> tuple[Array, Arra
 
 
 def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
-    """Factor c by which the torques  c scaled + rest, (..., K, N) N m, bend the sections by theta on average, (...)."""
+    """Factor c of the torques  c scaled + rest, (..., K, N) N m, that bend the sections by theta on average, (...)."""
     law, ratio = nominal.finger.joint_law, np.ones(theta.shape[:-2])
     for _ in range(_STEPS):
         q = nominal.finger.angle(ratio[..., None, None] * scaled + rest)

@@ -107,7 +107,7 @@ _contacts = cache(lambda make, number, seed: make(number, seed))  # the same for
 
 
 def static_estimates(situation: Statics, setup: EstimatorSetup, number: int, seed: int) -> Estimates:
-    """Estimates about `number` contacts by statics, with errors of the sensors of their own."""
+    """Estimates about `number` contacts by statics, with independent sensor errors."""
     contacts, rng = _contacts(situation.contacts, number, seed), np.random.default_rng(seed)
     finger, sensors = situation.nominal(), setup
     if situation.border_shift:

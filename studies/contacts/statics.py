@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.spatial_chain import Loads, posture, spatial_chain, torques, vector_product, weights
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 from studies.contacts.contacts import INNER, OUTER, Contacts, G, read_finger
 
 MAX_BEND = 2.6  # rad of the whole finger
@@ -51,7 +51,7 @@ def balanced_contacts(
     side: Array,
     mu: Array,
 ) -> Contacts:
-    """Contacts for which a balance is found, and which bend the finger by less than MAX_BEND.
+    """Contacts in balance that bend the finger by less than MAX_BEND.
 
     Args:
         finger: that does not creep.
@@ -86,7 +86,7 @@ def balanced_contacts(
         change = deflection(driving + weight_torque + torque) - q
         q = q + _STEP * change
     _, torque, force = load_torques(q)
-    order = np.argsort(chain.position_indices(ways_in_space(finger)))
+    order = np.argsort(chain.position_indices(spatial_deformations(finger)))
     q, torque = q[:, order], torque[:, order]
     is_balanced = (np.abs(change).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MAX_BEND)
     return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).subset(is_balanced)

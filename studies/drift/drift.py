@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def summary(rows: Sequence[DriftRow]) -> list[PolicyRow]:
-    """All parts together, by policy and minute, in the order of the rows."""
+    """Joins all parts by policy and minute, in the order of the rows."""
     groups: dict[tuple[str, int], list[DriftRow]] = {}
     for row in rows:
         groups.setdefault((row.policy, row.minute), []).append(row)

@@ -151,7 +151,7 @@ def _span_ends(rows: NDArray[np.int_]) -> NDArray[np.int_]:
 def policy_rows(
     part: int, policy: str, hour: Hour, rows: NDArray[np.int_], estimates: PolicyEstimates
 ) -> Iterator[DriftRow]:
-    """A row for each minute in which there are samples, `rows` of the hour, in this order."""
+    """A row for each minute with samples, `rows` of the hour, in this order."""
     finger, ends = hour.layout.finger, _span_ends(rows)
     points = in_space(forward_kinematics(hour.truth.q[rows], finger.segment_length).points)[:, None]
     for minute in np.unique(ends).tolist():

@@ -39,7 +39,7 @@ class Result(NamedTuple):
         return self.holds and self.quality <= EQUAL_FACTOR * other.quality
 
     def times_behind(self, other: "Result") -> float:
-        """Ratio of its time to that of another one; median over the alternating rounds."""
+        """Ratio of its time to the other result's; median over the alternating rounds."""
         return float(np.median(self.seconds / other.seconds))
 
 
@@ -57,7 +57,7 @@ def installed_simulators(names: Iterable[str]) -> list[str]:
 
 
 def compare(name: str, config: dict[str, Any], simulators: Iterable[str], rounds: int) -> list[Result]:
-    """All results of a task, ours with its default first."""
+    """Runs a task in all simulators; our default result comes first."""
     runs: list[tuple[str, Setting, Run]] = []
     references: dict[str, PeerTrial] = {}
     for simulator in simulators:
@@ -97,7 +97,7 @@ def chosen_results(results: list[Result]) -> list[Result]:
 
 
 def equal_setting(results: list[Result], other: Result) -> Result | None:
-    """Our fastest result that matches that of another simulator; None if none of our settings does."""
+    """Our fastest result that matches another simulator's result; None if no setting of ours does."""
     matching = [result for result in results if result.simulator == OURS and result.matches(other)]
     return max(matching, key=lambda result: result.speed, default=None)
 

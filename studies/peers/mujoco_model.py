@@ -9,7 +9,7 @@ from studies.peers.task import PeerTask, Setting
 
 
 def make_model(task: PeerTask, setting: Setting) -> mujoco.MjModel:
-    """The model under the options of a setting; the stiffness of its skins is that of the integrator."""
+    """The model under the options of a setting, with skins as stiff as its integrator requires."""
     step = setting["step"] if setting["integrator"] == "discrete" else min(setting["step"], EXPLICIT_STEP)
     exported = to_mjcf(task.scenario, step)
     meshes = {name: source.read_bytes() for name, source in exported.meshes.items()}

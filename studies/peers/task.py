@@ -49,7 +49,7 @@ class PeerTask:
 
     @cached_property
     def bodies(self) -> list[Body]:
-        """All bodies that are not grippers, in their poses."""
+        """Bodies other than grippers, in their poses."""
         return scene_bodies(self.scenario)
 
     @property

@@ -75,7 +75,7 @@ HIGHER = 1.5  # times the bars of the shipped finger, for others with an exact n
 
 
 def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow]) -> list[Claim]:
-    """All claims."""
+    """Checks all claims against the rows."""
     other_plants = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
     return [
         _error_claim(rows),

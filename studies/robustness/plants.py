@@ -128,7 +128,7 @@ EVERY = 10  # of the held samples, so far apart: they hardly differ except in wh
 
 @dataclass(frozen=True)
 class FingerAtRest:
-    """A finger of a recording with T samples, of which K at its held steps are used."""
+    """A finger of a recording with T samples; K of them, at its held steps, are used."""
 
     station: Station
     recording: Recording

@@ -123,7 +123,7 @@ def setup_errors(
 
 
 def joined(parts: Sequence[Errors]) -> Errors:
-    """All samples of several errors."""
+    """Joins the samples of several errors."""
     return Errors(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 

@@ -67,7 +67,7 @@ def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[floa
 
 
 def preset_row(preset: str) -> PresetRow:
-    """The row of a preset."""
+    """Simulates a preset, and makes its table row."""
     changes = CHANGES | {"sensor.errors.preset": preset}
     scenarios = [changed_scenario("free_bending", changes | {"sensor.seed": seed}) for seed in range(SEEDS)]
     runs = cast(Iterator[Run], run_many(scenarios))

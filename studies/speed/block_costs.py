@@ -136,7 +136,7 @@ def _bare_plant(station: Station) -> Diagram:
 
 
 def _print_closed_ratio(name: str, truth: str, bar: float) -> bool:
-    """Prints the time of the station with all its signals over that of the plant with its drive."""
+    """Prints the ratio of the time of the station with all its signals to the time of the plant with its drive."""
     station = make_private_station(load_scenario(name, [f"record.truth={truth}"]))
     plant = bare_diagram(station.scenario)
     ratios = np.array([_run(station.diagram, station) / _run(plant, station) for _ in range(REPEATS)]).T
@@ -146,7 +146,7 @@ def _print_closed_ratio(name: str, truth: str, bar: float) -> bool:
 
 
 def _print_spatial_ratio(name: str, models: tuple[str, ...], *bars: float) -> bool:
-    """Prints the time of fingers that also yield sideways and in twist over that of planar ones."""
+    """Prints the ratio of the time of fingers that also yield sideways and in twist to the time of planar ones."""
     steps = ["pressure.steps.all=[60.0e3, 120.0e3]"]
     yields = [f"models.{model}.fingers.all.yields=bending sideways twist" for model in models]
     stations = [make_private_station(load_scenario(name, [*steps, *changes])) for changes in ([], yields)]
@@ -168,7 +168,7 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_spatial_estimator(name: str, bar: float) -> bool:
-    """Prints the time of a spatial finger's estimator over that of a planar one's, two sections each."""
+    """Prints the ratio of the times of a spatial and a planar finger's estimator, two sections each."""
     spatial = SensorConfig(sections=2, layout="four_faces_and_diagonal")
     planar, space = SensorLayout(_finger(), 2), sensor_layout(replace(_finger(), yields=IN_SPACE), spatial)
     ratios = np.array([_estimate_time(name, space) / _estimate_time(name, planar) for _ in range(REPEATS)])

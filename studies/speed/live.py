@@ -129,7 +129,7 @@ def send(
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints what was measured; exit code 1: a reading was lost and not reported, or memory grew by more than 5 MB."""
+    """Prints the measurements; exit code 1: a reading was lost and not reported, or memory grew by more than 5 MB."""
     changes = [f"estimator.type={options.estimator}"]
     result = measure(options.seconds, changes, ["--page"] if options.page else [])
     print(result.said.strip())

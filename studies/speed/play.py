@@ -43,7 +43,7 @@ class Player(SignalFeed):
 
 
 def moves(sliders: Sequence[Slider]) -> Iterator[tuple[float, Slider, float]]:
-    """The times and positions of the sliders; the first slider is that of all fingers."""
+    """Times and positions of the sliders; the first slider moves all fingers."""
     grip = sliders[0]
     yield CLOSE, grip, 0.6 * grip.value if "opening" in grip.name else (grip.low + grip.high) / 2
     yield OPEN, grip, grip.value

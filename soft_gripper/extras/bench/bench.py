@@ -84,7 +84,7 @@ class Cost(NamedTuple):
 
 
 class Bench:
-    """Computations of a station from measurements, in a Drake diagram of its own.
+    """Computes the signals of a station from measurements, in a separate Drake diagram.
 
     ::
 
@@ -134,7 +134,7 @@ class Bench:
         self._give({name: np.zeros(size) for name, size in self.inputs.items()})
 
     def cost(self, signals: Sequence[str]) -> Cost:
-        """Measures the cost of a sample and of reading these signals, with bent fingers, in a context of its own."""
+        """Measures the cost of a sample and of reading these signals, with bent fingers, in a separate context."""
         copied = copy(self)
         times = []
         copied._begin()

@@ -228,7 +228,7 @@ class BenchDriver(Driver):
         self._zeroing, self._zeroed_at = [], self._clock() + seconds
 
     def end_zeroing(self) -> None:
-        """Takes the mean of the collected readings as that of free fingers.
+        """Zeroes the sensors: the mean of the collected readings becomes the reading of free fingers.
 
         Raises:
             InputError: if nothing was collected.
@@ -270,7 +270,7 @@ class BenchDriver(Driver):
             sys.setswitchinterval(self._switch_interval)
 
     def advance(self) -> bool:
-        """Waits for readings, until the next result is due at most, and uses them; there is nothing to be shown.
+        """Waits for readings, at most until the next result is due, and uses them.
 
         Raises:
             InputError: if the estimators fail, an own source or sink does, or no reading came to zero the sensors.
@@ -313,7 +313,7 @@ class BenchDriver(Driver):
                     self._changed.notify_all()
 
     def _receive(self, receive: Callable[[float], list[Message]]) -> None:
-        """Waits for messages until a result is due at most, and sends that."""
+        """Waits for messages, at most until a result is due, and then sends the result."""
         messages = receive(min(max(0.0, self._due - self._clock()), _MAX_WAIT))
         arrival = self._clock()
         with self._changed:

@@ -65,7 +65,7 @@ class EstimateScene:
         return [*self._sizes, *self._positions, *base]
 
     def show(self, values: Mapping[str, Array]) -> None:
-        """Draws a sample, `signals` by name, (size,) each; those that are missing are unknown."""
+        """Draws a sample, `signals` by name, (size,) each; missing ones are unknown."""
         for name, size in self._sizes.items():
             self._posed.give(name, values.get(name, np.full(size, np.nan)))
         for name, indices in self._positions.items():

@@ -73,7 +73,7 @@ def select_numbers(values: Mapping[str, float], names: Sequence[str]) -> Array:
 
 
 def count_of(value: float) -> int:
-    """The number of a message.
+    """Converts a number from a message to the count of the message.
 
     Raises:
         MalformedError: if it is not a whole number from 0 on.

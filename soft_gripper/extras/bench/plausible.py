@@ -60,7 +60,7 @@ def _tensions(scenario: Scenario) -> _Range:
 
 
 def _readings(layout: MeasurementModel) -> _Range:
-    """Range of the readings of sensors, for each that of the sensor with the largest reading."""
+    """Range of the readings of sensors: for all, the range of the sensor with the largest reading."""
     limit = np.full(layout.readings, (np.abs(layout.jacobian).sum(axis=-1) * _MAX_BEND).max())
     ends = np.array([layout.response.reading(1 + sign * limit) for sign in (-1.0, 0.0, 1.0)])
     return ends.min(axis=0), ends.max(axis=0)

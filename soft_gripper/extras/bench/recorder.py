@@ -67,10 +67,10 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
 
 
 class Recorder:
-    """Writes signals of a bench at every sample, in a thread of its own; counts samples lost to a slow disk."""
+    """Writes signals of a bench at every sample, in a separate thread; counts samples lost to a slow disk."""
 
     def __init__(self, bench: Bench, layout: RowLayout, path: Path):
-        """`path` is that of a new file.
+        """`path` names a new file.
 
         Raises:
             InputError: if it cannot be written.

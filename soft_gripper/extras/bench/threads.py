@@ -17,7 +17,7 @@ Message = bytes | dict[str, Any]  # encoded, or by name
 
 
 class Outbox(Generic[_T]):
-    """Hands items on, in order, in a thread of its own.
+    """Hands items on, in order, in a separate thread.
 
     If they are not taken in time, the oldest are dropped and counted, so that a reader gets the newest.
     """
@@ -103,7 +103,7 @@ def write_all(descriptor: int, content: bytes) -> None:
 
 
 class Inbox:
-    """Messages of an iterable that may wait: a thread of its own reads it, at a pace."""
+    """Reads the messages of an iterable that may wait, in a separate thread, at a pace."""
 
     def __init__(self, messages: Iterable[Message], period: float):
         """`period` between messages, s; 0: as fast as they are taken."""

@@ -67,7 +67,7 @@ def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed
 
 @dataclass(frozen=True)
 class DesignResult:
-    """The result of a study.
+    """Result of a design study: all designs, the best one, and its test.
 
     designs: the scenario as it is, then all that were tried, in order.
     reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
@@ -162,7 +162,7 @@ class _Runs(ScenarioRuns):
         self.changes: dict[tuple[str, ...], Mapping[str, Any]] = {}
 
     def scores(self, designs: Designs) -> list[DesignScore]:
-        """The scores of designs in the search; those that cannot be moulded are not run."""
+        """Scores designs in the search; those that cannot be moulded are not run."""
         config = self._study.config
         refusals = {number: refusal(self._study, values) for number, values in designs.items()}
         keys = self._run(

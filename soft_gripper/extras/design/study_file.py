@@ -139,7 +139,7 @@ def load_design_study(file: Path) -> DesignStudy:
 
 
 def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], search_keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes with absolute paths, in which a Range replaces its text; nothing may be searched already."""
+    """Changes with absolute paths and with a Range in place of its text; no key may be searched already."""
     absolute = _with_paths(file.parent, changes)
     for key, value in absolute.items():
         require(key not in search_keys, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
@@ -160,7 +160,7 @@ def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
 
 
 def _with_paths(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes in which the files have absolute paths."""
+    """Copy of changes with absolute paths of files."""
     return {
         key: _absolute(folder, value) if key.rpartition(".")[2] in _FILE_KEYS else value
         for key, value in changes.items()
@@ -174,7 +174,7 @@ def _absolute(folder: Path, value: Any) -> Any:
 
 
 def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
-    """Changes in which each Range is replaced by its value at the next of the shares, 0 to 1; these come last."""
+    """Copy of changes with each Range replaced by its value at the next share, 0 to 1; these come last."""
     fixed = {key: value for key, value in changes.items() if not isinstance(value, Range)}
     ranges = (value for value in changes.values() if isinstance(value, Range))
     return fixed | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}

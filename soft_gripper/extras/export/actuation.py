@@ -89,7 +89,7 @@ def _motion(station: Station) -> tuple[Array, Array]:
 
 
 def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
-    """Desired positions for which PD controllers without desired velocity do the same and carry the weight, (K, k)."""
+    """Desired positions that make PD controllers without desired velocity do the same and carry the weight, (K, k)."""
     positions, velocities = np.split(desired, 2, axis=1)
     leads = arm.couplings.leads
     stiffness, damping = (

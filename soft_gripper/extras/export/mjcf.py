@@ -111,7 +111,7 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
 
 
 class Pair(NamedTuple):
-    """Two shapes of a file with a contact of their own."""
+    """Two shapes of a file with contact settings for this pair."""
 
     name: str
     models: tuple[str, str]  # to which they belong

@@ -179,7 +179,7 @@ def friction_coefficients(contact: DampedContact, directions: int, points: int) 
 
 
 def _attributes(contact: DampedContact, is_skin: bool, directions: int, points: int) -> dict[str, str]:
-    """A contact as attributes; that of a skin resists turning too."""
+    """Attributes of a contact; the contact of a skin resists turning too."""
     friction = friction_coefficients(contact, directions, points)
     settings = {"friction": text(friction), "solref": text([contact.time, 1]), "condim": "4" if is_skin else "3"}
     return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})

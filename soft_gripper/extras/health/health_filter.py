@@ -421,7 +421,7 @@ class HealthFilter:
         return 2 * self._values + self.layout.readings + 3
 
     def _pressures(self, torque: Array) -> float:
-        """Torque of the drive as a fraction of that of the usual load pressure."""
+        """Driving torque over the torque of the usual load pressure."""
         gain = self.layout.finger.pressure_gain
         return float(torque @ gain / (gain @ gain) / self.uncertainty.load_pressure)
 

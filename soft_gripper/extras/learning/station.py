@@ -412,7 +412,7 @@ def _height(parts: StationParts, body: RigidBody) -> float:
 
 
 def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
-    """Adds `camera`, which sees the fingers and what they handle; returns its picture."""
+    """Adds `camera`, which sees the fingers and the objects; returns its picture."""
     station.scene_graph.AddRenderer(_RENDERER_NAME, make_renderer())
     camera = framing_camera(_visible_corners(station), PICTURE_HEIGHT, PICTURE_WIDTH, DIRECTION)
     color = camera.render_camera(_RENDERER_NAME, 1)

@@ -61,7 +61,7 @@ def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
 def simulate_network(
     station: Station, network: Network
 ) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
-    """Simulates a network of stations, of which `station` is the first.
+    """Simulates a network of stations; `station` is the first.
 
     Returns the logs, the number of samples of each run, and the errors of those that diverged. Values that follow from
     a state are known once MuJoCo has stepped from it, so samples are taken after the first step.

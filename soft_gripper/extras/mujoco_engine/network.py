@@ -178,7 +178,7 @@ class Network:
         return port.get_system(), int(port.get_index())
 
     def _reach(self, output: Output) -> None:
-        """Makes the block of an output, and those that it reads."""
+        """Makes the block of an output, and the blocks that it reads."""
         pending_blocks = [output[0]]
         while pending_blocks:
             leaf = pending_blocks.pop()

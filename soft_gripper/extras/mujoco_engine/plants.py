@@ -303,7 +303,7 @@ class Plants:
         self._make(1, 1, keeps)
 
     def _make(self, steps: int, substeps_done: int, keeps: bool) -> None:
-        """Makes steps of Drake's plant, of which `substeps_done` steps of MuJoCo are done."""
+        """Makes steps of Drake's plant, after `substeps_done` steps of MuJoCo."""
         self._sense(keeps)
         self._forces = None
         for substeps, rows in self._rows_by_substeps:

@@ -45,7 +45,7 @@ Content = Callable[[Path], str | None]
 
 
 def station_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
-    """Equal for scenarios that one station serves; None: it serves no other, see `build_key`."""
+    """Key that is equal for scenarios of one station; None: no other scenario has this station, see `build_key`."""
     plain = plain_objects(scenario)
     models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
     return build_key(replace(plain, description="", models=models, task=_clear_places(scenario)), content_of)
@@ -61,7 +61,7 @@ def plain_objects(scenario: Scenario) -> Scenario:
 
 
 def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
-    """Equal for scenarios with equal plants, but for poses of free objects; None: no other has."""
+    """Key that is equal for scenarios with equal plants, except poses of free objects; None: no plant is equal."""
     plain = plain_objects(scenario)
     models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
     parts: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
@@ -70,7 +70,7 @@ def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | No
 
 
 def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
-    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
+    """Key that is equal for stations with equal blocks, except phases of tasks; None: no other station has them."""
     any_object = partial(ModelConfig, file=_ANY_FILE, free=True)
     models = [any_object(name=model.name) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known

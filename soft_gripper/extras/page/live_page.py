@@ -128,5 +128,5 @@ def _display_unit(unit: str | tuple[str, ...]) -> tuple[float, str]:
 
 
 def _sign(key: str) -> str:
-    """The label of a key."""
+    """Label of a key on its button."""
     return _KEY_SIGNS.get(key, key.removeprefix("Key"))

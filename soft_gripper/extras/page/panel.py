@@ -24,7 +24,7 @@ class Slider:
 
 
 class Button(StrEnum):
-    """The name of a button."""
+    """A button of a page, with its name."""
 
     PAUSE = "pause"
     RESET = "reset"

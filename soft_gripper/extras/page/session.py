@@ -25,7 +25,7 @@ from soft_gripper.scenario.schema import Scenario
 
 
 class SessionRecorder(Protocol):
-    """A recording in a folder of its own; its report says where it is and what it lacks, once it has ended."""
+    """A recording in a new folder; once it has ended, its report names the folder and missing samples."""
 
     @property
     def folder(self) -> Path: ...

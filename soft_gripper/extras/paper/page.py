@@ -49,7 +49,7 @@ def write_report(
     Args:
         out: the folder of the evaluation.
         scenarios: those with a picture and an animation.
-        found: the tables.
+        evaluation: the tables.
         figures: caption of each figure, by its name, which its SVG in `out` and its place in the template have too.
         task: the picture of the task, a PNG.
     """

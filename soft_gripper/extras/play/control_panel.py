@@ -38,7 +38,7 @@ class SliderCommand:
 
 
 def slider_commands(station: StationParts) -> list[SliderCommand]:
-    """The commands of a station of an `open_scenario`, in the order in which they are shown."""
+    """The commands of a station of an `open_scenario`, as the page orders them."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
             np.array([[0.0, 0.0, finger.finger.length] for finger in station.fingers])
@@ -85,7 +85,7 @@ def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
 
 
 def _opening_command(straight: float) -> SliderCommand:
-    """Command of the opening; `straight` is that of straight fingers, m."""
+    """Command of the opening; `straight` is the opening of straight fingers, m."""
     slider = Slider(
         "opening [mm]", 0.0, round(1e3 * _MAX_OPENING_RATIO * straight), _OPENING_STEP, 1e3 * straight, ALL_KEYS
     )
@@ -126,7 +126,7 @@ _STATION_BUTTONS = (Button.PAUSE, Button.RESET, Button.RECORD, Button.STOP)
 
 
 class ControlPanel(Panel):
-    """The panel of a station.
+    """Sliders and buttons that command a station.
 
     If several fingers have a pressure slider each, one more slider moves all of them.
     """

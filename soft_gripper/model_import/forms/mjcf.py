@@ -156,7 +156,7 @@ def _find_touched_meshes(root: ET.Element, defaults: _Defaults) -> Mapping[str, 
 
 
 def _defaults(root: ET.Element) -> _Defaults:
-    """The attributes that each class gives to elements that have none of their own."""
+    """Default attributes of each class for its elements."""
     attributes_by_class: dict[str, dict[str, dict[str, str]]] = {"main": {}}
 
     def add(default: ET.Element, outer_class: str, name: str) -> None:
@@ -414,7 +414,7 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
 
 
 def _mesh_name(mesh: ET.Element) -> str:
-    """The name of a mesh: that of its file if it has none."""
+    """The name of a mesh, by default the stem of its file."""
     return mesh.get("name") or Path((mesh.get("file") or "").strip()).stem
 
 

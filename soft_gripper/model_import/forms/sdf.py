@@ -97,7 +97,7 @@ def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
 
 
 def _make_names_unique(shapes: Sequence[ET.Element]) -> None:
-    """Gives shapes of the same name, which SDFormat does not allow, names of their own."""
+    """Renames shapes of the same name, which SDFormat does not allow."""
     used_names: set[str | None] = set()
     for place, shape in enumerate(shapes):
         if shape.get("name") in used_names:
@@ -166,7 +166,7 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
 
 
 def _check_manner(path: Path, include: ET.Element) -> None:
-    """Checks that an <include> asks for nothing but a whole model under a name of its own."""
+    """Checks that an <include> requests a whole model under a new name, and nothing else."""
     if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
         raise InputError(
             path, "include.merge", merge, "leave it out: links get the name of the included model before them"
@@ -178,7 +178,7 @@ def _check_manner(path: Path, include: ET.Element) -> None:
 
 
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
-    """Says in which frame axes are, where older versions of SDFormat have another rule."""
+    """Writes the frame of axes explicitly, where older versions of SDFormat have another rule."""
     for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _TARGET_VERSION else ():
         marks = axis.findall("use_parent_model_frame")
         for mark in marks:
@@ -224,7 +224,7 @@ def _merge(path: Path, parent: ET.Element, nested: ET.Element) -> None:
 
 
 def _place(element: ET.Element) -> None:
-    """Says that poses which name no frame are in that of the model."""
+    """Names the frame of the model in poses that name none."""
     if element.tag == "frame" and "attached_to" not in element.attrib:
         element.set("attached_to", "__model__")
     elif element.tag in ("link", "model"):

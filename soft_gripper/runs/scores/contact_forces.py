@@ -123,7 +123,7 @@ def _estimated(
 def _contact_inputs(
     station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
 ) -> tuple[ContactShape, tuple[Any, ...]] | None:
-    """`contact` for a finger, and what it is given at some samples (M) of a recording; None as above."""
+    """`contact` for a finger, and its arguments at samples (M) of a recording; None as above."""
     recorded = read_recorded(station, recording, finger)
     if recorded is None:
         return None
@@ -133,7 +133,7 @@ def _contact_inputs(
 
 
 def band_widths(station: Station, recording: Recording, row: FingerForce) -> dict[str, float]:
-    """Widths of a band over the force, and with what would narrow it, see `narrower_bands`.
+    """Widths of a band over the force, now and after each improvement, see `narrower_bands`.
 
     Empty where no contact is detected, or another estimator than `contact` or sensors of the user's own are in use.
     """

@@ -39,7 +39,7 @@ class GraspSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class FingerGrip:
-    """How one finger holds an object: means over the window at the end, and the largest impulse of all.
+    """Grip of one finger on an object: means over the window at the end, and the largest impulse of all.
 
     largest_impulse_mns: the largest integral of the normal force over IMPULSE_TIME.
     """
@@ -199,7 +199,7 @@ def stiffness(width: Array, force: Array) -> float:
 
 
 def finger_grips(signals: GraspSignals, fingers: list[str]) -> list[FingerGrip]:
-    """How each finger holds the object."""
+    """Grip of each finger on the object."""
     window = last(signals.time)
     normal, area, pressure = (
         values[window].mean(axis=0) for values in (signals.normal, signals.area, signals.pressure)

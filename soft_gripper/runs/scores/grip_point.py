@@ -1,4 +1,4 @@
-"""Where a finger holds an object, and how far the object shifts along it from there."""
+"""Grip points of a finger on an object, and the object's shift along the finger from there."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ class Grip(NamedTuple):
 
 
 def face_shifts(X: Array, p: Array, on_link: Array) -> Array:
-    """Shifts of a point of the object from that of a link, along the link's inner face, (..., 2) m.
+    """Shifts of a point of the object from a point of a link, along the link's inner face, (..., 2) m.
 
     Args:
         X: the pose of the link in any frame, (..., 3, 4).
@@ -55,5 +55,5 @@ def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.in
 
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:
-    """Shift of the point of the object from that of the link, along the link's inner face, (2,) m."""
+    """Shift of the object's point from the link's point, along the link's inner face, (2,) m."""
     return face_shifts(grip.link.EvalPoseInWorld(context).GetAsMatrix34(), X_WO @ grip.on_object, grip.on_link)

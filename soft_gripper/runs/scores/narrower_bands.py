@@ -1,4 +1,4 @@
-"""What would narrow the band of a contact force that is wider than half of the force.
+"""Improvements that narrow the band of a contact force wider than half of the force.
 
 The finger is taken to be as it is estimated, so that its readings by other sensors are known, and one thing at a time
 is changed: what the estimator assumes, or where the sensors are. The widths are those of `contact`.
@@ -72,7 +72,7 @@ def _width(shape: ContactShape, q: Array, driving: Array, gravity: Array) -> flo
 
 
 def narrower_text(finger: str, widths: Mapping[str, float]) -> str:
-    """What would narrow the band of a finger, as a line; nothing without widths."""
+    """Line on the improvements that narrow the band of a finger; empty without widths."""
     if not widths:
         return ""
     (_, width_now), *other_widths = widths.items()

@@ -58,7 +58,7 @@ class ReadAgain:
         return estimates_at(function, chosen, *self._inputs(function))
 
     def arguments(self, function: ShapeFunction, rows: NDArray[np.int_]) -> tuple[Any, ...]:
-        """What an estimator without memory is given at some times of the recording, (M), by their numbers."""
+        """Arguments of an estimator without memory at times of the recording, (M), by their numbers."""
         return samples_at(self.numbers[rows], *self._inputs(function))
 
     def driving(self, estimator: str = "arcs") -> Array:

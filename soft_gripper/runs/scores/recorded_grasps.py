@@ -36,7 +36,7 @@ class OfObject:
 
 @dataclass(frozen=True)
 class ObjectGrip(FingerGrip, OfObject):
-    """How one finger holds an object."""
+    """Grip of one finger on a named object."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class ObjectGrasp(Grasp, OfObject):
 
 
 def objects_of(station: Station) -> list[str]:
-    """The free models of a scenario whose grasp is recorded; that of the task comes first."""
+    """The free models of a scenario whose grasp is recorded; the task's object comes first."""
     task = station.scenario.task
     names = [model.name for model in station.scenario.models if model.free]
     recorded = [name for name in names if f"{name}.{NORMAL}" in station.logs.signals]
@@ -87,14 +87,14 @@ def note_welded_object(station: Station, recording: Recording) -> None:
 
 
 def _welded(station: Station) -> list[str]:
-    """The models that are not free, but for the arm and those with fingers."""
+    """The models that are not free, without the arm and those with fingers."""
     arm = station.scenario.arm
     own_models = {finger.model_name for finger in station.fingers} | ({arm.model} if arm else set())
     return [model.name for model in station.scenario.models if not model.free and model.name not in own_models]
 
 
 def _force_on_others(station: Station, recording: Recording, finger: int) -> float:
-    """The largest normal force of a finger on what is no free object, N."""
+    """Largest normal force of a finger on bodies other than free objects, N."""
     total = recording.values(f"{station.fingers[finger].name}.normal_force")
     object_forces = [recording.values(f"{name}.{NORMAL}")[:, finger] for name in objects_of(station)]
     return float(np.nan_to_num(total - np.sum(object_forces, axis=0)).max(initial=0.0))
@@ -143,7 +143,7 @@ def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Arra
 
 
 def _energy(grasped: RecordedObject) -> float:
-    """Work of the pump on all fingers, J; the volume of a chamber grows with the joints by what pressure drives them.
+    """Work of the pump on all fingers, J; the volume of a chamber grows with the joint angles.
 
     By virtual work, a chamber whose pressure p drives a joint by the torque g p grows by g per angle.
     """

@@ -43,7 +43,7 @@ class RecordedObject:
 
     @cached_property
     def samples(self) -> Rows:
-        """The samples of which contact is known; in a task, those of them that are `precedes_put_down`."""
+        """Samples of known contact; in a task, only those of `precedes_put_down`."""
         is_known = np.isfinite(self.values(NORMAL)).all(axis=1)
         if self.station.task is not None:
             is_known &= precedes_put_down(self.phases, self.station.task.phases)
@@ -105,7 +105,7 @@ class RecordedObject:
 
     @cached_property
     def signals(self) -> GraspSignals:
-        """The signals by which its grasp is judged, at `samples`."""
+        """Signals that judge the grasp of the object, at `samples`."""
         samples, time = self.samples, self.recording.values("time")[self.samples]
         normal, friction, force, area, pressure = (self.values(name)[samples] for name in _SIGNALS)
         gravity = np.array(self.station.plant.gravity_field().gravity_vector())

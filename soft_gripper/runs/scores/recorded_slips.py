@@ -1,4 +1,4 @@
-"""Why the object of a recording slips, see `slipping`."""
+"""Slips of the objects in a recording, with their causes; see `slipping`."""
 
 from dataclasses import dataclass, replace
 
@@ -26,7 +26,7 @@ from soft_gripper.runs.scores.slipping import (
 
 @dataclass(frozen=True)
 class ObjectSlip(Slip, OfObject):
-    """Why an object slips."""
+    """Slip of a named object, and its cause."""
 
 
 def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
@@ -36,7 +36,7 @@ def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
 
 
 def recorded_slip(grasped: RecordedObject) -> Slip:
-    """Why an object slips, and whether that could be known before it was lifted."""
+    """Finds the cause of an object's slip, and predicts the slip from the forces before the lift."""
     station, samples, signals = grasped.station, grasped.samples, grasped.signals
     span = held_span(signals.time, signals.normal.sum(axis=1))
     if span is None:

@@ -1,4 +1,4 @@
-"""Why an object slips: pure functions over the signals of one grasp, see `GraspSignals`.
+"""Causes of an object's slip: pure functions over the signals of one grasp, see `GraspSignals`.
 
 By Coulomb's law the fingers carry at most the sum of their normal forces times their coefficients of friction: the
 friction that is available. The share of it that is used is the margin to slip; before an object is lifted, the share
@@ -24,7 +24,7 @@ WILL_HOLD, WILL_SLIP = "will be held", "will slip"
 
 @dataclass(frozen=True)
 class Slip:
-    """Why an object slips, or does not; NaN and "" where there is nothing to say.
+    """Slip of an object and its cause; NaN and "" where there is none.
 
     predicted: "will be held" if before it is lifted the friction available exceeds its weight, else "will slip"; "" if
         the grip has not settled by then.
@@ -64,7 +64,7 @@ def weight_share(normal: Array, coefficients: Array, weight: float) -> float:
 
 
 def object_friction(coefficient: float, finger: float) -> float:
-    """Friction of an object that gives a coefficient with that of a finger; infinite if none does.
+    """Friction of an object that combines with a finger's friction to a coefficient; infinite if none does.
 
     The inverse of `combined_friction`, which stays below twice the friction of the finger.
     """

@@ -1,4 +1,4 @@
-"""How well a closed loop follows the steps of its set point."""
+"""Step responses of a closed loop: overshoot, settling time and steady error at each set point."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

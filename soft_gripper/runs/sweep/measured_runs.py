@@ -66,7 +66,7 @@ def _measured(
 
 
 def _half_steps(scenario: Scenario) -> dict[str, float]:
-    """Changes of a scenario by which all steps are half as long."""
+    """Changes of a scenario that halve all time steps."""
     changes = {STEP: scenario.plant_config.time_step / 2}
     return changes if scenario.engine_step is None else changes | {ENGINE_STEP: scenario.engine_step / 2}
 
@@ -100,7 +100,7 @@ def _measures(run: Run, own: Sequence[str]) -> dict[str, Any]:
 
 
 def _compared(measured: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:
-    """The measures of a run, with those that depend on its time step."""
+    """The measures of a run, with the names of those that depend on its time step."""
     if isinstance(measured, Exception) or isinstance(halved, Exception):
         return measured if isinstance(measured, Exception) else halved
     return measured | {DEPENDS: " ".join(depends_on_step(measured, halved))}

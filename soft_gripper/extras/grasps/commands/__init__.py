@@ -25,7 +25,7 @@ from soft_gripper.errors import InputError
 
 
 def _check_trials(options: argparse.Namespace) -> None:
-    """Checks that the names of scenarios differ, by which tables distinguish them."""
+    """Checks that the names of scenarios differ, since tables distinguish them by name."""
     names = Counter(Path(file).stem for file in options.scenario or ())
     for file in options.scenario or ():
         if names[Path(file).stem] > 1:
