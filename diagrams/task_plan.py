@@ -79,7 +79,8 @@ def first_collision(
     Returns:
         The deepest collision at the first positions with a collision; None if there is none.
     """
-    context, scene_context = plant.GetMyMutableContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
+    context = plant.GetMyMutableContextFromRoot(root)
+    scene_context = scene_graph.GetMyContextFromRoot(root)
     robot_bodies = frozenset(robot)
     for index, q in enumerate(positions):
         plant.SetPositions(context, q)

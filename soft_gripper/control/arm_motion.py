@@ -308,7 +308,8 @@ def _check_inside(plant: MultibodyPlant, law: Couplings, name: str, values: Arra
     excess = np.maximum(lower - values, values - upper)
     k, i = np.unravel_index(excess.argmax(), excess.shape)
     if excess[k, i] > 0:
-        names, leader = [joint.name() for joint in movable_joints(plant)], law.leads[abs(law.matrix[i]).argmax()]
+        names = [joint.name() for joint in movable_joints(plant)]
+        leader = law.leads[abs(law.matrix[i]).argmax()]
         limits = f"{lower[i]:.4g} to {upper[i]:.4g}" + (f"; it follows '{names[leader]}'" if i != leader else "")
         raise LimitError(f"joint '{names[i]}': {name} {values[k, i]:.4g} is outside of its limits, {limits}")
 

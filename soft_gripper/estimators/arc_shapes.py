@@ -67,7 +67,9 @@ class BendSharing:
 
     def _solve_elastic_law(self, theta: Array, torque_without_load: Array) -> Array:
         """Newton's method for the loads of the sections, from none."""
-        finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(torque_without_load)
+        finger = self.layout.finger
+        torque = np.zeros_like(theta)
+        q = self.layout.finger.angle(torque_without_load)
         for _ in range(_MAX_ITERATIONS):
             compliance = 1 / finger.joint_law.slope(q)
             bends = self.layout.matrix @ (compliance[..., None] * self.interpolation)

@@ -209,7 +209,8 @@ class SurfaceContact:
         terms = np.swapaxes(compliant, -1, -2)[..., :, None, :] * posture.screws[..., None]  # (..., D, 6, S)
         sums = np.concatenate([np.zeros_like(terms[..., :1, :, :]), terms.cumsum(axis=-3)], axis=-3)
         moments, forces = np.split(sums[..., links, :, :], 2, axis=-2)
-        R, origins = np.swapaxes(posture.rotations[..., links, :, :], -1, -2), posture.origins[..., links, :]
+        R = np.swapaxes(posture.rotations[..., links, :, :], -1, -2)
+        origins = posture.origins[..., links, :]
         shifts = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
         forces = forces + np.swapaxes(shifts, -1, -2)
         wrench_effects = [np.concatenate([R @ moments, R @ forces], axis=-2)]  # (..., L, 6, S)
@@ -305,7 +306,8 @@ class SurfaceContact:
         """Fits force, (...) N, and deviations, (..., D), in the most probable cell, whose place is free."""
         usual_force, max_force = self._force_prior
         place_index = self.surface.tangents
-        place_changes, other_changes = deviations[..., place_index, :], np.delete(deviations, place_index, axis=-2)
+        place_changes = deviations[..., place_index, :]
+        other_changes = np.delete(deviations, place_index, axis=-2)
         for _ in range(_ITERATIONS):  # deviations other than that of the place follow the force
             U = force[..., None, None] * other_changes
             weights = np.linalg.inv(np.swapaxes(U, -1, -2) @ U + np.eye(r.shape[-1]))
@@ -553,7 +555,8 @@ class ContactShape:
         std: Array | None,
     ) -> Array:
         """Joint positions under torques of a contact, (..., D); their residual is distributed as by `gaussian`."""
-        mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
+        mechanics = self._gaussian.mechanics
+        errors = self._gaussian.extrapolation(readings, driving, gravity)
         variance = self._gaussian.read(readings, std, errors).variance
         load_change = mechanics.compliance(linearized.q) * torque
         residual = linearized.residual - (linearized.slopes @ load_change[..., None])[..., 0]
@@ -574,7 +577,8 @@ class ContactShape:
 
         The stiffness may err as the bend per driving torque does; then every bend errs by this fraction.
         """
-        mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
+        mechanics = self._gaussian.mechanics
+        errors = self._gaussian.extrapolation(readings, driving, gravity)
         values, variance = self._gaussian.read(readings, std, errors)
         bent, (prediction, A) = mechanics.bent_finger(q), self.layout.values_at(q)
         q_free = mechanics.linearized_positions(q, driving + mechanics.weight(bent, gravity))
@@ -656,7 +660,8 @@ def _force_vectors(
     See `_deviation_posterior` for z and its derivative, `SurfaceCells` for the directions.
     """
     T = directions.shape[-2] - 1
-    unit, sizes = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :], force[..., None, None]
+    unit = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :]
+    sizes = force[..., None, None]
     friction = np.swapaxes(np.linalg.cholesky(z_covariance[..., :T, :T]), -1, -2) @ directions[..., 1:, :]
     size_slopes = unit + sizes * z_slopes[..., None, :T] @ directions[..., 1:, :]
     return np.concatenate([sizes * unit, sizes * friction, std[..., None, None] * size_slopes], axis=-2)

@@ -99,7 +99,7 @@ class SurfaceCells:
 
     @classmethod
     def from_finger(cls, finger: Finger, deformations: Sequence[str], friction: float) -> "SurfaceCells":
-        """Cells of a finger that yields in some ways, whose contacts have friction of coefficients up to `friction`."""
+        """Cells of a finger with some deformations, for contacts with coefficients of friction up to `friction`."""
         columns = map(list, zip(*_cells(finger, deformations, friction), strict=True))
         place, side, face, probability, s, surfaces = columns
         wrenches, tangents = _wrenches(surfaces), len(surfaces[0].tangents)
@@ -136,16 +136,21 @@ class _Cell(NamedTuple):
 def _cells(finger: Finger, deformations: Sequence[str], friction: float) -> Iterator[_Cell]:
     """Yields all cells, by sides and places; if the finger only bends, on the outer face, -1, and the inner one, 1."""
     count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
-    s, begins = (np.arange(count) + 0.5) / count * finger.length, np.append(0.0, finger.joint_arc_lengths)
+    s = (np.arange(count) + 0.5) / count * finger.length
+    begins = np.append(0.0, finger.joint_arc_lengths)
     section, extent = finger.section(s), finger.length / count
     sizes = np.broadcast_arrays(section.outer_face, section.inner_face, section.width, s)[:3]
     outlines = [_Outline(*size) for size in zip(*sizes, strict=True)]
     heights, end = s - begins[np.searchsorted(begins, s) - 1], finger.length - begins[-1]
     sides: Iterable[tuple[int, int]]
     if tuple(deformations) == ("bending",):
-        sides, make_faces, make_tips = ((-1, _CELLS_AROUND // 2), (1, 0)), _planar_face_surfaces, _planar_tip_surfaces
+        sides = ((-1, _CELLS_AROUND // 2), (1, 0))
+        make_faces = _planar_face_surfaces
+        make_tips = _planar_tip_surfaces
     else:
-        sides, make_faces, make_tips = enumerate(range(_CELLS_AROUND), start=1), _face_surfaces, _tip_surfaces
+        sides = enumerate(range(_CELLS_AROUND), start=1)
+        make_faces = _face_surfaces
+        make_tips = _tip_surfaces
     for side, face in sides:
         for i, outline in enumerate(outlines):
             for probability, surface in make_faces(face, outline, heights[i], extent, friction):

@@ -126,7 +126,8 @@ def recorded_driving(
     """
     driving, is_settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
     while not is_settled:
-        q, last_driving = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q, driving
+        q = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q
+        last_driving = driving
         driving = driving_torques(finger, q, pressure, period)
         is_settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
     return driving

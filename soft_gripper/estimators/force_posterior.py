@@ -213,7 +213,8 @@ def contact_posterior(
     probability = _probability(cell_fits, posterior, distribution, forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     is_anywhere, is_beyond = ends[:, 1] > 0, ends[:, 1] > min_location
-    arc_length_set, (mode_forces, mode_cells) = _arc_length_set(chi_squared, ends), modes(cell_fits, max_force)
+    arc_length_set = _arc_length_set(chi_squared, ends)
+    mode_forces, mode_cells = modes(cell_fits, max_force)
     is_explained, is_detected = misfit <= 1, probability > DETECTION_PROBABILITY
     is_located = is_explained & (np.ptp(arc_length_set, axis=-1) < MAX_LOCATED_SPAN * length)
     has_range, has_place = is_explained[..., None], (is_explained & is_detected)[..., None]
@@ -266,11 +267,9 @@ def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
         for array, axes in ((r, 1), (cells.response, 2), (cells.deviations, 3))
     )
     # (S, ..., 1), (S, ..., C) and (D, S, ..., C): sums over short first axes are quick
-    r, c, deviations = (
-        np.moveaxis(r, -1, 0)[..., None],
-        np.moveaxis(c, -1, 0),
-        np.moveaxis(deviations, (-2, -1), (0, 1)),
-    )
+    r = np.moveaxis(r, -1, 0)[..., None]
+    c = np.moveaxis(c, -1, 0)
+    deviations = np.moveaxis(deviations, (-2, -1), (0, 1))
     vectors = [*deviations, c, r]
     products = [[_dot(vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)]
     if not refines:
@@ -325,10 +324,8 @@ def _force_range(fits: Fits, chi_squared: Array, mask: NDArray[np.bool_], level:
 def _arc_length_set(chi_squared: Array, ends: Array) -> Array:
     """Ends of the likelihood set along the finger, (..., 2) m, from those of the cells, (C, 2)."""
     is_likely = chi_squared <= chi_squared.min(axis=-1, keepdims=True) + _SET_CHI_SQUARED
-    begin, end = (
-        np.where(is_likely, ends[:, 0], np.inf).min(axis=-1),
-        np.where(is_likely, ends[:, 1], 0.0).max(axis=-1),
-    )
+    begin = np.where(is_likely, ends[:, 0], np.inf).min(axis=-1)
+    end = np.where(is_likely, ends[:, 1], 0.0).max(axis=-1)
     return np.stack([begin, end], axis=-1)
 
 
@@ -568,7 +565,9 @@ def _probability(
     """The probability of contact, (...), with variances scaled, (...)."""
     from scipy.special import exp1
 
-    chi_squared, max_force, peak = (cell_fits.r**2).sum(axis=-1), forces.max_force, posterior.heights.max(axis=-1)
+    chi_squared = (cell_fits.r**2).sum(axis=-1)
+    max_force = forces.max_force
+    peak = posterior.heights.max(axis=-1)
     evidence = np.sqrt(2 * np.pi) * distribution.total.reshape(peak.shape)
     ratios = np.array([max_force / 10**_FORCE_DECADES, max_force]) / forces.usual_force
     prior_integral = -np.diff(exp1(ratios**2 / 2))[0] / 2
@@ -611,10 +610,8 @@ _QUANTILE_FRACTIONS = np.concatenate([_LOWER_FRACTIONS, _LOWER_FRACTIONS + _INTE
 def _interval(cumulative: Array, edges: Array) -> Array:
     """Least, median and largest force, (N, 3) N, of the intervals of 95 %, from the fractions up to each edge."""
     fractions = np.clip(_QUANTILE_FRACTIONS, cumulative[:, :1], cumulative[:, -1:])
-    rows, offsets = (
-        np.arange(len(cumulative)),
-        2.0 * np.arange(len(cumulative))[:, None],
-    )  # one sample follows the other
+    rows = np.arange(len(cumulative))
+    offsets = 2.0 * np.arange(len(cumulative))[:, None]  # one sample follows the other
     quantiles = np.interp((fractions + offsets).ravel(), (cumulative + offsets).ravel(), edges.ravel()).reshape(
         fractions.shape
     )

@@ -139,7 +139,9 @@ class Mechanics:
 
     def _inner_covariance(self, bent: BentFinger) -> Array:
         """Covariance of load torques, (..., D, D); correct where the row's joint is the inner one."""
-        points, motions, N = self._forces.positions(bent.posture), bent.posture.motions, self.layout.finger.segments
+        points = self._forces.positions(bent.posture)
+        motions = bent.posture.motions
+        N = self.layout.finger.segments
         products = (points[..., :, None] * points[..., None, :]).reshape(*points.shape[:-1], 16)
         outer_products = (self._outer_weights @ products).reshape(*products.shape[:-2], N, 4, 4)
         segment_motions = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)

@@ -36,7 +36,7 @@ Away from the states of a calibration (`Mechanics.extrapolation`) errors of driv
 finger stays there. They are never averaged: a free finger may differ from the predicted one by as much, little is
 learnt of it, and shape and contact are as much less certain.
 
-V follows the bent chain where it leaves its plane, and as that couples the ways in which its joints yield, readings
+V follows the bent chain where it leaves its plane, and as that couples the deformations of its joints, readings
 are linearized about the finger under the load that is known; what the load adds to the readings is the difference
 between that finger and the free one. The contact is that which explains the change of the values by the load
 (`SurfaceContact`), r = A C V z , with the uncertainty of all states. There may be more values than a load changes
@@ -320,7 +320,8 @@ class RecursiveShape:
 
     def changes(self, state: FilterState) -> Changes:
         """Changes of finger and sensors, as learnt in free motion."""
-        readings, std = self.layout.readings, np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
+        readings = self.layout.readings
+        std = np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
         M = self._modes
         gains, offsets = (slice(M + 2 + begin, M + 2 + begin + readings) for begin in (0, readings))
         parts = M, M + 1, gains, offsets

@@ -160,7 +160,8 @@ class ShapeEstimator(ArrayBlock):
             self.take(port, layout.finger.segments)
 
         def driving(*torques: Array) -> Array:
-            torque_of, zeros = dict(zip(driven_deformations, torques, strict=True)), np.zeros_like(torques[0])
+            torque_of = dict(zip(driven_deformations, torques, strict=True))
+            zeros = np.zeros_like(torques[0])
             return np.concatenate([torque_of.get(deformation, zeros) for deformation in layout.deformations], axis=-1)
 
         self.driving = ports[0]  # the port or step with it

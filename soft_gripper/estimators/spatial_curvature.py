@@ -39,7 +39,8 @@ class SpatialCurvatureShape:
         """
         layout, shared_bends = self.layout, self._shared
         measured = layout.measured(readings)
-        is_finite, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared_bends.shape[-1]))
+        is_finite = np.isfinite(measured)
+        sections = np.zeros((*readings.shape[:-1], shared_bends.shape[-1]))
         noise = self.uncertainty.any_reading() if std is None else std
         variance = np.where(is_finite, noise**2, UNKNOWN)
         for _ in range(_ITERATIONS):

@@ -86,7 +86,8 @@ class Zeroing:
     def _zeros_over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
         if not len(readings):
             return self.begin(readings.shape[:-1])
-        shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._is_known_free(driving)[..., None]
+        shape = (*readings.shape[:-1], self.mechanics.layout.readings)
+        is_free = self._is_known_free(driving)[..., None]
         free_time = self._elapsed(np.broadcast_to(~is_free, shape))
         rests = np.flatnonzero((self._resting_time(free_time) > 0).reshape(len(free_time), -1).any(axis=1))
         offset, mean = np.zeros((2, len(rests) + 1, *shape[1:]))  # before the first sample at which any finger rests
@@ -140,7 +141,8 @@ def free_readings(mechanics: Mechanics, driving: Array, gravity: Array) -> Array
     """
     q = mechanics.positions_under(driving)
     for _ in range(_MAX_ITERATIONS):
-        last, q = q, mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
+        last = q
+        q = mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
         if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return mechanics.layout.read(q)

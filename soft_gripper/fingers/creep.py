@@ -52,7 +52,8 @@ class Recursion(NamedTuple):
 def recursion(branches: Sequence[CreepBranch], period: float) -> Recursion:
     """Gains of the recursion over a period, s; exact for angles that are linear over it."""
     periods = period / np.array([branch.time for branch in branches])[:, None]
-    decay, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
+    decay = np.exp(-periods)
+    mean = -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
     return Recursion(decay, mean - decay, 1 - mean)
 
 

@@ -152,7 +152,8 @@ class Finger:
     def path_violations(self, path: Path) -> Iterator[Violation]:
         """Yields the first violation, by field, where a path or the chamber along it leaves the section."""
         for s in self._stations(path):
-            section, (x, y) = self.section(s), (float(path.value_at(name, s, self.length)) for name in "xy")
+            section = self.section(s)
+            x, y = (float(path.value_at(name, s, self.length)) for name in "xy")
             t, w = (
                 float(path.value_at(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0
                 for n in _CHAMBER_SIZES
@@ -251,7 +252,7 @@ class Finger:
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
     def deformations(self, segment: int) -> tuple[str, ...]:
-        """Names of the joints in the middle of a segment, from the base to the tip, by the way in which each yields."""
+        """Deformations of the joints in the middle of a segment, from the base to the tip."""
         return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
 
     @property
@@ -441,7 +442,9 @@ class Finger:
     @cached_property
     def links(self) -> LinkInertias:
         """Inertias of the N + 1 rigid links from the base to the tip, the load at the tip included."""
-        middles, lengths, load = (self.link_ends[:-1] + self.link_ends[1:]) / 2, np.diff(self.link_ends), self.tip_load
+        middles = (self.link_ends[:-1] + self.link_ends[1:]) / 2
+        lengths = np.diff(self.link_ends)
+        load = self.tip_load
         section = self.section(middles)
         mass = np.asarray(section.density * section.area * lengths)
         center = np.array([section.mass_center, lengths / 2])
@@ -522,7 +525,8 @@ class Finger:
         joints = np.diag(np.concatenate(list(max_stiffnesses.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
         stiffness = self._tendon_stiffness(list(max_stiffnesses)) + (-joints if implicit else joints)
-        identity, inverse_mass = np.eye(len(joints)), np.linalg.inv(self.mass_matrix(list(max_stiffnesses)))
+        identity = np.eye(len(joints))
+        inverse_mass = np.linalg.inv(self.mass_matrix(list(max_stiffnesses)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
         steps = np.block([[0 * identity, identity], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
         longest = float(np.linalg.eigvals(steps).real.max())

@@ -366,7 +366,9 @@ def _springs(joint: _Joint) -> list[ET.Element]:
     k h^2 sin(t) (L / (2 h cos(t/2)) - 1). With L = 8 h that is the same function of the angle, of stiffness 3 k h^2, at
     half the cost. The joints beside those of bending have it; these stay free of its thrust.
     """
-    finger, origin, h = joint.finger, np.array([0.0, 0.0, joint.height]), joint.finger.segment_length / 2
+    finger = joint.finger
+    origin = np.array([0.0, 0.0, joint.height])
+    h = joint.finger.segment_length / 2
     if joint.slides:
         far_end = origin - finger.length * np.array(AXES[joint.deformation])
         return [_spring(joint, far_end, np.zeros(3), finger.length, joint.stiffness)]

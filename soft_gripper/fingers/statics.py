@@ -64,7 +64,8 @@ def resting_angles(
     iteration, which converges unless the finger buckles under its weight.
     """
     driving, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
-    bends, relaxed = relaxed_law(finger).inverse(), 1 - shares(finger).sum()  # fraction of the stiffness
+    bends = relaxed_law(finger).inverse()
+    relaxed = 1 - shares(finger).sum()  # fraction of the stiffness
     bend_factor = (relaxed / (relaxed - finger.share_taken(pressure)))[..., None]  # of a linear finger
     q = bend_factor * bends(driving)
     for _ in range(_MAX_ITERATIONS):

@@ -190,7 +190,8 @@ def _check_accessor(gltf: _Gltf, accessor: Mapping[str, Any]) -> None:
         gltf.refuse("accessor.type", [component, kind], "is no type of glTF")
     if "sparse" in accessor:
         gltf.refuse("accessor.sparse", accessor["sparse"], "leave it out, and give all values")
-    view, count = gltf.find_entry(accessor, "bufferView", "bufferViews"), gltf.count(accessor, "count", least=1)
+    view = gltf.find_entry(accessor, "bufferView", "bufferViews")
+    count = gltf.count(accessor, "count", least=1)
     width = _COMPONENT_BYTES[component] * _WIDTHS[kind]
     stride = max(gltf.count(view, "byteStride", 0), width)
     if gltf.count(accessor, "byteOffset", 0) + (count - 1) * stride + width > view["byteLength"]:

@@ -153,10 +153,8 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
     differs = runs_along(pairs[:, 0]) == runs_along(pairs[:, 1])
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
     shape, differences = (len(faces), len(faces)), np.concatenate([differs, differs])
-    graph, is_turned = (
-        coo_matrix((1 + differences.astype(int), (rows, columns)), shape=shape).tocsr(),
-        np.zeros(len(faces), bool),
-    )
+    graph = coo_matrix((1 + differences.astype(int), (rows, columns)), shape=shape).tocsr()
+    is_turned = np.zeros(len(faces), bool)
     order, predecessors = breadth_first_order(graph, 0, directed=False)
     for face in order[1:]:
         is_turned[face] = is_turned[predecessors[face]] ^ (graph[predecessors[face], face] == 2)

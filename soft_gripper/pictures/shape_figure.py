@@ -53,7 +53,8 @@ def to_mm(planar: Planar) -> Array:
 def draw_base(axes: Axes, finger: Finger, aside: bool = False) -> None:
     """The mount of the finger, as a dark block; with `aside` seen along x."""
     width = 1.8e3 * (finger.base.width if aside else finger.base.thickness)
-    depth, middle = 0.6e3 * finger.base.thickness, 0.0 if aside else -1e3 * float(finger.base.neutral_axis)
+    depth = 0.6e3 * finger.base.thickness
+    middle = 0.0 if aside else -1e3 * float(finger.base.neutral_axis)
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
 
 

@@ -13,8 +13,8 @@ straight finger y = c z, with the sensitivities c, so that the Jacobian of h is 
 over those that read anything.
 
 Everything is pure and takes arrays whose leading axes are free, so that a block calls it for one sample and an
-evaluation once for a whole recording. The positions q of the joints are flat, (..., D): way after way in which the
-sensors see them yield, bending first, and N from the base to the tip in each. R readings, S values.
+evaluation once for a whole recording. The positions q of the joints are flat, (..., D): by deformation that the
+sensors see, bending first, and N from the base to the tip in each. R readings, S values.
 """
 
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""Observability of a finger: before anything is read, how well its sensors fix each of its ways to yield.
+"""Observability of a finger: before anything is read, how well its sensors fix each of its deformations.
 
 A section is described by how far it bends, turns sideways, twists and stretches as a whole, each shared equally by its
 joints. With a weak prior of variances P and readings of independent noise sigma, which change by A with these numbers
@@ -6,7 +6,7 @@ about the straight finger,
 
     covariance = (P^-1 + A^T A / sigma^2)^-1 .
 
-A way counts as observed where that makes its standard deviation much smaller than that of the prior.
+A deformation counts as observed where that makes its standard deviation much smaller than that of the prior.
 """
 
 from dataclasses import dataclass

@@ -81,7 +81,7 @@ def outermost(finger: Finger) -> tuple[float, float]:
 class PathSensors(SpatialSensors):
     """Strain sensors in series along any paths, one on each path and section; a value is the strain of a reading.
 
-    Readings run path after path and from the base to the tip. They depend on all ways in which the finger yields.
+    Readings run path after path and from the base to the tip. They depend on all deformations of the finger.
 
     Raises:
         InputError: as MeasurementModel; and if there is no path, a name appears twice, a path leaves the section, or

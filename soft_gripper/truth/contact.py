@@ -113,7 +113,8 @@ class TouchedLinks:
         """The links of a finger in a finalized plant."""
         ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
         geometries = [[geometry.get_value() for geometry in of_link] for of_link in ids]
-        begins, only_bends = finger.finger.link_ends[:-1].tolist(), tuple(finger.finger.yields) == ("bending",)
+        begins = finger.finger.link_ends[:-1].tolist()
+        only_bends = tuple(finger.finger.yields) == ("bending",)
         return cls([link.index() for link in finger.links], geometries, begins, only_bends)
 
     @cached_property
@@ -365,7 +366,8 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
     centers = np.array([contact.mean_center for contact in contacts])
     if len(contacts) < 2:
         return np.full(max((contact.samples for contact in contacts), default=1), np.nan)
-    from_middle, normals = centers - centers.mean(axis=0), np.array([contact.main_normal for contact in contacts])
+    from_middle = centers - centers.mean(axis=0)
+    normals = np.array([contact.main_normal for contact in contacts])
     width: Array = 2 * np.abs((from_middle * normals).sum(axis=-1)).mean(axis=0)
     return width
 

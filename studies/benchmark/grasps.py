@@ -33,7 +33,8 @@ from studies.benchmark.random_objects import (
 
 SCENARIO, SECTIONS = "probing_grasp", 2
 PRESSURES = (75e3, 112.5e3, 150e3)  # Pa, as in the scenario
-FINGERS, READINGS = ("left", "right"), 4  # readings of a finger: two sections on the inner and on the outer side
+FINGERS = ("left", "right")
+READINGS = 4  # readings of a finger: two sections on the inner and on the outer side
 FOLDER = Path(__file__).parent / "data"
 FILES = {"grasps_train.csv": ("train", 60), "grasps_test.csv": ("test", 50)}  # numbers of every shape
 _SEED = 21

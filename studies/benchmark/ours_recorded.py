@@ -88,7 +88,8 @@ def arm_tip(name: str) -> Estimator:
     """
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
-        description, (fitted, template) = load_description(_ARM_NAME), _fitted_arm(tuple(_paths(train)))
+        description = load_description(_ARM_NAME)
+        fitted, template = _fitted_arm(tuple(_paths(train)))
 
         def mean(inputs: Array) -> Array:
             wires, pressures = _arm_readings(description, np.vstack([inputs, inputs[-1:]]))
@@ -186,7 +187,8 @@ _MAX_LOAD, _MASS_COUNT = 0.25, 26  # kg on a beam at most, and how many are comp
 def beam_load(task: Question, train: Sequence[Recorded]) -> Predict:
     """Estimates the mass that explains the sag of a beam at rest; its modulus is fitted to the training set."""
     nominal, masses = _finger(_BEAM_NAME), np.linspace(0.0, _MAX_LOAD, _MASS_COUNT)
-    load_place, place = load_description(_BEAM_NAME).load_place, _marker_place(train, _BEAM_NAME, nominal)
+    load_place = load_description(_BEAM_NAME).load_place
+    place = _marker_place(train, _BEAM_NAME, nominal)
     assert load_place is not None
 
     def sags(modulus: float) -> Array:

@@ -97,7 +97,7 @@ def _recognition_score(task: BenchmarkTask, truth: Array, mean: Array, std: Arra
 
 
 def add_unknown(probabilities: Array) -> Array:
-    """Appends that of no class to probabilities of classes, (T, C); negative ones count as 0, sums above 1 are scaled."""
+    """Appends that of no class to probabilities of classes, (T, C); negative ones count as 0, sums above 1 as 1."""
     positive = np.maximum(probabilities, 0.0)
     total = positive.sum(axis=1, keepdims=True)
     return np.hstack([positive / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])

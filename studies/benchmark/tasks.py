@@ -112,7 +112,8 @@ def _grasps(name: str, known_shapes: Sequence[str]) -> BenchmarkTask:
     )
 
 
-_ENCODERS, _PRESSURES = slice(13, 17), [10, 11, 12, 4, 5, 6]  # columns; chambers of the upper segment first
+_ENCODERS = slice(13, 17)  # columns
+_PRESSURES = [10, 11, 12, 4, 5, 6]  # columns, with the chambers of the upper segment first
 _BASE, _TIP = [17, 19], [31, 33]  # x and z of the positions
 
 

@@ -129,7 +129,8 @@ def _score_all(tasks: Tasks, user_name: str | None, submission: Path | None) -> 
 
 def _isolated_answers(tasks: Tasks, task: BenchmarkTask, name: str, copies: Path) -> Answers:
     """Answers of a user's estimator to a task, in a separate process: inputs of other tasks may be answers here."""
-    train, inputs = read_training(task, tasks[task], copies), region_inputs(read_tests(task, tasks[task]))
+    train = read_training(task, tasks[task], copies)
+    inputs = region_inputs(read_tests(task, tasks[task]))
     with user_estimator(name, recorded_folders(tasks)) as (estimator, is_hidden):
         if not is_hidden and task is next(iter(tasks)):
             tqdm.write(f"{name} could read the tests: this system has no Landlock", file=sys.stderr)

@@ -192,7 +192,9 @@ def coverage_figure(rows: Sequence[Any]) -> Figure:
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    file, jobs, settings = options.out / TABLE, coverage_jobs(), {"size": options.size, "seed": options.seed}
+    file = options.out / TABLE
+    jobs = coverage_jobs()
+    settings = {"size": options.size, "seed": options.seed}
     with counted_jobs(options, len(jobs), "cases") as (executor, ended):
         rows = kept_rows(
             *(file, CoverageRow, coverage_rows, jobs, settings, executor, ended, options.resume),

@@ -128,7 +128,9 @@ def compare(contact: ContactForce | None, contacts: Contacts, leaves_plane: bool
     """
     assert contact is not None
     length, no_values = contacts.finger.length, np.full(contact.force.shape, np.nan)
-    force, std, degrees = np.where(contacts.is_inside, contact.force, -contact.force), contact.force_std, no_values
+    force = np.where(contacts.is_inside, contact.force, -contact.force)
+    std = contact.force_std
+    degrees = no_values
     if leaves_plane:
         assert contact.vector is not None
         assert contact.vector_covariance is not None

@@ -116,7 +116,8 @@ class ContactBench:
         forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(plant_context)
         signals = ("link_contact_force", "true_contact_force", "true_contact_total", "true_contact_arc_length")
         link_force, *other_signals = (self._read(signal, context) for signal in signals)
-        torque, world_force = finger.torque_selector() @ forces, self._read("true_contact_force_world", context)
+        torque = finger.torque_selector() @ forces
+        world_force = self._read("true_contact_force_world", context)
         force, total, arc_length = (float(value[0]) for value in other_signals)
         vector = R_WB.matrix().T @ world_force
         return SettledFinger(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)

@@ -47,7 +47,8 @@ FINER = 48  # segments of a plant under a nominal finger of 12
 STRONG, NEAR = {"inner": (2.0, 5.0), "outer": (2.0, 5.0)}, (0.1, 1 / 3)  # N; fractions of the length
 ROUGH = 1.3  # friction, above the 0.9 of the default uncertainty
 BORDER_SHIFT = 1 / 12  # of the length, 10 mm
-STIFFNESS, PRESSURE = (-10, -5, 0, 5, 10), 0.02  # %, errors of the nominal one; fraction, the largest error
+STIFFNESS = (-10, -5, 0, 5, 10)  # %, errors of the nominal stiffness
+PRESSURE = 0.02  # fraction, largest error of the pressure
 _MOTION_SAMPLES, _PERIOD = 100, 0.05  # samples of a motion into the contact and of holding it, s between them
 
 
@@ -120,13 +121,14 @@ def static_estimates(situation: Statics, setup: EstimatorSetup, number: int, see
     parts = []
     for stiffness in np.unique(stiffnesses):
         rows, nominal = stiffnesses == stiffness, replace(setup, stiffness=stiffness / 100)
-        layout, scale = nominal.layout(nominal.nominal_finger(finger), situation.layout), Scale(pressure[rows])
+        layout = nominal.layout(nominal.nominal_finger(finger), situation.layout)
+        scale = Scale(pressure[rows])
         parts.append(estimate_contacts(layout, setup.uncertainty, readings[rows], contacts.subset(rows), scale))
     return joined(parts)
 
 
 def read_pressed(layout: MeasurementModel, q: Array, errors: StrainErrors | None, rng: np.random.Generator) -> Array:
-    """Readings of postures, (M, D) -> (M, R), into which the finger has moved; the sensors see its first ways alone."""
+    """Readings of postures, (M, D) -> (M, R), in which the sensors see the first deformations alone."""
     q = q[:, : len(layout.straight)]
     if errors is None:
         return layout.read(q)

@@ -151,7 +151,8 @@ def several_contacts(number: int, friction: float, seed: int, is_spread: bool = 
     fractions = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
     if is_spread:
         places = np.linspace(0, 1, _POINTS)
-        ends, fractions = ends @ np.array([1 - places, places]), np.full((number, _POINTS), 1 / _POINTS)
+        ends = ends @ np.array([1 - places, places])
+        fractions = np.full((number, _POINTS), 1 / _POINTS)
     total, pressure = (np.array([rng.uniform(*ranges[name]) for name in side]) for ranges in (FORCES, PRESSURES))
     gravity = G * _plane_directions(2 * np.pi * rng.uniform(size=number))
     force, rub = total[:, None] * fractions, friction * rng.uniform(-1, 1, fractions.shape)
@@ -181,7 +182,8 @@ def contacts_in_space(
     """
     rng, finger = np.random.default_rng(seed), finger_in_space()
     s = finger.length * rng.uniform(*places, number)
-    side, turn = rng.integers(faces, size=number) * 2 * np.pi / faces, rng.uniform(0, 2 * np.pi, number)
+    side = rng.integers(faces, size=number) * 2 * np.pi / faces
+    turn = rng.uniform(0, 2 * np.pi, number)
     zeros, z_axis = np.zeros(number), np.array([0.0, 0.0, 1.0])
     normal = np.stack([np.cos(side), np.sin(side), zeros], axis=-1).round()
     tangent, section = vector_product(np.broadcast_to(z_axis, normal.shape), normal), finger.section(s)

@@ -33,7 +33,8 @@ from studies.drift.grasps import GRASP, PERIOD, Grasps, join_grasps, simulated_g
 from studies.estimator_setup import EstimatorSetup
 from studies.robustness.rows import position_errors
 
-MINUTES, SPAN = (5, 10, 20, 30, 40, 50, 60), 5  # ends of the spans that are scored, and how long these are, min
+MINUTES = (5, 10, 20, 30, 40, 50, 60)  # ends of the scored spans
+SPAN = 5  # min, length of a scored span
 SECTIONS, SENSORS, GRASPS = 4, 12, 8  # per side; sets of sensors, and simulated grasps, of a set of the study
 FREE_PRESSURE = 2e3  # Pa, below which the gripper is open
 _MOMENT = 5.0  # s after a grasp begins
@@ -83,7 +84,9 @@ def estimate_by_contact(hour: Hour, rows: NDArray[np.int_], free_pressure: float
 def estimate_by_recursion(hour: Hour, rows: NDArray[np.int_]) -> PolicyEstimates:
     """`recursive`, which estimates the offsets whenever it sees that the finger is free."""
     function, row_set = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
-    state, shapes, intervals = function.begin(hour.readings.shape[1:2]), list[ShapeEstimate](), list[Array]()
+    state = function.begin(hour.readings.shape[1:2])
+    shapes = list[ShapeEstimate]()
+    intervals = list[Array]()
     for i, sample in enumerate(zip(hour.readings, hour.driving, hour.gravity, strict=True)):
         state = function.step(state, *sample)
         if i in row_set:

@@ -234,7 +234,8 @@ def creep(box: Box, changes: Mapping[str, Any]) -> Creep:
     """Simulates the creep of a box in `box_grasp` with changes."""
     place = dict(zip(DRAWN_RANGES, (box.mass_kg, box.friction, 1e-3 * box.off_middle_mm), strict=True))
     changes = {**{f"models.{BOX}.{key}": value for key, value in place.items()}, **changes}
-    measures, plant = run_and_measure(BOX_GRASP, changes, MEASURES), changed_scenario(BOX_GRASP, changes).plant_config
+    measures = run_and_measure(BOX_GRASP, changes, MEASURES)
+    plant = changed_scenario(BOX_GRASP, changes).plant_config
     engine = str(changes.get("engine", DRAKE))
     step, tolerance = (1e3 * plant.time_step, plant.stiction_tolerance) if engine == DRAKE else (np.nan, np.nan)
     numbers = (measures[measure.__name__] for measure in (lifted_mm, sinking_mm))

@@ -65,7 +65,8 @@ def estimator_errors(
         readings: of its sensors, (T, seeds, paths * S).
         gain: of the pressure sensor.
     """
-    function, rows = estimator_function(estimator, layout, uncertainty, resting.period), resting.samples
+    function = estimator_function(estimator, layout, uncertainty, resting.period)
+    rows = resting.samples
     seeds = (1, readings.shape[1])
     pressure = np.tile(gain * resting.pressure[:, None], seeds)
     gravity = np.tile(resting.gravity[:, None], (*seeds, 1))

@@ -55,10 +55,8 @@ def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[floa
 
     for finger in (finger.name for finger in station.fingers):
         errors = (1e3 * float(held_values(f"{finger}.{name}").mean()) for name in ("pose_error", "fingertip_error"))
-        estimated, true = (
-            held_values(f"{finger}.gaussian.estimated_joint_angles"),
-            held_values(f"{finger}.sampled_joint_angles"),
-        )
+        estimated = held_values(f"{finger}.gaussian.estimated_joint_angles")
+        true = held_values(f"{finger}.sampled_joint_angles")
         variance = held_values(f"{finger}.gaussian.joint_angle_covariance").sum(axis=(-2, -1))
         is_covered = np.abs((estimated - true).sum(axis=-1)) <= BAND * np.sqrt(variance)
         false = recording.values(f"{finger}.contact") != 0

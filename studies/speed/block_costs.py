@@ -57,7 +57,8 @@ CLOSED_RATIO_BARS = (("free_bending", "all", 2.9), ("box_grasp", "all", 1.7), ("
 # Scenario, its models with fingers, and the most times that fingers which yield in space take as long as planar ones:
 # the plant with its drive, and closed.
 SPATIAL_BARS = (("free_bending", ("left_finger", "right_finger"), 2.3, 1.7), ("box_grasp", ("gripper",), 2.3, 1.7))
-SPATIAL_ESTIMATOR_BAR, IN_SPACE = 3.0, ("bending", "sideways", "twist")  # times as long as in the plane
+SPATIAL_ESTIMATOR_BAR = 3.0  # times as long as in the plane
+IN_SPACE = ("bending", "sideways", "twist")
 BLOCKS_BAR = 0.2  # ms a sample at most, all blocks of both fingers together
 CREEP_BAR = 1.15  # a grasp whose nominal fingers creep takes at most this many times as long
 CREEP = {"share": "0.1 0.1", "time": "0.5 4"}
@@ -78,10 +79,8 @@ def run(options: argparse.Namespace) -> int:
     print("\nA sample of one finger [us]    median    min    max   bar")
     estimators_hold = [_print_estimator(name, bar) for name, bar in ESTIMATOR_BARS.items()]
     print("\nTimes as long                  median    min    max   bar")
-    creep_holds, spatial_estimator_holds = (
-        _print_creep("box_grasp"),
-        _print_spatial_estimator("gaussian", SPATIAL_ESTIMATOR_BAR),
-    )
+    creep_holds = _print_creep("box_grasp")
+    spatial_estimator_holds = _print_spatial_estimator("gaussian", SPATIAL_ESTIMATOR_BAR)
     return (
         0
         if all(speeds_hold)
@@ -170,7 +169,8 @@ def _print_estimator(name: str, bar: float) -> bool:
 def _print_spatial_estimator(name: str, bar: float) -> bool:
     """Prints the ratio of the times of a spatial and a planar finger's estimator, two sections each."""
     spatial = SensorConfig(sections=2, layout="four_faces_and_diagonal")
-    planar, space = SensorLayout(_finger(), 2), sensor_layout(replace(_finger(), yields=IN_SPACE), spatial)
+    planar = SensorLayout(_finger(), 2)
+    space = sensor_layout(replace(_finger(), yields=IN_SPACE), spatial)
     ratios = np.array([_estimate_time(name, space) / _estimate_time(name, planar) for _ in range(REPEATS)])
     holds = bool(np.median(ratios) <= bar)
     _print_row(f"{name}, in space", ratios, f"{'at most' if holds else 'MISSES'} {bar:g}")

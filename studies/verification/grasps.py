@@ -147,11 +147,10 @@ def run(grasp: TurnedGrasp, yields: str) -> GraspRun:
 
 def _object_contacts(scene: Scene, context: Context, thing: str) -> Array:
     """Normal force of all patches on an object, N, and friction over the largest friction, (P, 2)."""
-    inspector, results = (
-        scene.scene_graph.model_inspector(),
-        scene.plant.get_contact_results_output_port().Eval(context),
-    )
-    object_geometries, contacts = (set(scene.plant.GetCollisionGeometriesForBody(first_body(scene.plant, thing))), [])
+    inspector = scene.scene_graph.model_inspector()
+    results = scene.plant.get_contact_results_output_port().Eval(context)
+    object_geometries = set(scene.plant.GetCollisionGeometriesForBody(first_body(scene.plant, thing)))
+    contacts = []
     for info in map(results.hydroelastic_contact_info, range(results.num_hydroelastic_contacts())):
         surface, force = info.contact_surface(), info.F_Ac_W().translational()
         pair = {surface.id_M(), surface.id_N()}

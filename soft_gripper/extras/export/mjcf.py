@@ -309,10 +309,8 @@ class _Writer:
         indices = [int(body.index()) for body in bodies]
         near = {int(body): {int(j) for j in neighbours} for body, neighbours in neighbors(self._plant).items()}
         filtered = {(k, j) for k, j in candidates if indices[j] in near[indices[k]]}
-        surfaces, models = (
-            self._surfaces(),
-            [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
-        )
+        surfaces = self._surfaces()
+        models = [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies]
         listed = {number for number, model in enumerate(models) if model in self._listed}
         contacts = contact_settings(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
         for element, settings in zip(elements, contacts.geoms, strict=True):

@@ -335,7 +335,8 @@ def _net_forces(tables: Sequence[Array], fingers: int) -> Array:
 
 def _carried_points(station: Station, logs: Logs, environment: int) -> Array:
     """Points of the object of a task when it is last held, see `_End`."""
-    points, task = np.concatenate([np.zeros((3, 1)), _POINT_DISTANCE * np.eye(3)], axis=1), station.scenario.task
+    points = np.concatenate([np.zeros((3, 1)), _POINT_DISTANCE * np.eye(3)], axis=1)
+    task = station.scenario.task
     phases = () if station.task is None else station.task.phases
     holding = [number for number, phase in enumerate(phases) if phase.holds]
     holding_samples = np.flatnonzero(np.isin(logs.phases[:, environment], holding))

@@ -365,7 +365,8 @@ class Network:
         for block in self._blocks.values():
             block.clear(rows)
         self.plants.look()
-        kept_values, other_rows = dict(self._values[_KEPT_FOR_SAMPLE]), np.setdiff1d(np.arange(self.count), rows)
+        kept_values = dict(self._values[_KEPT_FOR_SAMPLE])
+        other_rows = np.setdiff1d(np.arange(self.count), rows)
         self._changed()
         for leaf, block in self._blocks.items():
             block.begin(self._reader(leaf), rows)

@@ -50,7 +50,8 @@ class TouchSensors:
             objects = truth.objects
         self.links: list[_TouchedLink] = []
         for number, finger in enumerate(() if objects is None else station.fingers):
-            names, begins = [str(link.scoped_name()) for link in finger.links], finger.finger.link_ends.tolist()
+            names = [str(link.scoped_name()) for link in finger.links]
+            begins = finger.finger.link_ends.tolist()
             self.links += [_TouchedLink(name, names[0], number, i, begins[i]) for i, name in enumerate(names)]
         geometry_ids = {geometry_id.get_value(): geometry_id for geometry_id in inspector.GetAllGeometryIds()}
         shapes = Counter((_body(station, geometry_ids[key]), number) for key, number in (objects or {}).items())
@@ -95,7 +96,8 @@ class TouchSensors:
         reporting = np.nonzero(all_contacts[..., 0, _FOUND_COLUMN])  # sensors that report contacts: most report none
         reports = all_contacts[reporting]
         number, slot = np.nonzero(reports[..., _FOUND_COLUMN] > 0)
-        contacts, (environment, link, sensor) = reports[number, slot], (indices[number] for indices in reporting)
+        contacts = reports[number, slot]
+        environment, link, sensor = (indices[number] for indices in reporting)
         is_unique = self._find_unique(environment * len(self.links) + link, sensor, contacts[:, _PLACES])
         environment, link, sensor = environment[is_unique], link[is_unique], sensor[is_unique]
         contacts = contacts[is_unique]

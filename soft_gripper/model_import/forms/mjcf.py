@@ -111,10 +111,8 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
         options |= compiler.attrib
         for name in ("meshdir", "assetdir", "strippath"):
             compiler.attrib.pop(name, None)
-    mass_meshes, bodies = (
-        _find_weighed_meshes(model.root, defaults, options.get("inertiafromgeom") == "true"),
-        _find_touched_meshes(model.root, defaults),
-    )
+    mass_meshes = _find_weighed_meshes(model.root, defaults, options.get("inertiafromgeom") == "true")
+    bodies = _find_touched_meshes(model.root, defaults)
     folder = Path(os.path.realpath(model.path.parent)) / options.get("meshdir", options.get("assetdir", ""))
     for mesh in model.root.findall("asset/mesh"):
         if file_name := (mesh.get("file") or "").strip():

@@ -157,10 +157,8 @@ class RecordedObject:
         plant, fingers = self.station.plant, self.station.fingers
         if self.name in self.station.parts.deformables:
             return np.full((len(samples), len(fingers)), np.nan)
-        p_WC, states = (
-            np.swapaxes(self.contact_centers[:, samples], 0, 1),
-            self.recording.values("plant.state")[samples],
-        )
+        p_WC = np.swapaxes(self.contact_centers[:, samples], 0, 1)
+        states = self.recording.values("plant.state")[samples]
         touches = np.isfinite(p_WC).all(axis=-1)
         link_numbers, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
         for j, X_WB in enumerate(self.base_poses[:, samples]):
