@@ -125,12 +125,12 @@ def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) ->
     compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
     builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
     actuator_rows = _actuator_rows(plant, arm)
-    leading = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
+    leader_map = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
     torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(actuator_rows @ arm.couplings.matrix.T))
     builder.Connect(compensation.get_output_port(), torque.get_input_port())
     builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
     desired = builder.AddNamedSystem(
-        f"{arm.name}.desired", MatrixGain(np.kron(_position_map(arm.config), actuator_rows @ leading))
+        f"{arm.name}.desired", MatrixGain(np.kron(_position_map(arm.config), actuator_rows @ leader_map))
     )
     builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
     return desired.get_input_port()

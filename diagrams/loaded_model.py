@@ -169,14 +169,14 @@ def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:
 
 def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
     """Checks that a model has links, or is one soft object that is free."""
-    soft = deformable_body(plant, model)
-    if soft is not None and deformable_kind() is None:
+    soft_body = deformable_body(plant, model)
+    if soft_body is not None and deformable_kind() is None:
         raise InputError(where, "file", config.file, "holds a body of finite elements; give a model with rigid links")
-    if soft is None and not plant.GetBodyIndices(model):
+    if soft_body is None and not plant.GetBodyIndices(model):
         raise InputError(where, "file", config.file, "holds a model without links")
-    if soft is not None and plant.GetBodyIndices(model):
+    if soft_body is not None and plant.GetBodyIndices(model):
         raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
-    if soft is not None and not config.free:
+    if soft_body is not None and not config.free:
         raise InputError(
             where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
         )

@@ -88,8 +88,8 @@ def blamed_by_traceback(station: Station, time: float, failure: BaseException) -
     running_blocks = (block for block in blocks if any(frame.f_locals.get("self") is block.system for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
     module_blocks = (block for block in blocks if module_of(block.name) in modules)
-    blamed = next(running_blocks, None) or next(module_blocks, None)  # in an update: no port is at fault
-    return None if blamed is None else blamed.error(blamed.port, _failure_text(time, failure))
+    block_at_fault = next(running_blocks, None) or next(module_blocks, None)  # in an update: no port is at fault
+    return None if block_at_fault is None else block_at_fault.error(block_at_fault.port, _failure_text(time, failure))
 
 
 def _failure_text(time: float, failure: BaseException) -> str:

@@ -90,13 +90,13 @@ def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dic
     builder.AddNamedSystem(LOOP, block)
     for name, port in sources.items():
         builder.ConnectToSame(port, block.GetInputPort(name))
-    kept = {name: port for name, port in signals.items() if port.get_system() not in parts or wire(port) in ports}
-    fused = {name: wire(port) for name, port in kept.items() if port.get_system() in parts}
+    rest = {name: port for name, port in signals.items() if port.get_system() not in parts or wire(port) in ports}
+    fused = {name: wire(port) for name, port in rest.items() if port.get_system() in parts}
     for part in parts:
         builder.RemoveSystem(part)
     for reader, output in readers:
         builder.Connect(block.GetOutputPort(output), reader)
-    return kept | {name: block.GetOutputPort(output) for name, output in fused.items()}
+    return rest | {name: block.GetOutputPort(output) for name, output in fused.items()}
 
 
 def _open_feeds(leaf: LeafSystem, level: Level) -> dict[str, Feed]:

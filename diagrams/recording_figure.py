@@ -109,9 +109,9 @@ def _draw_lines(axes: Axes, time: Array, panel: SignalPanel) -> None:
     map_colors = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
     colors = [f"C{i}" for i in range(count)] if count <= _CYCLE_COLORS else map_colors
     entries = np.linspace(0, count - 1, count if count <= _MAX_LEGEND_LINES else _SHORT_LEGEND_LINES)
-    labelled = entries.round().astype(int)
+    labelled_entries = entries.round().astype(int)
     for i, (name, color) in enumerate(zip(panel.names, colors, strict=True)):
-        axes.plot(time, panel.lines[:, i], color=color, label=name if count > 1 and i in labelled else None)
+        axes.plot(time, panel.lines[:, i], color=color, label=name if count > 1 and i in labelled_entries else None)
     finite = panel.lines[np.isfinite(panel.lines)]
     if len(finite):
         min_span = max(_MIN_SPAN_FRACTION * _largest(finite), panel.least)

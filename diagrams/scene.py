@@ -56,10 +56,10 @@ def set_home_posture(plant: MultibodyPlant, arm: ArmConfig, mimics: Sequence[Mim
     if not joints:
         raise InputError("arm", "model", arm.model, "has no joint that moves")
     coupled = couplings([joint.name() for joint in joints], mimics)
-    leading = [joints[i].name() for i in coupled.leads]
-    if len(arm.home) != len(leading):
+    leader_names = [joints[i].name() for i in coupled.leads]
+    if len(arm.home) != len(leader_names):
         follow = f"; {', '.join(mimic.joint for mimic in mimics)} follow" if mimics else ""
-        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(leading)}{follow}")
+        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(leader_names)}{follow}")
     leaders = {mimic.joint: mimic.leader for mimic in mimics}
     for joint, position in zip(joints, coupled.full(np.array(arm.home)), strict=True):
         (low,), (high,) = joint.position_lower_limits(), joint.position_upper_limits()
@@ -97,15 +97,15 @@ def add_model(
     Raises:
         InputError: if its file or a frame that it names is invalid.
     """
-    loaded = load_model(plant, config, where, arm, visuals, points)
+    loaded_model = load_model(plant, config, where, arm, visuals, points)
     if arm is not None and config.initial_position:
         raise InputError(where, "initial_position", config.initial_position, "leave it out: an arm has arm.home")
-    set_initial_position(plant, loaded.model, config.initial_position, loaded.mimics, where)
+    set_initial_position(plant, loaded_model.model, config.initial_position, loaded_model.mimics, where)
     X_PC = config.X_PC.GetDeterministicValue()
-    deformable = deformable_body(plant, loaded.model)
+    deformable = deformable_body(plant, loaded_model.model)
     if deformable is not None:
         deformable.set_default_pose(X_PC)
-    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded.model):
+    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded_model.model):
         _check_stays(config, where)
     elif stays_in_place(config):
         raise InputError(where, "free", False, f"must be true: no joint of {config.file} holds the model")
@@ -113,7 +113,7 @@ def add_model(
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
     else:
         plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
-    return loaded
+    return loaded_model
 
 
 def _is_joined(plant: MultibodyPlant, model: ModelInstanceIndex) -> bool:

@@ -93,8 +93,8 @@ def build_key(scenario: Scenario, content_of: Callable[[Path], str | None] | Non
     if None in contents:
         return None
     unseeded = replace(scenario.sensor, seed=0)
-    built = replace(scenario, sensor=unseeded, simulator_config=default_simulator_config())
-    return repr(plain_values(built)), *filter(None, contents)  # YAML takes ten times as long
+    plain_scenario = replace(scenario, sensor=unseeded, simulator_config=default_simulator_config())
+    return repr(plain_values(plain_scenario)), *filter(None, contents)  # YAML takes ten times as long
 
 
 def fingerprint(path: Path) -> str | None:

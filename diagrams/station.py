@@ -160,10 +160,10 @@ def add_station(
         set_point = add_drive_commands(builder, station, drive)
         if scenario.arm is not None:
             add_arm(builder, station, scenario.arm, set_point)
-        free = [model.name for model in scenario.models if model.free]
+        free_names = [model.name for model in scenario.models if model.free]
         arm = None if scenario.arm is None else scenario.arm.model
         wrenches = scenario.record.truth != "none"
-        station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
+        station.signals |= add_plant_signals(builder, scene, free_names, arm, wrenches)
         if meshcat is not None:
             from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 

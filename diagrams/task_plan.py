@@ -296,11 +296,11 @@ class MotionPlanner:
         X_WTool = tool_pose(self._arm.plant, self._arm.tool, start)
         goals = [self._goal(phase) for phase in self._task.phases if phase.to in ("object", "goal")]
         rise = max((X_WGoal.translation()[2] for X_WGoal in goals), default=-np.inf) - X_WTool.translation()[2]
-        stay = rising = self._timed(where, joint_path(start, start), 1.0)
+        wait_motion = rise_motion = self._timed(where, joint_path(start, start), 1.0)
         if rise > 0:
             X_WRaised = RigidTransform([0.0, 0.0, rise]) @ X_WTool
-            rising = self._to_pose(where, PhaseConfig(to="straight up", straight=True), X_WRaised, start)
-        return stay, rising, self._timed(where, joint_path(end_of(rising), self._arm.home), 1.0)
+            rise_motion = self._to_pose(where, PhaseConfig(to="straight up", straight=True), X_WRaised, start)
+        return wait_motion, rise_motion, self._timed(where, joint_path(end_of(rise_motion), self._arm.home), 1.0)
 
     def _goal(self, config: PhaseConfig) -> RigidTransform:
         """The goal pose of the gripper in the world."""

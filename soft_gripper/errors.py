@@ -64,9 +64,9 @@ def _spelt_like(name: str, valid_names: Iterable[str]) -> list[str]:
     """The valid name that differs least in its letters, or only in their order; none if all differ much."""
     own_letters = _letters(name)
     names_by_letters = {_letters(valid_name): valid_name for valid_name in valid_names}
-    near = difflib.get_close_matches(own_letters, names_by_letters, n=1, cutoff=_MIN_LIKENESS)
+    close_matches = difflib.get_close_matches(own_letters, names_by_letters, n=1, cutoff=_MIN_LIKENESS)
     reorderings = [letters for letters in names_by_letters if sorted(letters) == sorted(own_letters)]
-    return [names_by_letters[letters] for letters in (near or reorderings)[:1]]
+    return [names_by_letters[letters] for letters in (close_matches or reorderings)[:1]]
 
 
 def _letters(name: str) -> str:

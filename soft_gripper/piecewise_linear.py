@@ -63,8 +63,8 @@ class PiecewiseLinear:
     @cached_property
     def _line(self) -> tuple[Array, Array, Array] | None:
         """A point and the slope, if there is only one piece."""
-        single = self.slopes.shape[-1] == 1
-        return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if single else None
+        is_single = self.slopes.shape[-1] == 1
+        return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if is_single else None
 
     def inverse(self) -> "PiecewiseLinear":
         """The curve from y back to x."""

@@ -108,10 +108,10 @@ def valid(unit: str = "", **rule: Any) -> dict[str, Rule]:
 def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
     """A field with a default and a Rule; a list or mapping is copied."""
     if isinstance(default, list | dict):
-        declared: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
+        declaration: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
     else:
-        declared = field(default=default, metadata=valid(unit, **rule))
-    typed: _T = declared
+        declaration = field(default=default, metadata=valid(unit, **rule))
+    typed: _T = declaration
     return typed
 
 

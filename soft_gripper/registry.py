@@ -71,8 +71,8 @@ def _search_hint(module: str) -> str:
     path = Path(module).expanduser()
     if module.endswith(".py"):
         return _nearest(path.name, [file.name for file in path.parent.glob("*.py")])
-    near = _nearest(module, [file.stem for file in Path.cwd().glob("*.py")])
-    return f"; looked where Python looks, and in {Path.cwd()}{near}"
+    similar_file = _nearest(module, [file.stem for file in Path.cwd().glob("*.py")])
+    return f"; looked where Python looks, and in {Path.cwd()}{similar_file}"
 
 
 OWN = Registry[Callable[..., Any]]("function")  # where nothing is registered: a user's own alone
@@ -83,7 +83,7 @@ def registered(kind: str) -> dict[str, Callable[..., Any]]:
 
     An extra declares it in its module `adds` as {name: "module:function"}, see docs/howto/own_extra.md.
     """
-    return {name: _load_on_call(text) for declared in added(kind) for name, text in declared.items()}
+    return {name: _load_on_call(text) for additions in added(kind) for name, text in additions.items()}
 
 
 def _load_on_call(text: str) -> Callable[..., Any]:
@@ -92,8 +92,8 @@ def _load_on_call(text: str) -> Callable[..., Any]:
 
 def with_added_fields(cls: _Class) -> _Class:
     """A class of the schema, before it becomes a dataclass, with the fields that extras add to it in `FIELDS`."""
-    for declared in added("FIELDS"):
-        for field in fields(declared[cls.__name__]) if cls.__name__ in declared else ():
+    for additions in added("FIELDS"):
+        for field in fields(additions[cls.__name__]) if cls.__name__ in additions else ():
             cls.__annotations__[field.name] = field.type
             setattr(cls, field.name, copy(field))
     return cls

@@ -233,10 +233,10 @@ def add_estimates(
     """
     plant, scene_graph, fingers, *_ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
-    drawn = [_drawn_finger(scene_graph, finger, signals) for finger in fingers]
+    drawn_fingers = [_drawn_finger(scene_graph, finger, signals) for finger in fingers]
     limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, whose colours it sets.
-    estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
+    estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn_fingers, limit, PERIOD))
     builder.Connect(plant.get_body_poses_output_port(), estimates.GetInputPort("body_poses"))
     for name, port in inputs(estimates).items():
         if name != "body_poses":
@@ -325,9 +325,9 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
         for posture in [arm.home, *(phase.posture for phase in (task.phases if task else ()) if phase.posture)]:
             plant.SetPositions(context, model, couplings.full(np.array(posture)))
             points += [*box_corners(plant, scene_graph, context, moving_models, Role.kIllustration)]
-    free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
+    free_models = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
     context = plant.CreateDefaultContext()
-    points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration)]
+    points += [*box_corners(plant, scene_graph, context, free_models, Role.kIllustration)]
     points += [vertex for deformable in deformables.values() for vertex in deformable.vertices(context)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())

@@ -147,23 +147,23 @@ def _row_number(step: Step) -> int | None:
 
 def _needed_steps(steps: Mapping[str, Step], outputs: Mapping[str, Output]) -> dict[str, Step]:
     """The steps from which outputs follow, each after its sources."""
-    needed: dict[str, Step] = {}
+    needed_steps: dict[str, Step] = {}
     pending_names = [name for _, sources in outputs.values() for name in sources]
     while pending_names:
-        for step in _add_in_order(pending_names.pop(), steps, needed):
+        for step in _add_in_order(pending_names.pop(), steps, needed_steps):
             pending_names += step.sources_over_time
             if step.memory is not None:
                 pending_names += step.memory.sources
                 pending_names += () if step.memory.begin_of is None else (step.memory.begin_of[1],)
-    return needed
+    return needed_steps
 
 
-def _add_in_order(name: str, steps: Mapping[str, Step], needed: dict[str, Step]) -> Iterator[Step]:
+def _add_in_order(name: str, steps: Mapping[str, Step], needed_steps: dict[str, Step]) -> Iterator[Step]:
     """Adds a step to the needed ones, after its sources; yields the added steps."""
-    if name in steps and name not in needed:
+    if name in steps and name not in needed_steps:
         for source in steps[name].sources:
-            yield from _add_in_order(source, steps, needed)
-        needed[name] = steps[name]
+            yield from _add_in_order(source, steps, needed_steps)
+        needed_steps[name] = steps[name]
         yield steps[name]
 
 
@@ -191,8 +191,8 @@ def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator
             size = port.size()
             steps = tuple(map(name_of, sources))
             is_row = isinstance(function, partial) and function.func is _row  # which is flat
-            flat = function if is_row else _flattened(function, size)
-            yield wire(port), Step(flat, steps, None, _reshaped(function, (-1, size)), steps)
+            flat_function = function if is_row else _flattened(function, size)
+            yield wire(port), Step(flat_function, steps, None, _reshaped(function, (-1, size)), steps)
 
 
 def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:

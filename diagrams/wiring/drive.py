@@ -85,12 +85,12 @@ def add_pressure_drive(
     for finger in fingers:
         _check_time_step(finger)
     for model in dict.fromkeys(finger.model for finger in fingers):
-        driven = [finger for finger in fingers if finger.model == model]
-        if builder.IsConnectedOrExported(driven[0].plant.get_actuation_input_port(model)):
+        group = [finger for finger in fingers if finger.model == model]
+        if builder.IsConnectedOrExported(group[0].plant.get_actuation_input_port(model)):
             expected = "already has a drive; give all fingers of a model in one call"
-            raise InputError("add_pressure_drive", "model", driven[0].model_name, expected)
-        torques = _add_chambers(builder, [finger for finger in driven if finger.finger.pressures], config, drive)
-        for finger in driven:
+            raise InputError("add_pressure_drive", "model", group[0].model_name, expected)
+        torques = _add_chambers(builder, [finger for finger in group if finger.finger.pressures], config, drive)
+        for finger in group:
             if finger.finger.tendons:
                 torques.append(_add_tendons(builder, finger, tendons, drive))
             if finger.finger.elastic_law is not None:
@@ -99,9 +99,9 @@ def add_pressure_drive(
                 torques.append(_add_taken_stiffness(builder, finger, drive.pressures[finger.name]))
             if finger.finger.creep:
                 torques.append(_add_creep(builder, finger, drive.pressures.get(finger.name)))
-        if any(finger.has_implicit_springs for finger in driven):
-            _hold_straight(builder, driven[0])
-        drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
+        if any(finger.has_implicit_springs for finger in group):
+            _hold_straight(builder, group[0])
+        drive.actuations[group[0].model_name] = _actuate(builder, group[0], torques)
     return drive
 
 
@@ -127,17 +127,17 @@ def _empty_drive(fingers: Sequence[PlantFinger], tendon_command: str) -> Drive:
 
 
 def _add_chambers(
-    builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig, drive: Drive
+    builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig, drive: Drive
 ) -> list[OutputPort]:
     """The torques of the pressures of some fingers of a model; their ports become part of the drive."""
-    if not driven:
+    if not fingers:
         return []
-    block = _add_block(builder, driven, config)
-    for finger in driven:
+    block = _add_block(builder, fingers, config)
+    for finger in fingers:
         drive.commands[finger.name] = block.GetInputPort(f"{finger.name}.pressure_command")
         pressure = drive.pressures[finger.name] = block.GetOutputPort(f"{finger.name}.pressure")
         describe(pressure, "Pa", **finger.finger.chamber_axis)
-    bent = [_add_bent_chambers(builder, finger, drive) for finger in driven if chambers_turn(finger)]
+    bent = [_add_bent_chambers(builder, finger, drive) for finger in fingers if chambers_turn(finger)]
     return [block.GetOutputPort("actuation"), *bent]
 
 
@@ -217,16 +217,16 @@ def _check_implicit(finger: PlantFinger) -> None:
         raise InputError(where, "springs", "implicit", expected)
 
 
-def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
-    torque_maps = {finger.name: pressure_torque_map(finger) for finger in driven}
-    time_step = driven[0].plant.time_step()
-    laws = {finger.name: finger.finger.laws for finger in driven}
+def _add_block(builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
+    torque_maps = {finger.name: pressure_torque_map(finger) for finger in fingers}
+    time_step = fingers[0].plant.time_step()
+    laws = {finger.name: finger.finger.laws for finger in fingers}
     limits = config.minimum, config.maximum, config.time_constant
     leaks = (
         {name: config.leaks.get(name, config.leaks.get(COMMON, 0.0)) for name in torque_maps} if config.leaks else None
     )
     drive = PressureDrive(torque_maps, *limits, time_step, laws, leaks, config.leak_time)
-    return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
+    return builder.AddNamedSystem(f"{fingers[0].model_name}.pressure_drive", drive)
 
 
 def _hold_straight(builder: DiagramBuilder, finger: PlantFinger) -> None:

@@ -126,9 +126,9 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], in
 
 def _objects(plant: MultibodyPlant, fingers: Sequence[PlantFinger]) -> dict[str, list[int]]:
     """The collision geometries of every free model without fingers, by its name; values of their GeometryIds."""
-    free = {plant.get_body(index).model_instance() for index in plant.GetFloatingBaseBodies()}
+    free_models = {plant.get_body(index).model_instance() for index in plant.GetFloatingBaseBodies()}
     geometry_ids: dict[str, list[int]] = {}
-    for model in sorted(free - {finger.model for finger in fingers}):
+    for model in sorted(free_models - {finger.model for finger in fingers}):
         bodies = map(plant.get_body, plant.GetBodyIndices(model))
         geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
         geometry_ids[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]

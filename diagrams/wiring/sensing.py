@@ -100,15 +100,15 @@ def add_sensing(
     signals = add_true_poses(builder, fingers, config.sensor.period) if is_scored else {}
     layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
     driving = {finger.name: _driving(finger, pressures, tensions or {}) for finger in fingers}
-    measured = _add_sensors(builder, fingers, driving, config)
+    measurements = _add_sensors(builder, fingers, driving, config)
     gravity = np.array(fingers[0].plant.gravity_field().gravity_vector())
     estimated = add_estimations(
-        builder, layouts, config.estimator, config.sensor, gravity, measured, config.make_estimator, config.composed
+        builder, layouts, config.estimator, config.sensor, gravity, measurements, config.make_estimator, config.composed
     )
     for finger in fingers:
         name = finger.name
         truth = {one: signals[f"{name}.{one}"] for one in (TRUE_JOINTS, TRUE_TIP) if is_scored}
-        finger_signals = _with_truth(builder, finger, layouts[name], measured[name], estimated[name], truth, config)
+        finger_signals = _with_truth(builder, finger, layouts[name], measurements[name], estimated[name], truth, config)
         signals |= {f"{name}.{signal}": port for signal, port in {**driving[name], **finger_signals}.items()}
     true_width = _add_true_contact(builder, fingers, config, signals)
     if not forms_gripper(fingers):
@@ -149,13 +149,13 @@ def _add_true_contact(
 def _driving(finger: PlantFinger, pressures: Mapping[str, OutputPort], tensions: Mapping[str, OutputPort]) -> Ports:
     """The signals that drive a finger, by kind."""
     driving = {}
-    for kind, field_, ports, needed in (
+    for kind, field_, ports, is_needed in (
         ("pressure", "pressures", pressures, finger.finger.pressures),
         ("tension", "tensions", tensions, finger.finger.tendons),
     ):
         if finger.name in ports:
             driving[kind] = ports[finger.name]
-        elif needed:
+        elif is_needed:
             raise InputError("add_sensing", field_, list(ports), f"has no entry for finger '{finger.name}'")
     return driving
 

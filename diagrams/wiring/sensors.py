@@ -148,12 +148,12 @@ def add_sensors(
 
 def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor | None = None) -> FingerSensors:
     """The sensors of a finger, in no diagram yet; arguments and errors as for `add_sensors`."""
-    chosen = make_sensor or SENSORS.find(config.type)
+    kind = make_sensor or SENSORS.find(config.type)
     layout = sensor_layout(finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     if is_measurement_model(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
-    make = chosen if not is_measurement_model(chosen) else StrainSensor if measures_strain(layout) else SensorBlock
+    make = kind if not is_measurement_model(kind) else StrainSensor if measures_strain(layout) else SensorBlock
     sensor = make_block(*made_by, make, layout, config.period)
     with blamed_on(*made_by):
         _check(sensor, layout, config)

@@ -91,8 +91,8 @@ def _run(options: argparse.Namespace) -> int | None:
     """Runs a command; its module is imported after its scenario is checked, so that a mistake is answered at once."""
     takes_scenario = vars(options).keys() >= {"scenario", "sections", "set"}
     if takes_scenario and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
-        chosen = _load_module(options.command, "soft_gripper.commands.chosen_scenario")
-        options.chosen_scenario = chosen.chosen_scenario(options)
+        scenario_module = _load_module(options.command, "soft_gripper.commands.chosen_scenario")
+        options.chosen_scenario = scenario_module.chosen_scenario(options)
     code: int | None = _load_module(options.command, options.command.module).run(options)
     return code
 

@@ -241,8 +241,8 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
             epilog="\n".join(["examples:", *(_example(own_name, example) for example in command.examples)]),
         )
         subparser.set_defaults(command=command)
-        for declared in command.options:
-            _complete(subparser.add_argument(*declared.names, **declared.settings), declared)
+        for entry in command.options:
+            _complete(subparser.add_argument(*entry.names, **entry.settings), entry)
     if program is SOFT_GRIPPER:
         _add_completion(parser)
     return parser
@@ -251,7 +251,7 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
 def _example(command: str, example: str) -> str:
     """An example to paste into a shell, below a comment on its effect."""
     line, _, comment = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
-    words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{command} {line}")
+    words = re.sub(r"'[^']*'", lambda match: match[0].replace(" ", "\0"), f"{command} {line}")
     wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
     return (f"  # {comment}\n" if comment else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
@@ -269,11 +269,11 @@ def _add_completion(parser: argparse.ArgumentParser) -> None:
     shtab.add_argument_to(parser, "--print-completion", help=help_, preamble=preamble)
 
 
-def _complete(action: argparse.Action, declared: Option) -> None:
+def _complete(action: argparse.Action, option: Option) -> None:
     """Sets how a shell completes an option."""
-    if declared.read is scenario_name:
+    if option.read is scenario_name:
         action.complete = {"bash": _SCENARIO_COMPLETION, "zsh": _SCENARIO_COMPLETION}  # type: ignore[attr-defined]
-    elif declared.read in (path, urdf):
+    elif option.read in (path, urdf):
         action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
@@ -287,8 +287,8 @@ def parse_options(arguments: Sequence[str] | None = None, program: Program = SOF
     _check_name(sys.argv[1:] if arguments is None else arguments, program)
     options = command_parser(program).parse_args(arguments)
     command: Command = options.command
-    for declared in command.options:
-        _read_option(options, command, declared)
+    for entry in command.options:
+        _read_option(options, command, entry)
     command.check(options)
     return options
 
@@ -300,18 +300,18 @@ def _check_name(words: Sequence[str], program: Program) -> None:
         raise InputError("command line", "COMMAND", first, suggestion(first, names))
 
 
-def _read_option(options: argparse.Namespace, command: Command, declared: Option) -> None:
+def _read_option(options: argparse.Namespace, command: Command, option: Option) -> None:
     """Replaces the text of an option with its value."""
-    name = declared.names[-1]
-    key = declared.settings.get("dest", name.lstrip("-").replace("-", "_"))
+    name = option.names[-1]
+    key = option.settings.get("dest", name.lstrip("-").replace("-", "_"))
     raw = getattr(options, key)
     texts = raw if isinstance(raw, list) else [raw]
-    if declared.read is None or not all(isinstance(text, str) for text in texts):
+    if option.read is None or not all(isinstance(text, str) for text in texts):
         return  # a default
     values = []
     for text in texts:
         try:
-            values.append(declared.read(text))
+            values.append(option.read(text))
         except InputError:
             raise
         except ValueError as error:

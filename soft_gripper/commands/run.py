@@ -136,8 +136,8 @@ def observability_lines(station: Station) -> list[str]:
             layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
             names_by_observability.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
     return [
-        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(observed)}"
-        for observed, names in names_by_observability.items()
+        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(is_observed)}"
+        for is_observed, names in names_by_observability.items()
     ]
 
 

@@ -89,8 +89,8 @@ class BendSharing:
     @cached_property
     def _torque_gain(self) -> Array:
         """Joint angles per known torque, rad/(N m), with zero bend of every section, (N, N)."""
-        free = np.diag(1 / self.layout.finger.stiffness)
-        return free - self._bend_gain @ self.layout.matrix @ free
+        compliance = np.diag(1 / self.layout.finger.stiffness)
+        return compliance - self._bend_gain @ self.layout.matrix @ compliance
 
     @cached_property
     def interpolation(self) -> Array:

@@ -353,10 +353,10 @@ class SurfaceContact:
         """
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
         for k in np.flatnonzero(is_chosen & np.isin(side, self.surface.side[self._smooth_places])):
-            several = self._fit_several_forces(int(k), int(side[k]), fit)
-            if several.chi_squared <= fit.cell_fits.chi_squared[k].min():
-                torque[k] = several.torque
-                for name, value in several.fields.items():
+            forces_fit = self._fit_several_forces(int(k), int(side[k]), fit)
+            if forces_fit.chi_squared <= fit.cell_fits.chi_squared[k].min():
+                torque[k] = forces_fit.torque
+                for name, value in forces_fit.fields.items():
                     getattr(contact, name)[k] = value
         return contact, torque
 
@@ -365,13 +365,13 @@ class SurfaceContact:
         from scipy.optimize import nnls
 
         linearized, cell_fits, _, _ = fit
-        surface, assumed = self.surface, self.mechanics.uncertainty
+        surface, uncertainty = self.surface, self.mechanics.uncertainty
         cells = np.flatnonzero(self._smooth_places & (surface.side == side))
         responses = cell_fits.cells.response[k, cells].T
         usual_force, tangents = self._force_prior.usual_force, surface.tangents
         rows = np.vstack([responses, np.eye(len(cells)) / usual_force])
         forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(cells))))
-        friction_stds = assumed.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
+        friction_stds = uncertainty.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
         friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, cells, :tangents]
         friction = friction.reshape(-1, len(responses))
         noise = np.eye(len(responses)) + friction.T @ friction
@@ -500,9 +500,9 @@ class ContactShape:
     def _map_batches(
         self, function: Any, readings: Array, driving: Array, gravity: Array, lag: Lag, std: Array | None
     ) -> Any:
-        leading = readings.shape[:-1]
+        leading_shape = readings.shape[:-1]
         arrays = driving, gravity, np.full(1, self.uncertainty.any_reading()) if std is None else std, *lag
-        inputs = (np.broadcast_to(values, (*leading, values.shape[-1])) for values in arrays)
+        inputs = (np.broadcast_to(values, (*leading_shape, values.shape[-1])) for values in arrays)
         return map_batches(function, readings, *inputs)
 
     def _shape(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ShapeEstimate:
@@ -621,8 +621,8 @@ def _rank_cells(posterior: CellPosterior) -> tuple[Array, NDArray[np.int_]]:
 def _take_cells(values: Array, numbers: NDArray[np.int_]) -> Array:
     """Values chosen for each sample, (..., C, ...), by their numbers, (..., K)."""
     samples = np.arange(numbers.size // numbers.shape[-1]).reshape(*numbers.shape[:-1], 1)
-    flat = values.reshape(-1, *values.shape[numbers.ndim :])
-    return np.asarray(flat[numbers + values.shape[numbers.ndim - 1] * samples])
+    rows = values.reshape(-1, *values.shape[numbers.ndim :])
+    return np.asarray(rows[numbers + values.shape[numbers.ndim - 1] * samples])
 
 
 def _deviation_posterior(r: Array, force: Array, response: Array, deviations: Array) -> tuple[Array, Array, Array]:
@@ -747,7 +747,7 @@ def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
 
 def _product(matrix: "csr_array", values: Array, cells: int) -> Array:
     """A sparse matrix, (M C, B), times (..., B, S), as (M, S, ..., C)."""
-    flat = np.moveaxis(values, (-2, -1), (0, 1))
-    products = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
+    columns = np.moveaxis(values, (-2, -1), (0, 1))
+    products = np.asarray(matrix @ columns.reshape(matrix.shape[1], -1))
     products = np.ascontiguousarray(np.swapaxes(products.reshape(-1, cells, products.shape[-1]), -1, -2))
-    return products.reshape(-1, *flat.shape[1:], cells)
+    return products.reshape(-1, *columns.shape[1:], cells)

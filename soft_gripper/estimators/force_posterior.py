@@ -261,9 +261,9 @@ def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, max_force:
 
 def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
     """The force in every cell, all whitened."""
-    leading = np.broadcast_shapes(r.shape[:-1], cells.response.shape[:-2])
+    leading_shape = np.broadcast_shapes(r.shape[:-1], cells.response.shape[:-2])
     r, c, deviations = (
-        np.broadcast_to(array, (*leading, *array.shape[array.ndim - axes :]))
+        np.broadcast_to(array, (*leading_shape, *array.shape[array.ndim - axes :]))
         for array, axes in ((r, 1), (cells.response, 2), (cells.deviations, 3))
     )
     # (S, ..., 1), (S, ..., C) and (D, S, ..., C): sums over short first axes are quick
@@ -344,20 +344,20 @@ def _sum_bound(r: Array, cells: Cells, mask: NDArray[np.bool_], noise_threshold:
         for i, (forces, residual_norm) in enumerate(best):
             if residual_norm**2 <= level:
                 # Those of the sample before are often the right ones.
-                active = previous[i] if previous[i].any() else forces > 0
-                total, previous[i] = _largest_sum(columns[i], active, r[sample], level, max_force)
+                is_active = previous[i] if previous[i].any() else forces > 0
+                total, previous[i] = _largest_sum(columns[i], is_active, r[sample], level, max_force)
                 bound[sample] = max(float(bound[sample]), total)
     return bound
 
 
 def _largest_sum(
-    columns: Array, active: NDArray[np.bool_], r: Array, level: float, max_force: float
+    columns: Array, is_active: NDArray[np.bool_], r: Array, level: float, max_force: float
 ) -> tuple[float, NDArray[np.bool_]]:
     """The largest sum of forces with a misfit of up to `level`, N, not more than `max_force`, and which are above zero.
 
     Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
-    least squares with this m; those that are `active` are tried first.
+    least squares with this m; those that are `is_active` are tried first.
     """
     from scipy.optimize import nnls
 
@@ -366,20 +366,20 @@ def _largest_sum(
     padded_columns, padded_r = np.empty((len(r) + 1, len(sizes))), np.append(r, 0.0)
     padded_columns[:-1] = columns
     for _ in range(_MAX_ACTIVE_SETS):
-        active = active if active.any() else sizes <= sizes.min()
-        m, total, is_largest = _sum_at_level(columns, columns[:, active], r, level)
+        is_active = is_active if is_active.any() else sizes <= sizes.min()
+        m, total, is_largest = _sum_at_level(columns, columns[:, is_active], r, level)
         if is_largest or abs(m - multiplier) <= _MULTIPLIER_TOLERANCE * m:  # not best: several sets have these forces
             break
         m = m if low < m < high else (low + high) / 2
         weight = min(math.sqrt(m / (2 * max_force - min(max(total, 0.0), max_force))), max_weight)
         padded_columns[-1], padded_r[-1] = weight, 2 * weight * max_force
         forces, _ = nnls(padded_columns, padded_r)
-        active = forces > 0
+        is_active = forces > 0
         residual, multiplier = r - columns @ forces, weight**2 * max(2 * max_force - forces.sum(), 0.0)
         low, high = (multiplier, high) if residual @ residual <= level else (low, multiplier)
         if low == multiplier and forces.sum() >= max_force:
-            return max_force, active
-    return min(total, max_force), active
+            return max_force, is_active
+    return min(total, max_force), is_active
 
 
 def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float) -> tuple[float, float, bool]:

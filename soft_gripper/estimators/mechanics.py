@@ -118,8 +118,8 @@ class Mechanics:
 
     def to_position_order(self, joint_matrices: Array) -> Array:
         """Reorders matrices of the chain's joints, (..., J, 3, 4), to flat ones by deformation, (..., D, 12)."""
-        flat = joint_matrices.reshape(*joint_matrices.shape[:-2], 12)
-        return flat if self.is_planar else flat[..., self.from_chain, :]
+        rows = joint_matrices.reshape(*joint_matrices.shape[:-2], 12)
+        return rows if self.is_planar else rows[..., self.from_chain, :]
 
     def weight(self, bent: BentFinger, gravity: Array) -> Array:
         """Torques of the weight in a posture, (..., D)."""
@@ -281,8 +281,8 @@ class Mechanics:
         states = self.layout.calibrated
         if states is None:
             return None
-        measured = self.layout.measured(readings)
-        return self.extrapolation_at(states, memoized(CalibratedStates.distances, states, measured, driving, gravity))
+        quantities = self.layout.measured(readings)
+        return self.extrapolation_at(states, memoized(CalibratedStates.distances, states, quantities, driving, gravity))
 
     def extrapolation_at(self, states: CalibratedStates, distances: StateDistances) -> "ExtrapolationStd":
         """Extrapolation error at distances from the states."""

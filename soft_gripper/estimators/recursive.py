@@ -146,8 +146,8 @@ class RecursiveShape:
         """Estimates at some of the samples, by increasing indices; all samples are processed."""
         gravity, row_set = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
         states = self._filter_samples(0, readings, driving, gravity)
-        chosen = _stack_states(state for i, state in enumerate(states) if i in row_set)
-        return self.estimate(chosen, driving[rows])
+        chosen_states = _stack_states(state for i, state in enumerate(states) if i in row_set)
+        return self.estimate(chosen_states, driving[rows])
 
     def over_time(self, readings: Array, driving: Array, gravity: Array) -> FilterState:
         """State of knowledge after each sample of a recording, (T, ...); the first of them leaves no trace."""
@@ -603,8 +603,8 @@ def _stack_states(states: Iterable[FilterState]) -> FilterState:
 
 def _flatten(state: FilterState) -> Array:
     """Puts all fields in a row, (..., n)."""
-    leading = state.loaded.shape
-    return np.concatenate([np.reshape(part, (*leading, -1)).astype(float) for part in state], axis=-1)
+    leading_shape = state.loaded.shape
+    return np.concatenate([np.reshape(part, (*leading_shape, -1)).astype(float) for part in state], axis=-1)
 
 
 def _unflatten(numbers: Array, like: FilterState) -> FilterState:

@@ -38,8 +38,8 @@ class SpatialCurvatureShape:
         For `std` see GaussianShape.
         """
         layout, shared_bends = self.layout, self._shared
-        measured = layout.measured(readings)
-        is_finite = np.isfinite(measured)
+        quantities = layout.measured(readings)
+        is_finite = np.isfinite(quantities)
         sections = np.zeros((*readings.shape[:-1], shared_bends.shape[-1]))
         noise = self.uncertainty.any_reading() if std is None else std
         variance = np.where(is_finite, noise**2, UNKNOWN)
@@ -47,7 +47,7 @@ class SpatialCurvatureShape:
             q = sections @ shared_bends.T
             slopes = layout.slopes(q) @ shared_bends
             gain, covariance = condition(slopes, self._prior, variance)
-            residual = np.where(is_finite, measured - layout.predict(q), 0.0) + (slopes @ sections[..., None])[..., 0]
+            residual = np.where(is_finite, quantities - layout.predict(q), 0.0) + (slopes @ sections[..., None])[..., 0]
             sections = (gain @ residual[..., None])[..., 0]
         return ShapeEstimate(sections @ shared_bends.T, shared_bends @ covariance @ shared_bends.T)
 

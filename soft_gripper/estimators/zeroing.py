@@ -68,12 +68,12 @@ class Zeroing:
     ) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Updates offset and mean at a sample at which a finger rests; also returns a mask of the zeros found."""
         readings, driving, gravity = inputs
-        layout, resting = self.mechanics.layout, self._resting_time(free_time)
+        layout, resting_time = self.mechanics.layout, self._resting_time(free_time)
         differences = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
-        is_read = np.isfinite(differences) & (resting > 0)
-        weight = self.period / np.clip(resting, self.period, max(_MAX_AVERAGING_TIME, self.period))
+        is_read = np.isfinite(differences) & (resting_time > 0)
+        weight = self.period / np.clip(resting_time, self.period, max(_MAX_AVERAGING_TIME, self.period))
         mean = np.where(is_read, mean + weight * (differences - mean), mean)
-        is_found = is_read & (resting >= _MIN_AVERAGING_TIME)
+        is_found = is_read & (resting_time >= _MIN_AVERAGING_TIME)
         return np.where(is_found, mean, offset), mean, is_found
 
     def zeros_over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:

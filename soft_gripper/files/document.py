@@ -245,7 +245,7 @@ def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
         return suggestion(key, fields)
     schema, document = place.schema, place.document
     kinds = {"models": "a scenario"} | {
-        name: form for declared in added("DOCUMENTS") for name, form in declared.items()
+        name: form for additions in added("DOCUMENTS") for name, form in additions.items()
     }
     other_kinds = [form for name, form in kinds.items() if name in document and name not in _fields(schema)]
     if other_kinds:

@@ -241,16 +241,16 @@ def _require_name(path: Path) -> None:
 _made: list[Path] = []  # folders that this process has made for output, each after those inside it
 
 
-def _try_writing(field: str, asked: Path, folder: Path, name: str) -> None:
+def _try_writing(field: str, output: Path, folder: Path, name: str) -> None:
     try:
-        absolute = folder.absolute()
-        _made[:0] = [path for path in (absolute, *absolute.parents) if not path.exists()]
+        absolute_folder = folder.absolute()
+        _made[:0] = [path for path in (absolute_folder, *absolute_folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         probe = _partial(folder / name)
         probe.touch()
         probe.unlink()
     except (OSError, ValueError) as error:
-        raise InputError("output", field, str(asked), f"cannot be written to: {_reason(error)}") from None
+        raise InputError("output", field, str(output), f"cannot be written to: {_reason(error)}") from None
 
 
 def _reason(error: Exception) -> str:

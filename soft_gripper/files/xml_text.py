@@ -71,8 +71,8 @@ def _repair(where: Path | str, text: str) -> str:
         expected = f"is one of more than {_MAX_PREFIXES} prefixes without a declaration; declare them by xmlns"
         raise InputError(where, "prefix", prefixes[0], expected)
     uris = {"drake": DRAKE.strip("{}")}
-    declared = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
-    return _ROOT_PATTERN.sub(lambda root: root[0] + declared, text, count=1)
+    declarations = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
+    return _ROOT_PATTERN.sub(lambda root: root[0] + declarations, text, count=1)
 
 
 class _Builder(ET.TreeBuilder):

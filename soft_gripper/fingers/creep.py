@@ -159,12 +159,12 @@ class PressureSoftening(Diagram):
         curve = builder.AddNamedSystem(
             "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
         )
-        joined = builder.AddNamedSystem("both", Multiplexer(2))
+        multiplexer = builder.AddNamedSystem("both", Multiplexer(2))
         softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
         builder.ExportInput(curve.get_input_port(), "pressure")
-        builder.ConnectInput("pressure", joined.get_input_port(1))
-        builder.Connect(curve.get_output_port(), joined.get_input_port(0))
-        builder.Connect(joined.get_output_port(), softening.get_input_port())
+        builder.ConnectInput("pressure", multiplexer.get_input_port(1))
+        builder.Connect(curve.get_output_port(), multiplexer.get_input_port(0))
+        builder.Connect(multiplexer.get_output_port(), softening.get_input_port())
         builder.ExportOutput(softening.get_output_port(), "softening")
         builder.BuildInto(self)
 
@@ -185,10 +185,10 @@ class SoftenedProduct(Diagram):
         factors = [Variable(f"factor_{i}") for i in range(size)]
         products = [factor / softening if divides else factor * softening for factor in factors]
         builder = DiagramBuilder()
-        joined = builder.AddNamedSystem("both", Multiplexer([1, size]))
+        multiplexer = builder.AddNamedSystem("both", Multiplexer([1, size]))
         product = builder.AddNamedSystem("product", SymbolicVectorSystem(input=[softening, *factors], output=products))
-        builder.Connect(joined.get_output_port(), product.get_input_port())
-        builder.ExportInput(joined.get_input_port(0), "softening")
-        builder.ExportInput(joined.get_input_port(1), "factor")
+        builder.Connect(multiplexer.get_output_port(), product.get_input_port())
+        builder.ExportInput(multiplexer.get_input_port(0), "softening")
+        builder.ExportInput(multiplexer.get_input_port(1), "factor")
         builder.ExportOutput(product.get_output_port(), "product")
         builder.BuildInto(self)

@@ -86,8 +86,8 @@ class Chain(NamedTuple):
 
 def _pick(values: NDArray[Any], number: NDArray[np.int_]) -> NDArray[Any]:
     """Entries of (..., N) by their numbers (..., M); leading axes are broadcast."""
-    leading = np.broadcast_shapes(values.shape[:-1], number.shape[:-1])
-    values, number = (np.broadcast_to(array, (*leading, array.shape[-1])) for array in (values, number))
+    leading_shape = np.broadcast_shapes(values.shape[:-1], number.shape[:-1])
+    values, number = (np.broadcast_to(array, (*leading_shape, array.shape[-1])) for array in (values, number))
     return np.take_along_axis(values, number, axis=-1)
 
 

@@ -119,9 +119,9 @@ class TendonDrive(_PathDriveBlock):
         super().__init__(finger, (finger.plant.time_step() or _FRICTION_PERIOD) if tendons.slide else None)
         self._tendons, self._is_pulled = tendons, command == PULL
         count = self._count = len(self._finger.tendons)
-        commanded = f"{command}_command"
-        self.take(commanded, count)
-        self.put_out(TENSION, self.tension, "state", commanded, unit="N", **self._finger.tendon_axis)
+        command_port = f"{command}_command"
+        self.take(command_port, count)
+        self.put_out(TENSION, self.tension, "state", command_port, unit="N", **self._finger.tendon_axis)
         if tendons.slide:
             self.remember(
                 *("friction", same),
@@ -133,18 +133,18 @@ class TendonDrive(_PathDriveBlock):
             )
         friction = ["friction"] if tendons.slide else []
         actuators = finger.actuator_names
-        self.put_out("actuation", self.actuation, "state", commanded, *friction, unit="N m", actuator=actuators)
+        self.put_out("actuation", self.actuation, "state", command_port, *friction, unit="N m", actuator=actuators)
 
-    def tension(self, state: Array, commanded: Array) -> Array:
+    def tension(self, state: Array, command: Array) -> Array:
         """Tension at the pulled ends, (..., T) N, in plant states, (..., nq + nv), from commands, (..., T)."""
         if self._is_pulled:
-            return self._tendons.tensions(self._joints(state), commanded)
-        return np.maximum(commanded, 0.0)
+            return self._tendons.tensions(self._joints(state), command)
+        return np.maximum(command, 0.0)
 
-    def actuation(self, state: Array, commanded: Array, friction: Array | None = None) -> Array:
+    def actuation(self, state: Array, command: Array, friction: Array | None = None) -> Array:
         """Torques on the joints, (..., nu) N m; `friction` is the state of the friction, (..., 2 T), if any."""
         sliding = None if friction is None else friction[..., : self._count]
-        return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, commanded), sliding))
+        return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, command), sliding))
 
     def initial_friction(self, state: Array) -> Array:
         """The state of the friction where a run begins, (..., 2 T)."""

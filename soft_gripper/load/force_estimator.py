@@ -215,8 +215,8 @@ class ForceEstimator(ArrayBlock):
         """The present shape, moved as the driving torque moves a free finger."""
         if not self._noisy:
             return None
-        free = self._finger.angle(motion.driving)
-        return motion.q[..., DELAY, None, :] + free - free[..., DELAY, None, :]
+        free_angles = self._finger.angle(motion.driving)
+        return motion.q[..., DELAY, None, :] + free_angles - free_angles[..., DELAY, None, :]
 
 
 def _append_present(samples: Array, *inputs: Array) -> Array:

@@ -142,12 +142,12 @@ def narrowest(curves: Sequence[Array]) -> Array:
     these moves one point at a time.
     """
     shape = curves[0].shape[:-2]
-    flat = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
+    batches = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
     if len(curves) == 2:
-        parts = range(0, len(flat[0]), _SAMPLES_PER_BATCH)
-        gaps = [_gap(*(curve[first : first + _SAMPLES_PER_BATCH] for curve in flat)) for first in parts]
+        parts = range(0, len(batches[0]), _SAMPLES_PER_BATCH)
+        gaps = [_gap(*(curve[first : first + _SAMPLES_PER_BATCH] for curve in batches)) for first in parts]
         return np.concatenate([np.empty(0), *gaps]).reshape(shape)
-    return np.array([_narrowest_of_many(sample_curves) for sample_curves in zip(*flat, strict=True)]).reshape(shape)
+    return np.array([_narrowest_of_many(sample_curves) for sample_curves in zip(*batches, strict=True)]).reshape(shape)
 
 
 def _gap(points: Array, other_points: Array) -> Array:

@@ -77,12 +77,12 @@ def _read_mesh(path: Path) -> trimesh.Trimesh:
 
 def _join_slabs(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
     """Joins slabs that follow each other as long as they fill their common hull."""
-    parts, filled = [slabs[0]], slabs[0].volume
+    parts, filled_volume = [slabs[0]], slabs[0].volume
     for slab in slabs[1:]:
         hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))
-        is_convex = filled + slab.volume >= _JOINED_FILL * hull.volume
+        is_convex = filled_volume + slab.volume >= _JOINED_FILL * hull.volume
         parts = [*parts[:-1], hull] if is_convex else [*parts, slab]
-        filled = filled + slab.volume if is_convex else slab.volume
+        filled_volume = filled_volume + slab.volume if is_convex else slab.volume
     return parts
 
 

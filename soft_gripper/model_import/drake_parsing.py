@@ -189,11 +189,11 @@ def _check_and_list_uris(path: Path, root: ET.Element) -> tuple[str, ...]:
 
 def _check_tree(path: Path, model: ET.Element) -> None:
     """Refuses loops of links: Drake simulates trees, and fails only when the plant is finalized."""
-    joined: dict[str, str] = {}  # a link, and another one that is connected to it
+    neighbors: dict[str, str] = {}  # a link, and another one that is connected to it
 
     def first(link: str) -> str:
-        while link in joined:
-            link = joined[link]
+        while link in neighbors:
+            link = neighbors[link]
         return link
 
     for joint in model.findall("joint"):
@@ -203,4 +203,4 @@ def _check_tree(path: Path, model: ET.Element) -> None:
         if first(parent) == first(child):
             expected = "closes a loop of links; leave it out, since only trees of links are simulated"
             raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)
-        joined[first(child)] = first(parent)
+        neighbors[first(child)] = first(parent)

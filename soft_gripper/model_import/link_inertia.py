@@ -94,8 +94,8 @@ def _links_with_load(model: ModelFile, is_sdf: bool) -> set[str]:
         link.get("name", ""): _read_inertial(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
         for link in model.root.findall("link")
     }
-    fixed = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
-    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed}
+    fixed_joints = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
+    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed_joints}
     loaded_links = set[str]()
     for name in [name for name, mass in masses.items() if mass > 0]:
         while (name := parents.get(name, "")) and name not in loaded_links:

@@ -79,13 +79,13 @@ def convert_to_obj(path: Path) -> Path:
     """
     check_mesh_file(path)
     name = _digest(read_bytes(path) + path.suffix.lower().encode() + _OBJ_VERSION.encode())
-    kept = cache_folder() / f"{name}.obj"
-    if not kept.is_file():
+    cached_file = cache_folder() / f"{name}.obj"
+    if not cached_file.is_file():
         text, materials = _to_obj(path, f"{name}.mtl")
         for mtl, content in materials.items():
             keep(mtl, content.decode())
-        keep(kept.name, text)  # written last: it shows that all files are there
-    return kept
+        keep(cached_file.name, text)  # written last: it shows that all files are there
+    return cached_file
 
 
 def outward(model: ModelFile, path: Path, origin: Path) -> Path:

@@ -31,13 +31,13 @@ def remove_links(model: ModelFile, names: Sequence[str]) -> None:
 
     children = {joint: link_of(joint_end(joint, "child")) for joint in model.root.findall("joint")}
     parents = {child: link_of(joint_end(joint, "parent")) for joint, child in children.items()}
-    chosen = [link_of(name if model.root.tag == "robot" else name.replace("::", "_")) for name in names]
-    for name, link in zip(names, chosen, strict=True):
+    chosen_links = [link_of(name if model.root.tag == "robot" else name.replace("::", "_")) for name in names]
+    for name, link in zip(names, chosen_links, strict=True):
         if link not in links:
             model.refuse("without", name, f"no such link; known: {', '.join(links)}")
         if parents.get(link) not in links:
             model.refuse("without", name, "hangs on nothing; only what a joint carries can be left out")
-    cut_links = {link for link in links if _hangs_on(link, chosen, parents)}
+    cut_links = {link for link in links if _hangs_on(link, chosen_links, parents)}
     cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut_links}
     cut_frames = {name for name in frames if link_of(name) in cut_links}
     for element in list(model.root):

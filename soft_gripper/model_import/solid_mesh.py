@@ -86,10 +86,10 @@ def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
     return is_closed[part]
 
 
-def _select_faces(mesh: trimesh.Trimesh, chosen: NDArray[np.bool_]) -> trimesh.Trimesh:
+def _select_faces(mesh: trimesh.Trimesh, mask: NDArray[np.bool_]) -> trimesh.Trimesh:
     """The mesh of some faces, (F,) of all."""
     chosen_mesh = mesh.copy()
-    chosen_mesh.update_faces(chosen)
+    chosen_mesh.update_faces(mask)
     chosen_mesh.remove_unreferenced_vertices()
     return chosen_mesh
 
@@ -172,12 +172,12 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
     low, high = np.array([part.bounds for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
     one, other = np.triu_indices(len(parts), 1)
     is_near = (np.minimum(high[one], high[other]) > np.maximum(low[one], low[other])).all(axis=1)
-    near = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
-    if len(near) > _MAX_PAIRS:
-        file.note(READ, "overlaps of parts", f"{len(near)} pairs", f"only {_MAX_PAIRS} pairs are searched for them")
-    for one, other in near[:_MAX_PAIRS]:
+    pairs = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
+    if len(pairs) > _MAX_PAIRS:
+        file.note(READ, "overlaps of parts", f"{len(pairs)} pairs", f"only {_MAX_PAIRS} pairs are searched for them")
+    for one, other in pairs[:_MAX_PAIRS]:
         pair = parts[one], parts[other]
-        count = _MAX_RAY_TESTS // (len(near) * sum(len(part.faces) for part in pair))
+        count = _MAX_RAY_TESTS // (len(pairs) * sum(len(part.faces) for part in pair))
         points = _overlap_grid(*pair, int(np.clip(count, 27, _MAX_SEARCH_POINTS)))
         if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
             file.note(READ, f"parts {one} and {other}", "", "they overlap: density counts twice there")

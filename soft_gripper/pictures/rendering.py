@@ -115,8 +115,8 @@ class RecordedScene:
         """
         models = [ModelInstanceIndex(index) for index in range(self.plant.num_model_instances())]
         movable = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
-        fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
-        small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(movable) / 2]
+        fixed_corners = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
+        small = [corners for corners in fixed_corners if len(corners) and _extent(corners) < _extent(movable) / 2]
         deformed = [deformable.vertices(self._go_to(time)) for deformable in self._deformables.values()]
         return np.concatenate([movable, *small, *deformed])
 

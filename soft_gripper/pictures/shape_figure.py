@@ -175,13 +175,13 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     else:
         true_signals = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
         true_force = contact_arrow(finger, true, estimated_contact(true_signals, true))
-    drawn = {name: signals[name] for name in drawn_signals(signals)}
-    curve = estimated_corners(drawn)
-    force = contact_arrow(finger, curve, estimated_contact(drawn, curve))
+    finger_signals = {name: signals[name] for name in drawn_signals(signals)}
+    curve = estimated_corners(finger_signals)
+    force = contact_arrow(finger, curve, estimated_contact(finger_signals, curve))
     return Snapshot(
         Shown(true, signals["true_external_torque"], true_force),
-        Shown(curve, signals["external_torque"], force, drawn.get(BAND_SIGNAL)),
-        is_in_space(drawn),
+        Shown(curve, signals["external_torque"], force, finger_signals.get(BAND_SIGNAL)),
+        is_in_space(finger_signals),
         arcs_of_table(signals["arcs"]),
         signals["joint_positions"],
         float(signals["pose_error"].item()),
@@ -270,8 +270,8 @@ def _draw_load(
 
 def _side_panels(snapshot: Snapshot) -> list[tuple[str, Shown]]:
     """Titles and shapes of the panels that are seen from the side."""
-    drawn = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
-    return drawn[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
+    panels = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
+    return panels[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
 
 
 def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
@@ -284,14 +284,14 @@ def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
 def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:
     """Limits of x in the three panels, and of z, mm; the centres of arcs are shown if they are near."""
     x, z = 1e3 * snapshot.true.corners[:, ::2].T
-    free = 1e3 * layout.finger.base.thickness
+    margin = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
     tips = [1e3 * force[1, 0] for force in (snapshot.true.force, snapshot.estimate.force) if force is not None]
-    finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
+    finger = np.array([min([min(x) + outer, *tips]) - margin / 2, max([max(x) + inner, *tips]) + margin / 2])
     centers = to_mm(snapshot.arcs.centers)[:, 0]
-    near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
-    with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
-    return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
+    close = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
+    with_centers = np.array([min([finger[0] - margin, *(close - 5)]), max([finger[1] + margin, *(close + 5)])])
+    return [finger, with_centers, finger], np.array([max(*z + margin, 0.9e3 * layout.finger.length), -0.7 * margin])
 
 
 def _draw_joints(axes: Axes, snapshot: Snapshot) -> None:

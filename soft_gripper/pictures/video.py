@@ -76,14 +76,14 @@ class Film:
     def _caption(self, time: float) -> str:
         """The time, the pressures and tensions of the fingers, and the state of the task; equal ones are given once."""
         data = self._recording.data.sel(time=time, method="nearest")
-        driven = [
+        pressures = [
             f"{'/'.join(f'{scale * value:.0f}' for value in signal.values.flat)} {unit}"
             for kind, (scale, unit) in _DRIVE_UNITS.items()
             for name, signal in data.data_vars.items()
             if str(name).endswith(f".{kind}")
         ]
         task = [self._phase(data)] if self._scenario.task is not None else []
-        return "     ".join([f"{time:4.1f} s", ", ".join(dict.fromkeys(driven)), *task])
+        return "     ".join([f"{time:4.1f} s", ", ".join(dict.fromkeys(pressures)), *task])
 
     def _phase(self, data: xr.Dataset) -> str:
         """The phase of the task, or its outcome after the last phase or a failure."""

@@ -68,8 +68,8 @@ def agreement_with_drake(
 
 def draw_indices(count: int, checked: int, seed: int) -> list[int]:
     """Draws the indices of `checked` runs to repeat, at random, in rising order."""
-    drawn = np.random.default_rng([seed, count]).permutation(count)[:checked]
-    return sorted(map(int, drawn))
+    indices = np.random.default_rng([seed, count]).permutation(count)[:checked]
+    return sorted(map(int, indices))
 
 
 def agreement(rows: Sequence[Mapping[str, str]], drake_rows: Sequence[Mapping[str, str]]) -> list[Agreement]:

@@ -158,9 +158,9 @@ class StudyTables:
         Raises:
             InputError: if they cannot be written.
         """
-        self.rows[tuple(rows[0][: self._keys])] = kept = [list(row) for row in rows]
+        self.rows[tuple(rows[0][: self._keys])] = kept_cells = [list(row) for row in rows]
         files = [*(self._folder / table for table in self._columns), self._sums]
-        lines = [*map(_line, kept), f"{_sum(kept)}\n"]
+        lines = [*map(_line, kept_cells), f"{_sum(kept_cells)}\n"]
         for file, line in zip(files, lines, strict=True):
             try:
                 with file.open("ab", buffering=0) as opened:

@@ -44,9 +44,9 @@ def success_rows(station: Station, recording: Recording) -> list[CriterionRow]:
         run = TaskRun(station, recording)
         failures = [(criterion.text, criterion.failure(run)) for criterion in judged]
         rows = [CriterionRow(text, not cause, cause) for text, cause in failures]
-    measured = measure(station, recording) if own_criteria else {}
+    measures = measure(station, recording) if own_criteria else {}
     for criterion in own_criteria:
-        value = measured[criterion.measure]
+        value = measures[criterion.measure]
         rows.append(CriterionRow(criterion.text, criterion.is_met(value), _measure_text(value)))
     return rows
 

@@ -52,14 +52,14 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
 
 
 def _steps(
-    driven: Mapping[str, tuple[Mapping[str, list[str]], Mapping[str, Array]]], step: float
+    drives: Mapping[str, tuple[Mapping[str, list[str]], Mapping[str, Array]]], step: float
 ) -> dict[str, list[float]]:
     """Distributes a step of the common grip command among chambers or tendons, as steps of a scenario.
 
-    `driven` gives for each finger the labels of these, if there are several, and their gains.
+    `drives` gives for each finger the labels of these, if there are several, and their gains.
     """
     steps: dict[str, list[float]] = {}
-    for finger, (axis, gains) in driven.items():
+    for finger, (axis, gains) in drives.items():
         shares = np.maximum(allocation(gains["bending"].sum(axis=-1)), 0.0)
         names = [f"{finger}{PATH_SEPARATOR}{name}" for names in axis.values() for name in names] or [finger]
         steps |= {name: [step * float(share)] for name, share in zip(names, shares, strict=True)}

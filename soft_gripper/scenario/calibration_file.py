@@ -85,8 +85,8 @@ def apply_calibration(sensors: MeasurementModel, calibration: CalibrationConfig)
     config = calibration.fingers[name]
     values = config.length, config.sensor_spacing, config.one_sided, config.section_lengths
     expected_values = layout_identity(layout)
-    flat, expected = [*values[:3], *values[3]], [*expected_values[:3], *expected_values[3]]
-    if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
+    identity, expected = [*values[:3], *values[3]], [*expected_values[:3], *expected_values[3]]
+    if len(identity) != len(expected) or not np.allclose(identity, expected, rtol=1e-6):
         quantities = "length, sensor spacing, one_sided and section lengths"
         raise InputError("nominal.calibration", name, values, f"{quantities} of the finger are {expected_values}")
     assert isinstance(curve, ResponseCurve)  # as in a scenario

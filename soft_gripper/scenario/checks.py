@@ -33,13 +33,13 @@ def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
         InputError: for the first value that has another type, is out of range, or contradicts another one.
     """
     require(isinstance(scenario, Scenario), where, "scenario", scenario, "must be a Scenario, as load_scenario reads")
-    plain: Scenario = to_plain_numbers(scenario)
-    values = plain_values(plain)
+    plain_scenario: Scenario = to_plain_numbers(scenario)
+    values = plain_values(plain_scenario)
     if getattr(scenario, _CHECKED_ATTRIBUTE, None) != values:
-        check_config(where, plain)
-        check_scenario(where, plain)
-    setattr(plain, _CHECKED_ATTRIBUTE, values)
-    return plain
+        check_config(where, plain_scenario)
+        check_scenario(where, plain_scenario)
+    setattr(plain_scenario, _CHECKED_ATTRIBUTE, values)
+    return plain_scenario
 
 
 def check_scenario(where: Path | str, scenario: Scenario) -> None:
@@ -109,10 +109,10 @@ def _arm_and_task(scenario: Scenario) -> Iterator[Violation]:
         yield "arm", None, "a task moves an arm: give arm: { model, home }"
     if task.time_limit <= scenario.sensor.period:
         yield "task.time_limit", task.time_limit, f"must be above sensor.period, {scenario.sensor.period:g} s"
-    free = [model.name for model in scenario.models if model.free]
+    free_names = [model.name for model in scenario.models if model.free]
     is_handled = task.object or any(phase.holds or phase.to in ("object", "goal") for phase in task.phases)
-    if is_handled and task.object not in free:
-        yield "task.object", task.object, f"must be one of the free models: {', '.join(free) or 'there is none'}"
+    if is_handled and task.object not in free_names:
+        yield "task.object", task.object, f"must be one of the free models: {', '.join(free_names) or 'there is none'}"
     if task.grips:
         yield from _grip(scenario, task.grip_threshold)
 

@@ -40,8 +40,8 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
-    listed = not isinstance(overrides, str) and isinstance(overrides, Sequence)
-    require(listed, "load_scenario", "overrides", overrides, 'give a list of "dotted.key=value"')
+    is_list = not isinstance(overrides, str) and isinstance(overrides, Sequence)
+    require(is_list, "load_scenario", "overrides", overrides, 'give a list of "dotted.key=value"')
     return _load("--set", name_or_path, dict(map(read_override, overrides)))
 
 

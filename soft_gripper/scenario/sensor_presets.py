@@ -135,8 +135,8 @@ def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[Sens
         InputError: for a sensor that does not exist.
     """
     faults = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
-    chosen = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
-    return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in chosen)
+    finger_faults = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
+    return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in finger_faults)
 
 
 def _reading(sensor: SensorConfig, where: str, field: str, fault: DeadSensorConfig | SensorFaultConfig) -> int:

@@ -54,18 +54,18 @@ class CalibratedStates:
     # Standard deviation of a reading that calibration leaves, as a share of the strain; None: it does not say
     gain_std: float | None = None
 
-    def distances(self, measured: Array, driving: Array, gravity: Array) -> StateDistances:
+    def distances(self, strains: Array, driving: Array, gravity: Array) -> StateDistances:
         """Distances of samples.
 
         Args:
-            measured: strains, (..., R); NaN where nothing is read.
+            strains: strains, (..., R); NaN where nothing is read.
             driving: torque at the joints, (..., D) N m; that at the first counts.
             gravity: in B, (..., 3) m/s^2.
         """
         drive = np.stack(np.broadcast_arrays(driving[..., 0], gravity[..., 0], gravity[..., 2]), axis=-1)
         drive_distance = self._drive.distance(drive)
-        is_read = np.isfinite(measured)
-        filled = np.where(is_read, measured, 0.0)
+        is_read = np.isfinite(strains)
+        filled = np.where(is_read, strains, 0.0)
         columns = self._columns
         near = [
             np.where(is_read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
@@ -124,8 +124,8 @@ def distance_stds(distances: StateDistances, paths: int) -> Array:
     return np.concatenate([section_stds] * paths, axis=-1)
 
 
-def state_spreads(measured: Array, drive: Array) -> Array:
+def state_spreads(strains: Array, drive: Array) -> Array:
     """Units of the numbers of states, (R + 3,), from strains, (n, R), and drives, (n, 3)."""
     return np.array(
-        [spread_of(measured)] * measured.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
+        [spread_of(strains)] * strains.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
     )

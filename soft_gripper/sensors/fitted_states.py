@@ -56,8 +56,8 @@ class FittedStates:
 
     def local_size(self, errors: Array) -> Array:
         """Root mean square of errors in some of the nearest states of each, (n, K) -> (n, K)."""
-        near = self._tree.query(self._scaled, np.arange(1, min(_LOCAL_STATES, len(self.states)) + 1))[1]
-        return np.sqrt(np.nanmean(errors[near] ** 2, axis=1))
+        neighbors = self._tree.query(self._scaled, np.arange(1, min(_LOCAL_STATES, len(self.states)) + 1))[1]
+        return np.sqrt(np.nanmean(errors[neighbors] ** 2, axis=1))
 
     def leave_out(self, left_out: NDArray[np.bool_]) -> "FittedStates":
         """Copy with the states of a mask left out, (n,)."""

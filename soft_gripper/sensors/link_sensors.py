@@ -96,7 +96,9 @@ class OrientationSensors(SpatialSensors):
 def _factor(r: Array) -> Array:
     """Factor of [r]^2 in the inverse of the left Jacobian, (..., 1)."""
     theta = np.linalg.norm(r, axis=-1, keepdims=True)
-    safe = np.maximum(theta, _SERIES_ANGLE)
+    clipped = np.maximum(theta, _SERIES_ANGLE)
     return np.asarray(
-        np.where(theta < _SERIES_ANGLE, 1 / 12, 1 / safe**2 - (1 + np.cos(safe)) / (2 * safe * np.sin(safe)))
+        np.where(
+            theta < _SERIES_ANGLE, 1 / 12, 1 / clipped**2 - (1 + np.cos(clipped)) / (2 * clipped * np.sin(clipped))
+        )
     )

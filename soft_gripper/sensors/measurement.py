@@ -164,16 +164,16 @@ class MeasurementModel(ABC):
         `noise` is the standard deviation of the quantity y, (..., 1), or the same for all. Where no reading of a value
         is finite it is 0, with the variance UNKNOWN.
         """
-        measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
-        is_read = np.isfinite(measured)
+        quantities = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
+        is_read = np.isfinite(quantities)
         if is_read.all():
             weights, information, divisor = self._complete_information
-            values = (weights * self.inverse(measured)).sum(axis=-2) / divisor
+            values = (weights * self.inverse(quantities)).sum(axis=-2) / divisor
             variance = noise**2 / np.maximum(information, noise**2 / UNKNOWN)
             return LinearReadings(values, np.broadcast_to(variance, values.shape))
         weights = is_read * self.sensitivity**2
         information = weights.sum(axis=-2)
-        reading_values = self.inverse(np.where(is_read, measured, 0.0))
+        reading_values = self.inverse(np.where(is_read, quantities, 0.0))
         values = (weights * reading_values).sum(axis=-2) / np.where(information == 0, 1.0, information)
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
@@ -227,9 +227,9 @@ class SpatialSensors(MeasurementModel):
     """Sensors that see every deformation of their finger; estimators condition on each measured quantity."""
 
     def values(self, readings: Array, noise: Array | float) -> LinearReadings:
-        measured = self.measured(readings)
-        is_read = np.isfinite(measured)
-        return LinearReadings(np.where(is_read, measured, 0.0), np.where(is_read, noise**2, UNKNOWN))
+        quantities = self.measured(readings)
+        is_read = np.isfinite(quantities)
+        return LinearReadings(np.where(is_read, quantities, 0.0), np.where(is_read, noise**2, UNKNOWN))
 
     def values_at(self, q: Array) -> tuple[Array, Array]:
         return self.linearized(q)

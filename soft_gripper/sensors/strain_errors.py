@@ -168,8 +168,8 @@ def step(
     innovation = errors.low_frequency_noise * math.sqrt(1 - correlation**2)
     slow_noise = correlation * memory.low_frequency + innovation * low_frequency
     lagging_ratio = 1 + memory.gain * lagging_strain(plays, crept_strain, errors.hysteresis) + memory.offset
-    measured = _with_faults(errors, memory.time, lagging_ratio)
-    reading = _read_out(errors, measured + memory.drift + slow_noise + errors.noise * white)
+    faulty_ratio = _with_faults(errors, memory.time, lagging_ratio)
+    reading = _read_out(errors, faulty_ratio + memory.drift + slow_noise + errors.noise * white)
     reading = _with_failures(errors, memory, reading)
     line, delayed = pass_delay_line(memory.line, reading)
     next_memory = memory._replace(
@@ -212,8 +212,8 @@ def draw(rng: np.random.Generator, shape: tuple[int, ...]) -> Draws:
 
 def stack_memory(memory: StrainMemory) -> Array:
     """A memory as one array, (..., rows, R)."""
-    single = (row[..., None, :] for row in memory[:_SINGLE_ROWS])
-    return np.concatenate([*single, memory.plays, memory.line], axis=-2)
+    single_rows = (row[..., None, :] for row in memory[:_SINGLE_ROWS])
+    return np.concatenate([*single_rows, memory.plays, memory.line], axis=-2)
 
 
 def unstack_memory(rows: Array) -> StrainMemory:
@@ -224,9 +224,9 @@ def unstack_memory(rows: Array) -> StrainMemory:
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
     """The effect of an analog-to-digital converter."""
-    limited = np.clip(ratio, *errors.saturation)
+    limited_ratio = np.clip(ratio, *errors.saturation)
     quantum = errors.quantization
-    return limited if quantum is None else quantum * np.round(limited / quantum)
+    return limited_ratio if quantum is None else quantum * np.round(limited_ratio / quantum)
 
 
 _ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
@@ -250,8 +250,8 @@ def _with_failures(errors: StrainErrors, memory: StrainMemory, ratio: Array) -> 
             i, ratio = fault.reading, ratio.copy()
             last = np.where(np.isnan(memory.read[..., i]), ratio[..., i], memory.read[..., i])
             limit = last if fault.size is None else 1 + fault.size
-            limited = np.minimum(ratio[..., i], limit) if np.all(limit > 1) else np.maximum(ratio[..., i], limit)
-            failed = limited if fault.kind == "saturated" else limit
+            limited_ratio = np.minimum(ratio[..., i], limit) if np.all(limit > 1) else np.maximum(ratio[..., i], limit)
+            failed = limited_ratio if fault.kind == "saturated" else limit
             ratio[..., i] = np.where(memory.time[..., i] - fault.time > -_ONSET_TOLERANCE, failed, ratio[..., i])
     return ratio
 

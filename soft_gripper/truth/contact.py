@@ -59,10 +59,10 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
             area, pressure = surface.total_area(), _largest_pressure(surface)
             yield Patch(pair, surface.centroid(), _area(surface), force, torque, area, pressure)
     for i in range(results.num_deformable_contacts()):
-        soft = results.deformable_contact_info(i)
-        mesh, pair = soft.contact_mesh(), (soft.id_A().get_value(), soft.id_B().get_value())
+        soft_info = results.deformable_contact_info(i)
+        mesh, pair = soft_info.contact_mesh(), (soft_info.id_A().get_value(), soft_info.id_B().get_value())
         if pair[0] in geometries or pair[1] in geometries:
-            wrench = soft.F_Ac_W()
+            wrench = soft_info.F_Ac_W()
             force, torque = wrench.translational(), wrench.rotational()
             yield Patch(pair, mesh.centroid(), _area(mesh), force, torque, mesh.total_area())
     for i in range(results.num_point_pair_contacts()):
@@ -345,13 +345,13 @@ def object_grip(
     def sums(values: Array) -> Array:
         return np.bincount(bin_index, values, bins)
 
-    flat = (
+    sums_flat = (
         sums(np.abs(pressing)),
         *(np.stack([*map(sums, vectors.T)], axis=-1) for vectors in (friction, force)),
         sums(rows[:, 29]),
         largest,
     )
-    gripped = [value.reshape(len(is_evaluated), fingers, *value.shape[1:]) for value in flat]
+    gripped = [value.reshape(len(is_evaluated), fingers, *value.shape[1:]) for value in sums_flat]
     return ObjectGripForces(
         *(np.where(is_evaluated.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for value in gripped)
     )

@@ -114,8 +114,8 @@ def train_object_classifier(
         raise InputError("object classifier", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
     fold_numbers = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLD_COUNT
 
-    def train(chosen: NDArray[np.bool_], limit: float) -> ObjectClassifier:
-        discriminant = _discriminant(features[chosen], names[chosen], shapes)
+    def train(mask: NDArray[np.bool_], limit: float) -> ObjectClassifier:
+        discriminant = _discriminant(features[mask], names[mask], shapes)
         return ObjectClassifier(shapes, *discriminant, limit)
 
     limits = np.full(len(angles), np.nan)

@@ -44,8 +44,8 @@ def hide(paths: Collection[Path]) -> bool:
 def _open_paths(hidden: Collection[Path]) -> Iterator[str]:
     """Yields the contents of the folders that lead to paths, without the paths, these folders and links."""
     outer_paths = {path for path in hidden if not any(parent in hidden for parent in path.parents)}
-    leading = {Path("/"), *(parent for path in outer_paths for parent in path.parents)}
-    for folder in leading:
+    parents = {Path("/"), *(parent for path in outer_paths for parent in path.parents)}
+    for folder in parents:
         with suppress(OSError), os.scandir(folder) as entries:
             paths = (entry.path for entry in entries if not entry.is_symlink())
-            yield from (path for path in paths if Path(path) not in leading and Path(path) not in outer_paths)
+            yield from (path for path in paths if Path(path) not in parents and Path(path) not in outer_paths)

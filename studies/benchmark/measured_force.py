@@ -44,8 +44,8 @@ def force_tasks(data: Path) -> list[BenchmarkTask]:
 
 
 def _task(folder: Path) -> BenchmarkTask:
-    train, tested = (sorted(file.name for file in folder.glob(pattern)) for pattern in LOG_PATTERNS)
-    for pattern, names in zip(LOG_PATTERNS, (train, tested), strict=True):
+    train_files, test_files = (sorted(file.name for file in folder.glob(pattern)) for pattern in LOG_PATTERNS)
+    for pattern, names in zip(LOG_PATTERNS, (train_files, test_files), strict=True):
         require(len(names) > 0, folder, pattern, None, "give logs of presses, to train on and of other days to test")
     log = _load_log(folder)
     assert isinstance(log.described, BenchConfig)
@@ -56,14 +56,14 @@ def _task(folder: Path) -> BenchmarkTask:
     return BenchmarkTask(
         f"force_{folder.name}",
         str(folder),
-        {name: digest(folder / name) for name in (*train, *tested, BENCH, SCENARIO)},
+        {name: digest(folder / name) for name in (*train_files, *test_files, BENCH, SCENARIO)},
         (*channels[0], Channel("pressure", "Pa"), *channels[1], Channel("free_pressure", "Pa")),
         (Channel("force", "N"),),
-        tuple(map(Part, train)),
-        {Path(name).stem: (Part(name),) for name in tested},
+        tuple(map(Part, train_files)),
+        {Path(name).stem: (Part(name),) for name in test_files},
         partial(_read_presses, log),
         folder,
-        given=tuple(sorted(file.name for file in folder.iterdir() if file.is_file() and file.name not in tested)),
+        given=tuple(sorted(file.name for file in folder.iterdir() if file.is_file() and file.name not in test_files)),
     )
 
 

@@ -194,8 +194,8 @@ def beam_load(task: Question, train: Sequence[Recorded]) -> Predict:
     def sags(modulus: float) -> Array:
         """Sag under every mass, m."""
         finger = nominal.with_sections(lambda part: replace(part, youngs_modulus=modulus))
-        loaded = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *load_place)) for mass in masses[1:])]
-        return np.array([_displaced(beam, place, resting_angles(beam, 0.0, _BEAM_GRAVITY))[0] for beam in loaded])
+        beams = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *load_place)) for mass in masses[1:])]
+        return np.array([_displaced(beam, place, resting_angles(beam, 0.0, _BEAM_GRAVITY))[0] for beam in beams])
 
     sag = np.array([recorded.inputs[:, _SAG_COLUMN].mean() for recorded in train])
     mass = np.array([1e-3 * recorded.outputs.mean() for recorded in train])
@@ -293,8 +293,8 @@ class _TendonBody:
 
     def fit(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
         """Fits keys to states: the model, and the position of its base in the axes of the recording, (3,) m."""
-        free = free_parameters(self.finger, keys, [])
-        model = fit_states(free, states).model
+        parameters = free_parameters(self.finger, keys, [])
+        model = fit_states(parameters, states).model
         differences = [recording.markers - _markers(model, recording) for recording in states]
         return model, np.concatenate(differences).mean(axis=(0, 1)) @ frame_axes(self.description).T
 
@@ -383,10 +383,10 @@ def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:
 
     def mean(inputs: Array) -> Array:
         disks = inputs[::_WEIGHED, :_DISKS] - np.tile(base, _DISKS // 3)
-        tested = body.states(inputs[::_WEIGHED, _DISKS:], disks)
-        light, even, heavy = (_markers(model, replace(tested, load=middle + u * half)) for u in (-1, 0, 1))
+        test_states = body.states(inputs[::_WEIGHED, _DISKS:], disks)
+        light, center, heavy = (_markers(model, replace(test_states, load=middle + u * half)) for u in (-1, 0, 1))
         masses_ = middle + half * _best_load_shift(
-            tested.markers - even, (heavy - light) / 2, (heavy + light) / 2 - even
+            test_states.markers - center, (heavy - light) / 2, (heavy + light) / 2 - center
         )
         return 1e3 * np.repeat(np.maximum(masses_, 0.0), _WEIGHED)[: len(inputs), None]
 

@@ -50,12 +50,12 @@ class Submission:
         field, recordings = f"{task.name}.regions.{region}", tested[region]
         if not isinstance(parts, list) or len(parts) != len(recordings):
             raise InputError(self.file, field, type(parts).__name__, f"must be a list of {len(recordings)} parts")
-        parts_ = [self._mapping(part, field) for part in parts]
+        mappings = [self._mapping(part, field) for part in parts]
         return [
             check_estimate(
                 f"{self.file}, {region}", task.question, len(recorded.inputs), part.get("mean"), part.get("std")
             )
-            for part, recorded in zip(parts_, recordings, strict=True)
+            for part, recorded in zip(mappings, recordings, strict=True)
         ]
 
     def _mapping(self, value: Any, field: str) -> Mapping[str, Any]:

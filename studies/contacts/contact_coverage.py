@@ -49,9 +49,9 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
     0.1 of the length on. Widths of the intervals over the force are medians, scores means, see `interval_score`, of
     contacts that are detected.
     """
-    declared, force, location = setup.uncertainty, estimates.force, estimates.location
-    is_bounded = estimates.bounds < 0.999 * declared.largest_force
-    is_far, is_below = location > declared.nearest_contact, force[:, None] <= estimates.bounds
+    uncertainty, force, location = setup.uncertainty, estimates.force, estimates.location
+    is_bounded = estimates.bounds < 0.999 * uncertainty.largest_force
+    is_far, is_below = location > uncertainty.nearest_contact, force[:, None] <= estimates.bounds
     bands = {
         "interval": (estimates.interval, force),
         "transverse": (estimates.transverse_interval, estimates.transverse),
@@ -86,11 +86,11 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
         numbers = statistics(values[inside & np.isfinite(values)])
         cells |= {f"{name}_{key}_{third}": f"{value:.3g}" for key, value in numbers.items()}
     cells["degrees_median"] = f"{statistics(estimates.degrees[np.isfinite(estimates.degrees)])['median']:.2g}"
-    detected = estimates.is_detected & np.isfinite(estimates.interval[:, 0])
+    is_detected = estimates.is_detected & np.isfinite(estimates.interval[:, 0])
     for (name, (interval, true)), (third, inside) in product(bands.items(), thirds.items()):
         widths, scores = (interval[:, -1] - interval[:, 0]) / true, interval_score(interval, true) / true
-        cells[f"{name}_width_{third}"] = f"{statistics(widths[detected & inside])['median']:.3g}"
-        cells[f"{name}_score_{third}"] = f"{statistics(scores[detected & inside])['mean']:.3g}"
+        cells[f"{name}_width_{third}"] = f"{statistics(widths[is_detected & inside])['median']:.3g}"
+        cells[f"{name}_score_{third}"] = f"{statistics(scores[is_detected & inside])['mean']:.3g}"
     return cells | {"transverse_rms_z": f"{rms_z(estimates):.3g}"}
 
 
@@ -175,8 +175,8 @@ def coverage_figure(rows: Sequence[Any]) -> Figure:
             line[0].set_ylabel(f"{sections} sections: {field.replace('_', ', ')}\ntrue [%]")
             for setup, panel in zip(setups, line, strict=True):
                 panel.axhline(TARGET, color="0.6", lw=0.8, ls="--")
-                chosen = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *setup)]
-                for row in chosen:
+                panel_rows = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *setup)]
+                for row in panel_rows:
                     percents = [float(cell) for cell in getattr(row, f"{field}_by_tenth").split()]
                     color = _COLORS[SITUATIONS.index(row.situation)]
                     panel.plot(locations, percents, color=color, marker="o", ms=2.5, lw=1.2, label=row.situation)

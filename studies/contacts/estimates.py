@@ -58,13 +58,13 @@ def contact_readings(
 
     Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
     """
-    free = resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), complex(G)))
+    q_free = resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), complex(G)))
     if errors is None:
         pressed_readings = layout.read(contacts.q)
-        still_readings = np.broadcast_to(layout.read(free), (1, len(pressed_readings), len(free), layout.readings))
+        still_readings = np.broadcast_to(layout.read(q_free), (1, len(pressed_readings), len(q_free), layout.readings))
         return ContactReadings(FreeMeasurements(still_readings, PRESSURES, HANGING), pressed_readings[None])
-    straight = np.zeros_like(free[:1])
-    postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
+    straight = np.zeros_like(q_free[:1])
+    postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *q_free[:, None], straight, contacts.q)]
     ratios = np.repeat(1 + layout.predict(np.array(postures)), HELD, axis=0)  # (time, contact, reading)
     sets = [disturbed_readings(layout, ratios, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
     held_readings = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)

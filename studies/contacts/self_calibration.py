@@ -51,16 +51,16 @@ class Scale(NamedTuple):
 UNSCALED = Scale()
 
 
-def calibrate_gain(nominal: SensorLayout, free: FreeMeasurements) -> Scale:
+def calibrate_gain(nominal: SensorLayout, measurements: FreeMeasurements) -> Scale:
     """Calibrates the pressure gain alone, (...)."""
-    driven, weight, theta = _torques(nominal, free)
-    return Scale(pressure=_ratio(nominal, theta, driven, weight))
+    drive_torques, weight, theta = _torques(nominal, measurements)
+    return Scale(pressure=_ratio(nominal, theta, drive_torques, weight))
 
 
-def calibrate_stiffness(nominal: SensorLayout, free: FreeMeasurements) -> Scale:
+def calibrate_stiffness(nominal: SensorLayout, measurements: FreeMeasurements) -> Scale:
     """Calibrates the stiffness alone, (...)."""
-    driven, weight, theta = _torques(nominal, free)
-    ratio = _ratio(nominal, theta, driven + weight, np.zeros_like(weight))
+    drive_torques, weight, theta = _torques(nominal, measurements)
+    ratio = _ratio(nominal, theta, drive_torques + weight, np.zeros_like(weight))
     return Scale(ratio, ratio, 1 / ratio)
 
 
@@ -71,11 +71,11 @@ CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMeasurements], Scale]] = {
 }
 
 
-def _torques(nominal: SensorLayout, free: FreeMeasurements) -> tuple[Array, Array, Array]:
+def _torques(nominal: SensorLayout, measurements: FreeMeasurements) -> tuple[Array, Array, Array]:
     """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
-    theta = nominal.linear(free.readings, _NOISE).values
-    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), as_planar(free.gravity[::2])[None])
-    return np.broadcast_to(nominal.finger.pressure_torque(free.pressure), weight.shape), weight, theta
+    theta = nominal.linear(measurements.readings, _NOISE).values
+    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), as_planar(measurements.gravity[::2])[None])
+    return np.broadcast_to(nominal.finger.pressure_torque(measurements.pressure), weight.shape), weight, theta
 
 
 def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:

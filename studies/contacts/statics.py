@@ -140,14 +140,16 @@ def _face_forces(finger: Finger, side: NDArray[np.str_], s: Array, force: Array,
 _MIN_DISTANCE, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
 
 
-def several_contacts(number: int, friction: float, seed: int, is_spread: bool = False, near: float = 0.3) -> Contacts:
+def several_contacts(
+    number: int, friction: float, seed: int, is_spread: bool = False, base_end: float = 0.3
+) -> Contacts:
     """About `number` pairs of contacts on one side, or contacts spread over a stretch of the finger.
 
-    They lie beyond `near`, a fraction of the length; force and place are the sum of their forces and its centre.
+    They lie beyond `base_end`, a fraction of the length; force and place are the sum of their forces and its centre.
     """
     rng, finger = np.random.default_rng([seed, is_spread]), read_finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
-    ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
+    ends = np.sort(rng.uniform(base_end, 1, (number, 2)), axis=-1)
     fractions = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
     if is_spread:
         places = np.linspace(0, 1, _POINTS)

@@ -158,10 +158,10 @@ def policy_rows(
     finger, ends = hour.layout.finger, _span_ends(rows)
     points = in_space(forward_kinematics(hour.truth.q[rows], finger.segment_length).points)[:, None]
     for minute in np.unique(ends).tolist():
-        chosen = np.flatnonzero(ends == minute)
-        errors = position_errors(finger, estimates.shape.at(chosen), points[chosen])
-        low, middle, high = np.moveaxis(estimates.interval[chosen], -1, 0)
-        force, stated = hour.truth.force[rows[chosen]][:, None], np.isfinite(low)
+        minute_rows = np.flatnonzero(ends == minute)
+        errors = position_errors(finger, estimates.shape.at(minute_rows), points[minute_rows])
+        low, middle, high = np.moveaxis(estimates.interval[minute_rows], -1, 0)
+        force, is_stated = hour.truth.force[rows[minute_rows]][:, None], np.isfinite(low)
         covers = (low <= force) & (force <= high)
         tip = float(errors.tip.mean())
         yield DriftRow(
@@ -172,9 +172,9 @@ def policy_rows(
             tip_mm=1e3 * tip,
             tip_percent=100 * tip / finger.length,
             shape_covered_percent=100 * float(errors.covered.mean()),
-            force_error_n=float(np.median(np.abs(middle - force)[stated])),
-            force_width_n=float(np.median((high - low)[stated])),
-            force_covered_percent=100 * float(covers[stated].mean()),
-            force_stated_percent=100 * float(stated.mean()),
-            samples=int(stated.size),
+            force_error_n=float(np.median(np.abs(middle - force)[is_stated])),
+            force_width_n=float(np.median((high - low)[is_stated])),
+            force_covered_percent=100 * float(covers[is_stated].mean()),
+            force_stated_percent=100 * float(is_stated.mean()),
+            samples=int(is_stated.size),
         )

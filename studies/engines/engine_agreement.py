@@ -211,8 +211,8 @@ def draw_boxes(number: int) -> list[Box]:
     rows: dict[str, list[dict[str, str]]] = {}
     with TemporaryDirectory() as folder, open_executor() as executor:
         for engine in ("mujoco", DRAKE):
-            out, fixed = Path(folder) / engine, {"engine": engine}
-            rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=fixed, own=MEASURES[:1])
+            out, engine_change = Path(folder) / engine, {"engine": engine}
+            rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=engine_change, own=MEASURES[:1])
     return [
         Box(mass, friction, 1e3 * x, drake["grasp"], mujoco["grasp"], float(drake[weight_over_friction.__name__]))
         for (mass, friction, x), drake, mujoco in zip(

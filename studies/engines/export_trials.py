@@ -76,8 +76,8 @@ def run_trial(seed: int, number: int, time_step: float | None) -> Row:
     """One trial in both simulators."""
     kind = list(OBJECTS)[number % len(OBJECTS)]
     scenario, variation = random_grasp(kind, seed, number)
-    lifted = {"drake_mm": 1e3 * drake_lift(scenario), "mujoco_mm": 1e3 * mujoco_lift(scenario, time_step)}
-    return Row(**asdict(variation), object=kind, **lifted)
+    lifts = {"drake_mm": 1e3 * drake_lift(scenario), "mujoco_mm": 1e3 * mujoco_lift(scenario, time_step)}
+    return Row(**asdict(variation), object=kind, **lifts)
 
 
 def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, TrialVariation]:

@@ -88,12 +88,12 @@ def _result(
 def chosen_results(results: list[Result]) -> list[Result]:
     """Our default, then of every simulator the fastest result that matches it, or the best one if none does."""
     own_result = results[0]
-    chosen = [own_result]
+    selection = [own_result]
     for simulator in dict.fromkeys(result.simulator for result in results if result.simulator != OURS):
         simulator_results = [result for result in results if result.simulator == simulator]
         matching = [result for result in simulator_results if result.matches(own_result)]
-        chosen.append(max(matching, key=lambda r: r.speed) if matching else min(simulator_results, key=_rank))
-    return chosen
+        selection.append(max(matching, key=lambda r: r.speed) if matching else min(simulator_results, key=_rank))
+    return selection
 
 
 def equal_setting(results: list[Result], other: Result) -> Result | None:

@@ -31,8 +31,8 @@ def angle_indices(model: mujoco.MjModel, task: PeerTask) -> np.ndarray:
 
 def object_indices(model: mujoco.MjModel) -> np.ndarray:
     """Indices of the position of the free body in qpos, (3,); empty if there is none."""
-    (free,) = np.nonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
-    return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free)]).astype(int)
+    (free_joints,) = np.nonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+    return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free_joints)]).astype(int)
 
 
 def _set_options(spec: mujoco.MjSpec, task: PeerTask, setting: Setting) -> None:

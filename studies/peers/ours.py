@@ -63,7 +63,7 @@ def _sense(builder: DiagramBuilder, task: PeerTask, finger: PlantFinger, pressur
     scenario = task.scenario
     if not task.sensed:
         return {f"{finger.name}.joint_angles": add_joint_angles(builder, finger)}
-    measured = add_sensors(builder, finger, scenario.sensor, pressure)
+    measurements = add_sensors(builder, finger, scenario.sensor, pressure)
     layout, gravity = sensor_layout(finger.finger, scenario.sensor), np.array(scenario.gravity)
-    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, scenario.sensor, gravity, measured)
-    return {f"{finger.name}.{name}": port for name, port in {**measured, **estimated}.items()}
+    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, scenario.sensor, gravity, measurements)
+    return {f"{finger.name}.{name}": port for name, port in {**measurements, **estimated}.items()}

@@ -46,15 +46,15 @@ def _words(result: Result) -> str:
 
 def _flatten(setting: Setting) -> Setting:
     """Fields, those of a nested mapping among them; steps in ms."""
-    flat: Setting = {}
+    flat_setting: Setting = {}
     for key, value in setting.items():
         if isinstance(value, dict):
-            flat |= value
+            flat_setting |= value
         elif key in ("step", "time_step"):
-            flat["step"] = f"{1e3 * value:g} ms"
+            flat_setting["step"] = f"{1e3 * value:g} ms"
         else:
-            flat[key] = value
-    return flat
+            flat_setting[key] = value
+    return flat_setting
 
 
 def _cells(result: Result, results: list[Result]) -> str:

@@ -35,8 +35,8 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
         panels = figure.subplots(len(nominals), len(counts), sharex=True, sharey=True, squeeze=False)
         for line, nominal in zip(panels, nominals, strict=True):
             for axes, count in zip(line, counts, strict=True):
-                chosen = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
-                image = _draw(axes, _largest_errors(chosen, estimators, noises))
+                panel_rows = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
+                image = _draw(axes, _largest_errors(panel_rows, estimators, noises))
                 axes.set_xticks(range(len(noises)), ["0" if n == 0 else f"{n:g}×" for n in noises])
                 axes.set_yticks(range(len(estimators)), estimators)
             line[0].set_ylabel(f"nominal model:\n{nominal}")
@@ -95,8 +95,8 @@ def realistic_rows(rows: Sequence[RobustnessRow], estimator: str, sections: int)
 
 
 def _error_claim(rows: Sequence[RobustnessRow]) -> Claim:
-    chosen = realistic_rows(rows, BEST, SENSORS)
-    mean, p95 = (float(np.max([getattr(row, name) for row in chosen])) for name in ("mean_mm", "p95_mm"))
+    best_rows = realistic_rows(rows, BEST, SENSORS)
+    mean, p95 = (float(np.max([getattr(row, name) for row in best_rows])) for name in ("mean_mm", "p95_mm"))
     text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
     return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
 
@@ -120,8 +120,8 @@ def _coverage_claim(rows: Sequence[RobustnessRow]) -> Claim:
 
 def _bar_claim(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
     best = [row for row in rows if (row.plant, row.estimator) == (plant, BEST) and row.sections in bar.sections]
-    chosen = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
+    bar_rows = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
     columns = ("mean_mm", "worst_mm", "tip_mm")
-    mean, largest, tip = (float(np.max([getattr(row, column) for row in chosen])) for column in columns)
+    mean, largest, tip = (float(np.max([getattr(row, column) for row in bar_rows])) for column in columns)
     holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or largest <= bar.worst)
     return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {largest:.2f} mm; tip {tip:.2f} mm")

@@ -82,11 +82,11 @@ def summary(
     Estimators without a covariance have errors with realistic sensors alone.
     """
 
-    def errors(chosen: Sequence[Any]) -> str:
-        return f"{max(row.mean_mm for row in chosen):.2f}/{max(row.p95_mm for row in chosen):.2f}"
+    def errors(rows: Sequence[Any]) -> str:
+        return f"{max(row.mean_mm for row in rows):.2f}/{max(row.p95_mm for row in rows):.2f}"
 
-    def coverage(chosen: Sequence[Any]) -> str:
-        percents = [100 * row.coverage for row in chosen]
+    def coverage(rows: Sequence[Any]) -> str:
+        percents = [100 * row.coverage for row in rows]
         return f"{min(percents):.0f}-{max(percents):.0f}"
 
     scenarios, counts = list(dict.fromkeys(row.scenario for row in rows)), (1, 2, 4)
@@ -100,9 +100,9 @@ def summary(
             yield SummaryRow(table, scenario, name, *cells)
     for scenario, name in product(scenarios, estimators):
         key = RUBBER.name, scenario, name
-        chosen = {row.sections: row for row in plants if (row.plant, row.scenario, row.estimator) == key}
-        if not math.isnan(chosen[2].coverage):
-            cells = [*(errors([chosen[n]]) for n in counts), f"{100 * chosen[2].coverage:.0f}"]
+        rows_by_count = {row.sections: row for row in plants if (row.plant, row.scenario, row.estimator) == key}
+        if not math.isnan(rows_by_count[2].coverage):
+            cells = [*(errors([rows_by_count[n]]) for n in counts), f"{100 * rows_by_count[2].coverage:.0f}"]
             table = "another plant: mean/95th percentile [mm]"
             yield SummaryRow(table, scenario, name, *cells)
 

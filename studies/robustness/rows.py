@@ -208,8 +208,8 @@ def plant_table(
     plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int, estimators: Sequence[str]
 ) -> list[PlantRow]:
     """A row for every number of sections and estimator, in this order; of a known plant with ideal sensors."""
-    noise, declared = (0.0, 0.0) if plant.is_known else (1.0, MODULUS)
-    setups = [EstimatorSetup(count, noise, declared=declared) for count in SECTIONS]
+    noise, modulus_error = (0.0, 0.0) if plant.is_known else (1.0, MODULUS)
+    setups = [EstimatorSetup(count, noise, declared=modulus_error) for count in SECTIONS]
     nominal = None if plant.is_known else read_finger()
     rows = []
     for (setup, estimator), errors in setup_errors(fingers, setups, seeds, estimators, nominal).items():

@@ -88,9 +88,9 @@ def measure(seconds: float, changes: list[str], options: list[str]) -> LiveMeasu
     with TemporaryDirectory() as folder, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
         link.bind((LOOPBACK, 0))
         link.settimeout(3.0)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind((LOOPBACK, 0))
-            port = free.getsockname()[1]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free_socket:
+            free_socket.bind((LOOPBACK, 0))
+            port = free_socket.getsockname()[1]
         bench = Path(folder) / "bench.yaml"
         write_bench(bench, {name: len(value) for name, value in messages[0].items()}, (port, link.getsockname()[1]))
         set_options = [part for change in changes for part in ("--set", change)]

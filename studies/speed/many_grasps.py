@@ -81,8 +81,8 @@ def process_costs(runs: int) -> Iterator[SweepCost]:
         with TemporaryDirectory() as folder:
             tables = [Path(folder) / str(jobs) for jobs in (1, 2)]
             times = [clock_time(boxes, runs, jobs, table) for jobs, table in enumerate(tables, start=1)]
-            single, double = ((table / "sweep.csv").read_bytes() for table in tables)
-            agreement = "yes" if single == double else "no"
+            single_table, double_table = ((table / "sweep.csv").read_bytes() for table in tables)
+            agreement = "yes" if single_table == double_table else "no"
             for jobs, seconds in enumerate(times, start=1):
                 yield SweepCost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, agreement)
 
@@ -92,8 +92,8 @@ def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:
     masses, frictions = SAMPLES[boxes]
     ranges = {"mass": masses, "friction": frictions, "X_PC.translation.0": (-0.004, 0.004)}
     axes = [f"models.box.{key}={low}..{high}" for key, (low, high) in ranges.items()]
-    fixed = [f"--set={key}={value}" for key, value in FIXED.items()]
-    command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed)
+    fixed_options = [f"--set={key}={value}" for key, value in FIXED.items()]
+    command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed_options)
     begin = time.perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     return time.perf_counter() - begin

@@ -151,9 +151,9 @@ class Bench:
         processor, elapsed = np.transpose(times[_COST_SAMPLES // 4 :])
         return Cost(float(np.quantile(processor, 0.9)), float(np.mean(elapsed)))
 
-    def step(self, measured: Mapping[str, Array]) -> None:
-        """Takes a sample, a period after that before; `measured` has every input by name."""
-        self._give(measured)
+    def step(self, measurements: Mapping[str, Array]) -> None:
+        """Takes a sample, a period after that before; `measurements` has every input by name."""
+        self._give(measurements)
         self._advance()
 
     def skip(self) -> None:
@@ -243,14 +243,16 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
     parts = _BenchParts(DiagramBuilder(), scenario.sensor.period)
     nominal = read_nominal_model(scenario.nominal)
     gravity = np.array(scenario.gravity)
-    measured = {}
+    finger_ports = {}
     for finger in scene.fingers:
         parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
-        measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
-    estimated = add_estimations(parts.builder, parts.layouts, scenario.estimator, scenario.sensor, gravity, measured)
+        finger_ports[finger.name] = _add_measured(parts, finger, finger.name in moving)
+    estimated = add_estimations(
+        parts.builder, parts.layouts, scenario.estimator, scenario.sensor, gravity, finger_ports
+    )
     for name, ports in estimated.items():
-        parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
-        held_signals = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
+        parts.signals |= {f"{name}.{signal}": port for signal, port in {**finger_ports[name], **ports}.items()}
+        held_signals = (signal for signal in finger_ports[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
         parts.measured += [f"{name}.{signal}" for signal in held_signals]
     if forms_gripper(scene.fingers):
         _add_grip(parts, scene.fingers, scenario)
@@ -263,19 +265,19 @@ def _add_measured(parts: _BenchParts, finger: PlantFinger, is_moving: bool) -> P
     parameters = finger.finger
     layout = parts.layouts[finger.name]
     readings = HeldInput(parts.period, layout.readings, layout.unit, **layout.axes)
-    measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
+    inputs = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
     if parameters.pressures:
         block = HeldInput(parts.period, parameters.pressures, "Pa", **parameters.chamber_axis)
-        measured["sampled_pressure"] = parts.hold(f"{name}.pressure", block)
+        inputs["sampled_pressure"] = parts.hold(f"{name}.pressure", block)
     if parameters.tendons:
         block = HeldInput(parts.period, len(parameters.tendons), "N", **parameters.tendon_axis)
-        measured["sampled_tension"] = parts.hold(f"{name}.tension", block)
+        inputs["sampled_tension"] = parts.hold(f"{name}.tension", block)
     if is_moving:
-        measured["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
+        inputs["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
     else:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
-        measured["X_WB"] = base.get_output_port()
-    return measured
+        inputs["X_WB"] = base.get_output_port()
+    return inputs
 
 
 def _add_instrument(parts: _BenchParts, name: str) -> None:

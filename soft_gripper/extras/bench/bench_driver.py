@@ -413,7 +413,7 @@ class BenchDriver(Driver):
         self._bench.step(values)
         if self._zeroing is not None:
             expected = self._bench.free_readings()
-            self._zeroing.append({name: values[name] - free for name, free in expected.items()})
+            self._zeroing.append({name: values[name] - free_reading for name, free_reading in expected.items()})
 
     def _header(self, age: float, is_stale: bool) -> dict[str, Any]:
         count = math.nan if self._last is None or self._last.count is None else float(self._last.count)

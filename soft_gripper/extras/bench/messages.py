@@ -87,10 +87,10 @@ def encoded(results: Mapping[str, float | Array], form: str) -> bytes:
     """A message with named scalars and vectors; without names, all numbers one after the other. NaN is null in JSON."""
     if form == "json":
         return (json.dumps({name: _plain_value(value) for name, value in results.items()}) + "\n").encode()
-    flat = np.concatenate([np.ravel(value) for value in results.values()])
+    numbers = np.concatenate([np.ravel(value) for value in results.values()])
     if form == "text":
-        return (",".join(f"{value:.9g}" for value in flat) + "\n").encode()
-    return flat.astype(_PACKED_TYPES[form]).tobytes()
+        return (",".join(f"{value:.9g}" for value in numbers) + "\n").encode()
+    return numbers.astype(_PACKED_TYPES[form]).tobytes()
 
 
 def _from_json(message: bytes) -> dict[str, float]:

@@ -99,15 +99,15 @@ class FirstPressures:
         self._unit, self._factor = config.pressure_unit, config.pressure_factor
         self._first_readings: list[dict[str, Array]] = []
 
-    def note(self, measured: Mapping[str, Array]) -> Iterator[str]:
+    def note(self, values: Mapping[str, Array]) -> Iterator[str]:
         """Takes measurements by input of a bench; yields lines after enough of them."""
         if self._remaining == 0:
             return
         self._remaining -= 1
-        self._first_readings.append({name: value for name, value in measured.items() if name.endswith(".pressure")})
+        self._first_readings.append({name: value for name, value in values.items() if name.endswith(".pressure")})
         if self._remaining == 0:
             for name in self._first_readings[0]:
-                yield from self._questions(name, np.array([measured[name] for measured in self._first_readings]).T)
+                yield from self._questions(name, np.array([values[name] for values in self._first_readings]).T)
             self._first_readings.clear()
 
     def _questions(self, name: str, pressures: Array) -> Iterator[str]:

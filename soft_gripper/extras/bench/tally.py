@@ -39,9 +39,9 @@ class _FingerTally:
         self.contacts = {True: 0, False: 0}  # by whether it rested
         self.largest: dict[bool, tuple[float, float, float]] = {}  # transverse force, its standard deviation and place
 
-    def note(self, measured: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
+    def note(self, measurements: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
         if self._driving:
-            self._past.append(np.concatenate([measured[name] for name in self._driving]))
+            self._past.append(np.concatenate([measurements[name] for name in self._driving]))
         if self._force not in estimates:
             return
         self.is_known, force = True, float(estimates[self._force][0])
@@ -81,10 +81,10 @@ class Tally:
     def __init__(self, bench: Bench):
         self._fingers = [_FingerTally(name, bench) for name in bench.quantities]
 
-    def note(self, measured: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
+    def note(self, measurements: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
         """Takes the measurements of a reading, by input of the bench, and the estimates that are sent."""
         for finger in self._fingers:
-            finger.note(measured, estimates)
+            finger.note(measurements, estimates)
 
     def lines(self) -> Iterator[str]:
         """Yields a line for each finger with estimated contacts."""

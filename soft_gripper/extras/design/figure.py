@@ -50,10 +50,10 @@ def design_figure(result: DesignResult) -> Figure:
     return figure
 
 
-def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, chosen: Sequence[int]) -> None:
+def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, indices: Sequence[int]) -> None:
     """Dots of some designs, and the star of the best."""
-    allowed = [i for i in chosen if result.designs[i].score.is_allowed]
-    unallowed = [i for i in chosen if i not in allowed]
+    allowed = [i for i in indices if result.designs[i].score.is_allowed]
+    unallowed = [i for i in indices if i not in allowed]
     axes.plot(x[unallowed], y[unallowed], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
     axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED, label="allowed")
     if result.best is not None:
@@ -101,13 +101,13 @@ def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
 
 def _draw_variable(axes: Axes, result: DesignResult, key: str, is_number: bool, y: Array) -> None:
     """The first end over a variable."""
-    chosen = [i for i, design in enumerate(result.designs) if i > 0 and design.score.ends]
-    labels = {i: str(result.designs[i].values[key]).rpartition("/")[2] for i in chosen}
+    indices = [i for i, design in enumerate(result.designs) if i > 0 and design.score.ends]
+    labels = {i: str(result.designs[i].values[key]).rpartition("/")[2] for i in indices}
     choices = list(dict.fromkeys(labels.values()))
     x = np.full(len(y), np.nan)
     for i, label in labels.items():
         x[i] = result.designs[i].values[key] if is_number else choices.index(label)
-    _draw_designs(axes, result, x, y, chosen)
+    _draw_designs(axes, result, x, y, indices)
     if is_number:
         axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
     else:

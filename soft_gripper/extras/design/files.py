@@ -36,8 +36,8 @@ def write_design(study: DesignStudy, values: Mapping[str, Any], folder: Path) ->
     fingers = list[Finger]()
     texts = dict[str, str]()
     for model in scenario.models:
-        if mounted := mounted_fingers(model, model.name):
-            fingers += [element.finger for element in mounted]
+        if mounts := mounted_fingers(model, model.name):
+            fingers += [element.finger for element in mounts]
             change = partial(mounted_finger, where=model.name, configs=model.fingers)
             file = f"{model.name}.urdf"
             texts[file] = changed_urdf(model_path(model.file), model.segments, model.name, model.without, change)

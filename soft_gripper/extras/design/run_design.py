@@ -111,13 +111,13 @@ def run_design(
     if errors and all(errors):
         raise InputError(study.file, "scenario", study.scenario, f"every run of it fails: {errors[0]}")
     numbers = range(1, 1 + config.designs)
-    driven = [first, *searched_designs(_drive_axes(study), config, [-number for number in numbers], runs.scores)]
+    drive_designs = [first, *searched_designs(_drive_axes(study), config, [-number for number in numbers], runs.scores)]
     results = [*searched_designs(study.axes, config, numbers, runs.scores)]
-    reference = driven[find_best(costs(driven, config.ends)) or 0]
+    reference = drive_designs[find_best(costs(drive_designs, config.ends)) or 0]
     cost = costs(results, config.ends)
     best_index = find_best(cost)
-    compared = [reference] if best_index is None else [reference, results[best_index]]
-    tests = runs.tests({design.number: design.values for design in compared})
+    finalists = [reference] if best_index is None else [reference, results[best_index]]
+    tests = runs.tests({design.number: design.values for design in finalists})
     runs.finish(runs.changes)
     front = [i + 1 for i in pareto_front(cost)]
     best = None if best_index is None else best_index + 1
@@ -152,8 +152,8 @@ class _Runs(ScenarioRuns):
         self._own = own_measures(study)
         measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), list(self._own.values()))
         _check_measures(study, measures)
-        drawn = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
-        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn))
+        drawn_keys = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
+        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn_keys))
         super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
         first = {**study.fixed, **next(iter(self._searched.values()))}
         self._fixed = {**study.fixed, **engine_step_of(study.scenario, first, executor)}
@@ -180,9 +180,9 @@ class _Runs(ScenarioRuns):
     def _run(self, stage: str, designs: Designs, in_cases: Cases) -> list[tuple[str, ...]]:
         """Makes the runs of each design in some cases that the table does not have; returns the keys of all."""
         changes: dict[tuple[str, ...], Mapping[str, Any]] = {
-            (stage, str(number), *case): {**self._fixed, **drawn, **values}
+            (stage, str(number), *case): {**self._fixed, **draw, **values}
             for number, values in designs.items()
-            for case, drawn in in_cases.items()
+            for case, draw in in_cases.items()
         }
         self.run_changed(
             self._executor,

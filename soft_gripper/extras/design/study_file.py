@@ -140,12 +140,12 @@ def load_design_study(file: Path) -> DesignStudy:
 
 def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], search_keys: Mapping[str, Any]) -> dict[str, Any]:
     """Changes with absolute paths and with a Range in place of its text; no key may be searched already."""
-    absolute = _with_paths(file.parent, changes)
-    for key, value in absolute.items():
+    absolute_changes = _with_paths(file.parent, changes)
+    for key, value in absolute_changes.items():
         require(key not in search_keys, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
         if isinstance(value, str) and _RANGE_PATTERN.fullmatch(value):
-            absolute[key] = _axis(file, place, key, value)
-    return absolute
+            absolute_changes[key] = _axis(file, place, key, value)
+    return absolute_changes
 
 
 def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
@@ -175,9 +175,9 @@ def _absolute(folder: Path, value: Any) -> Any:
 
 def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
     """Copy of changes with each Range replaced by its value at the next share, 0 to 1; these come last."""
-    fixed = {key: value for key, value in changes.items() if not isinstance(value, Range)}
+    fixed_values = {key: value for key, value in changes.items() if not isinstance(value, Range)}
     ranges = (value for value in changes.values() if isinstance(value, Range))
-    return fixed | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}
+    return fixed_values | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}
 
 
 def _check_keys(study: DesignStudy) -> None:

@@ -46,9 +46,9 @@ def arm_actuators(station: Station) -> list[ArmActuator]:
     actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm.model))
     joint_actuators: dict[int, JointActuator] = {int(actuator.joint().index()): actuator for actuator in actuators}
     joints = arm_joints(plant, arm.model)
-    driven = [joint_actuators[int(joints[i].index())] for i in arm.couplings.leads]
-    gains = [actuator.get_controller_gains() for actuator in driven]
-    return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
+    leader_actuators = [joint_actuators[int(joints[i].index())] for i in arm.couplings.leads]
+    gains = [actuator.get_controller_gains() for actuator in leader_actuators]
+    return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(leader_actuators, gains, strict=True)]
 
 
 def chamber_names(finger: PlantFinger) -> list[str]:

@@ -30,10 +30,10 @@ def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
     indices = [model.actuator(name).id for name in header[1:]]
     times = np.array([float(row[0]) for row in commands])
     sites = [model.site(i) for i in range(model.nsite)]
-    free = [
+    bodies = [
         model.body(model.jnt_bodyid[i]) for i in range(model.njnt) if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE
     ]
-    names = [f"{frame.name} {axis} [m]" for frame in (*sites, *free) for axis in "xyz"]
+    names = [f"{frame.name} {axis} [m]" for frame in (*sites, *bodies) for axis in "xyz"]
     substeps = max(1, round(PERIOD / model.opt.timestep))
     rows = []
     while data.time < times[-1] - model.opt.timestep / 2:
@@ -42,7 +42,7 @@ def simulate(folder: Path) -> tuple[list[str], np.ndarray]:
         data.ctrl[creep] = data.qpos[creep_indices]
         mujoco.mj_step(model, data, substeps)
         mujoco.mj_forward(model, data)
-        positions: list[Any] = [data.site_xpos[frame.id] for frame in sites] + [data.xpos[frame.id] for frame in free]
+        positions: list[Any] = [data.site_xpos[frame.id] for frame in sites] + [data.xpos[frame.id] for frame in bodies]
         rows.append(np.concatenate([[data.time], *positions]))
     return ["time [s]", *names], np.array(rows)
 

@@ -87,14 +87,14 @@ def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
 
 def _sensed_finger(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    assumed = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
-    function = estimator_function(scenario.estimator.type, nominal, assumed)
+    declared = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
+    function = estimator_function(scenario.estimator.type, nominal, declared)
     if isinstance(function, RecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
         raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
-    if assumed.free_pressure > 0:
+    if declared.free_pressure > 0:
         expected = "zeroes sensors by the samples before: set it to 0"
-        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", assumed.free_pressure, expected)
+        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", declared.free_pressure, expected)
     for part, is_given in (
         ("creep", "creeps, and remembers how it was bent"),
         ("tendons", "has them; give one with chambers"),

@@ -138,13 +138,13 @@ def held_object(scenario: Scenario, name: str | None) -> str:
     Raises:
         InputError: if there is none.
     """
-    free = [model.name for model in scenario.models if model.free]
-    if name is None and not free:
+    free_names = [model.name for model in scenario.models if model.free]
+    if name is None and not free_names:
         raise InputError("grasp strength", "free models", 0, "must be 1 or more; or name the object by --object")
     if name is not None and name not in (names := [model.name for model in scenario.models]):
         raise InputError("grasp strength", "--object", name, f"no such model; known: {', '.join(names)}")
     task = scenario.task
-    return name or (task.object if task is not None and task.object in free else None) or free[0]
+    return name or (task.object if task is not None and task.object in free_names else None) or free_names[0]
 
 
 def shortened_scenario(scenario: Scenario) -> Scenario:

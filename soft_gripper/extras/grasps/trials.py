@@ -93,8 +93,8 @@ def _draw_places(axes: Axes, trials: Sequence[Trial]) -> None:
 def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: float) -> None:
     """Draws the cumulative distribution of a measure. `limit` 0: no limit."""
     rim = RIM * limit if limit > 0 else np.inf
-    measured = [trial for trial in trials if not np.isnan(getattr(trial.result, measure))]
-    for rank, trial in enumerate(sorted(measured, key=lambda trial: getattr(trial.result, measure)), start=1):
+    known_trials = [trial for trial in trials if not np.isnan(getattr(trial.result, measure))]
+    for rank, trial in enumerate(sorted(known_trials, key=lambda trial: getattr(trial.result, measure)), start=1):
         axes.plot(min(getattr(trial.result, measure), rim), rank, **_marker_style(trial))
     if limit > 0:
         axes.axvline(limit, color="0.4", ls="--")

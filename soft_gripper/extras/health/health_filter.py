@@ -135,21 +135,21 @@ class HealthFilter:
         finger = self.layout.finger
         memory = self._begin_window(memory) if memory.samples >= WINDOW_SAMPLES else memory
         weight = self._mechanics.weight(self._mechanics.bent_finger(finger.angle(driving)), gravity)
-        free = layout.matrix @ finger.angle(driving + weight)
+        free_bends = layout.matrix @ finger.angle(driving + weight)
         finite = np.isfinite(readings**2)
         is_repeated = readings == memory.last
         changed = finite & np.isfinite(memory.last) & ~is_repeated
         is_repeated &= changed.any()
-        measured = np.where(finite, layout.measured(np.where(finite, readings, layout.read(layout.straight))), 0.0)
+        strains = np.where(finite, layout.measured(np.where(finite, readings, layout.read(layout.straight))), 0.0)
         memory = memory._replace(
-            first_free_bends=free if memory.samples == 0 else memory.first_free_bends,
+            first_free_bends=free_bends if memory.samples == 0 else memory.first_free_bends,
             last=np.where(finite, readings, memory.last),
-            sums=memory.sums + np.array([measured, finite, is_repeated, changed]),
+            sums=memory.sums + np.array([strains, finite, is_repeated, changed]),
             total=memory.total + driving + weight,
             driving_sum=memory.driving_sum + driving,
             samples=memory.samples + 1,
         )
-        return self._update(memory, free, gravity) if memory.samples >= WINDOW_SAMPLES else memory
+        return self._update(memory, free_bends, gravity) if memory.samples >= WINDOW_SAMPLES else memory
 
     def _begin_window(self, memory: FilterMemory) -> FilterMemory:
         """Memory at the beginning of the next window."""
@@ -175,13 +175,13 @@ class HealthFilter:
         probabilities: Array = weights / weights.sum()
         return probabilities
 
-    def _update(self, memory: FilterMemory, free: Array, gravity: Array) -> FilterMemory:
+    def _update(self, memory: FilterMemory, free_bends: Array, gravity: Array) -> FilterMemory:
         """Memory after the last sample of a window."""
         q = self.layout.finger.angle(memory.total / WINDOW_SAMPLES)
         bends = self.layout.matrix @ q
         driving = memory.driving_sum / WINDOW_SAMPLES
         window = self._summarize(
-            memory, q, free - memory.first_free_bends, self._extrapolation_std(q, driving, gravity)
+            memory, q, free_bends - memory.first_free_bends, self._extrapolation_std(q, driving, gravity)
         )
         change = bends - memory.free
         drive = self._pressures(driving - memory.driving)
@@ -281,10 +281,11 @@ class HealthFilter:
         i = np.arange(values, values + readings)
         walk[:, :, i, i] += error_walk
         f = values + readings
-        resting = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * (hypotheses.load_response**2).sum(axis=-1)
+        square = (hypotheses.load_response**2).sum(axis=-1)
+        variance = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * square
         for name in ("dead", "saturated"):
             k = hypotheses.indices_of(name)
-            walk[:, k, f, f] += resting[hypotheses.reading[k]]
+            walk[:, k, f, f] += variance[hypotheses.reading[k]]
         for name in ("offset", "loose"):  # the first window may hold the onset, and misjudge the size
             k = hypotheses.indices_of(name)
             k = k[age[k] == 0]
@@ -347,15 +348,15 @@ class HealthFilter:
         """Matrix from states to bends beyond those of the nominal free finger, rad, (S, n)."""
         state_map = np.zeros((self._values, self._states))
         state_map[:, : self._values] = np.eye(self._values)
-        driven = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
-        state_map[:, self._values + self.layout.readings + 2] = driven
+        drive_bends = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
+        state_map[:, self._values + self.layout.readings + 2] = drive_bends
         return state_map
 
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
         """Hypotheses of sensors at their limits in a window."""
         saturated_hypotheses = self.hypotheses.indices_of("saturated")
-        limited: NDArray[np.int_] = saturated_hypotheses[window.at_limit[self.hypotheses.reading[saturated_hypotheses]]]
-        return limited
+        indices: NDArray[np.int_] = saturated_hypotheses[window.at_limit[self.hypotheses.reading[saturated_hypotheses]]]
+        return indices
 
     def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", state_map: Array) -> Array:
         """Log-likelihood of repeated readings, lost readings and exceeded limits, (B, K)."""
@@ -363,17 +364,15 @@ class HealthFilter:
         state_map = self.hypotheses.load_response @ state_map
         likelihood = np.full(update.log_likelihood.shape, window.working.sum())
         dead = hypotheses.indices_of("dead")
-        limited = self._limited_hypotheses(window)
+        k = self._limited_hypotheses(window)
         i = hypotheses.reading[dead]
         likelihood[:, dead] += window.stuck[i] - window.working[i]
-        i = hypotheses.reading[limited]
-        likelihood[:, limited] += window.limited[i] - window.working[i]
-        likelihood[1, limited] += _LIMIT_EVIDENCE * window.furthest[i]
-        excess = np.sign(window.measured[i]) * (window.expected + mean @ state_map.T - window.measured)[:, limited, i]
-        variance = np.einsum("ki,bkij,kj->bk", state_map[i], update.covariance[:, limited], state_map[i])
-        likelihood[:, limited] += log_ndtr(
-            excess / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i])
-        )
+        i = hypotheses.reading[k]
+        likelihood[:, k] += window.limited[i] - window.working[i]
+        likelihood[1, k] += _LIMIT_EVIDENCE * window.furthest[i]
+        excess = np.sign(window.measured[i]) * (window.expected + mean @ state_map.T - window.measured)[:, k, i]
+        variance = np.einsum("ki,bkij,kj->bk", state_map[i], update.covariance[:, k], state_map[i])
+        likelihood[:, k] += log_ndtr(excess / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i]))
         return likelihood
 
     def _contact_evidence(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:

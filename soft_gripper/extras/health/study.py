@@ -179,8 +179,8 @@ def monitor_readings(again: ReadAgain, readings: Array, errors: StrainErrors, be
     """Ends of the windows of a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
     changes = {"youngs_modulus": f"{100 * belief.stiffness_error:+g} %"}
     finger = changed_finger(again.layout.finger, "nominal", changes)
-    assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
-    monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
+    uncertainty = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
+    monitor = HealthFilter(replace(again.layout, finger=finger), uncertainty, again.period)
     memory = monitor.begin()
     probabilities = []
     for i, sample in enumerate(zip(readings, again.driving(), again.gravity, strict=True), start=1):
@@ -220,10 +220,10 @@ def _write_cut_finger(rng: np.random.Generator, file: Path, softness: float) -> 
     base = text[begin : text.index("/>", begin) + 2]
     modulus = base.split('youngs_modulus="')[1].split('"')[0]
     tip = text[text.index("<tip") : text.index("/>", text.index("<tip")) + 2]
-    soft = f'youngs_modulus="{float(modulus) / softness:.6g}"'
+    soft_modulus = f'youngs_modulus="{float(modulus) / softness:.6g}"'
     section = base.replace("<base", f'<section at="{location}"')
-    texts = [text.replace(tip, "\n".join((section, section.replace(f'youngs_modulus="{modulus}"', soft), tip)))]
-    texts.append(texts[0].replace(tip, tip.replace(f'youngs_modulus="{modulus}"', soft)))
+    texts = [text.replace(tip, "\n".join((section, section.replace(f'youngs_modulus="{modulus}"', soft_modulus), tip)))]
+    texts.append(texts[0].replace(tip, tip.replace(f'youngs_modulus="{modulus}"', soft_modulus)))
     file.write_text(texts[1])
     return [*(f"models.{i}.file={file}" for i in range(2)), f"nominal.file={base_uri}"]
 

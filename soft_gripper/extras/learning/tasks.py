@@ -67,10 +67,10 @@ class GraspTask:
     def judge(self, truth: Truth) -> Judgement:
         config, height = self._config, (truth.object_places() - self._begins)[:, 2]
         force, peak = truth.normal_forces()
-        lifted = np.clip(height / config.height, 0.0, 1.0)
+        lift_fraction = np.clip(height / config.height, 0.0, 1.0)
         is_crushed = peak > config.crushing_force
-        reward = self._time_step * (lifted - config.force_weight * force.max(axis=-1)) - is_crushed
-        is_held = (lifted >= _HELD_HEIGHT_FRACTION) & (force > 0).all(axis=-1) & ~is_crushed
+        reward = self._time_step * (lift_fraction - config.force_weight * force.max(axis=-1)) - is_crushed
+        is_held = (lift_fraction >= _HELD_HEIGHT_FRACTION) & (force > 0).all(axis=-1) & ~is_crushed
         info = {"height": height, "force": force, "peak_force": peak, "crushed": is_crushed, "success": is_held}
         return Judgement(reward, is_crushed, info)
 

@@ -111,9 +111,9 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         for i, own_seed in enumerate(integer_seeds(seed, self.num_envs)):
             if own_seed is not None:
                 self._random[i] = np_random(own_seed)[0]
-        observed, _ = self._episodes.begin(self._random)
+        observations, _ = self._episodes.begin(self._random)
         self._has_ended[:], self._is_begun = False, True
-        return observed, {}
+        return observations, {}
 
     def step(
         self, actions: Any

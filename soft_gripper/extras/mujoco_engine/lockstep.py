@@ -41,11 +41,11 @@ class Logs:
 
         Logs of diagrams of one structure have the same numbers.
         """
-        logged = self._station.logs.port_numbers
+        port_numbers = self._station.logs.port_numbers
         port_samples: dict[int, Any] = {
-            logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
+            port_numbers[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }
-        for number in (number for i, number in enumerate(logged) if i not in self._vectors):
+        for number in (number for i, number in enumerate(port_numbers) if i not in self._vectors):
             port_samples[number] = [rows_of(*patches, environment) for patches in self.patches[:samples]]
         return port_samples
 

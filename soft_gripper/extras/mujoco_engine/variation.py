@@ -46,9 +46,9 @@ Content = Callable[[Path], str | None]
 
 def station_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Key that is equal for scenarios of one station; None: no other scenario has this station, see `build_key`."""
-    plain = plain_objects(scenario)
-    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
-    return build_key(replace(plain, description="", models=models, task=_clear_places(scenario)), content_of)
+    plain_scenario = plain_objects(scenario)
+    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain_scenario.models]
+    return build_key(replace(plain_scenario, description="", models=models, task=_clear_places(scenario)), content_of)
 
 
 def plain_objects(scenario: Scenario) -> Scenario:
@@ -62,11 +62,11 @@ def plain_objects(scenario: Scenario) -> Scenario:
 
 def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
     """Key that is equal for scenarios with equal plants, except poses of free objects; None: no plant is equal."""
-    plain = plain_objects(scenario)
-    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
+    plain_scenario = plain_objects(scenario)
+    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain_scenario.models]
     parts: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
     parts |= {"tendons": TendonConfig(), "control": ControlConfig(), "task": None, "external": [], "success": []}
-    return build_key(replace(plain, description="", models=models, **parts), content_of)
+    return build_key(replace(plain_scenario, description="", models=models, **parts), content_of)
 
 
 def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
@@ -74,8 +74,8 @@ def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | N
     any_object = partial(ModelConfig, file=_ANY_FILE, free=True)
     models = [any_object(name=model.name) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
-    built = replace(scenario, description=files, models=models, task=_clear_places(scenario))
-    return build_key(built, content_of)
+    plain_scenario = replace(scenario, description=files, models=models, task=_clear_places(scenario))
+    return build_key(plain_scenario, content_of)
 
 
 def _clear_places(scenario: Scenario) -> TaskConfig | None:

@@ -56,11 +56,11 @@ def verdict(all_claims: Sequence[Claim]) -> str:
 
 
 def _free_bending(rows: Sequence[PoseRow]) -> list[Claim]:
-    single, fourfold = (_pose(rows, FREE, sections).max() for sections in (1, 4))
+    error_1, error_4 = (_pose(rows, FREE, sections).max() for sections in (1, 4))
     bend = np.max([row.bend_angle_deg for row in rows if row.scenario == FREE])
     excess = np.max([_excess(rows, FREE, count, 1) for count in (2, 3, 4)])
     return [
-        _claim("paper", "free bending: one sensor is within 3 mm at every step", single < 3, f"{single:.2f} mm"),
+        _claim("paper", "free bending: one sensor is within 3 mm at every step", error_1 < 3, f"{error_1:.2f} mm"),
         _claim(
             "paper",
             "free bending: more sensors are never worse than one",
@@ -70,8 +70,8 @@ def _free_bending(rows: Sequence[PoseRow]) -> list[Claim]:
         _claim(
             "ours",
             f"free bending up to {FAR} degrees: four sensors are within 0.25 mm at every step",
-            fourfold < 0.25 and bend >= FAR,
-            f"{fourfold:.2f} mm, {bend:.1f} degrees",
+            error_4 < 0.25 and bend >= FAR,
+            f"{error_4:.2f} mm, {bend:.1f} degrees",
         ),
     ]
 

@@ -105,20 +105,20 @@ def held_tip_errors(scenario: Scenario, recording: Recording, finger: Finger) ->
     return q.sum(axis=-1), tip_errors(finger, q)
 
 
-def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
+def differences(rows: Sequence[PoseRow], name: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
     """Collects the differences of this evaluation from the paper's.
 
     Args:
         rows: of the evaluation.
-        free: name of the scenario of free bending.
+        name: name of the scenario of free bending.
         contact: names of those with contact.
         errors: fingertip errors in free bending with joints in other places, `held_tip_errors`.
     """
-    return [_fingertip(rows, free, errors), _gains(rows, contact), _flattening(rows, contact)]
+    return [_fingertip(rows, name, errors), _gains(rows, contact), _flattening(rows, contact)]
 
 
-def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> PaperDifference:
-    tip = mean_errors(rows, free, TIP)
+def _fingertip(rows: Sequence[PoseRow], name: str, errors: TipErrors) -> PaperDifference:
+    tip = mean_errors(rows, name, TIP)
     starts = 1e3 * errors.starts.mean(axis=-1)
     return PaperDifference(
         "Fingertip in free bending",

@@ -120,16 +120,14 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
             mesh.set("name", name := _mesh_name(mesh))
             try:
                 check_mesh_file(file)
-                readable = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
+                obj = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
                 if name in mass_meshes or name in bodies:
-                    readable = (
-                        weighable(model, readable, file) if name in mass_meshes else outward(model, readable, file)
-                    )
+                    obj = weighable(model, obj, file) if name in mass_meshes else outward(model, obj, file)
                 for body in bodies.get(name, ()) if is_arm else ():
-                    note_hull(model, body, readable, file)
+                    note_hull(model, body, obj, file)
             except InputError as error:
                 raise error.inside(model.path) from None
-            mesh.set("file", str(readable))
+            mesh.set("file", str(obj))
             mesh.attrib.pop("content_type", None)
     return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in model.root.findall("asset/mesh")}
 

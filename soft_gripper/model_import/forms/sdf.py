@@ -186,41 +186,41 @@ def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
         is_in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
         for direction in axis.findall("xyz") if is_in_model else ():
             direction.set("expressed_in", "__model__")
-    for nested in model.findall("model"):
-        _modernize(nested, version)
+    for inner_model in model.findall("model"):
+        _modernize(inner_model, version)
 
 
 def _merge_all(path: Path, parent: ET.Element) -> None:
     """Moves the elements of nested models into the model around them."""
-    nested = parent.findall("model")
-    for model in nested:
+    inner_models = parent.findall("model")
+    for model in inner_models:
         _merge(path, parent, model)
-    _scope(parent, {model.get("name", "") for model in nested})
+    _scope(parent, {model.get("name", "") for model in inner_models})
 
 
-def _merge(path: Path, parent: ET.Element, nested: ET.Element) -> None:
-    name = nested.get("name", "")
-    _merge_all(path, nested)
-    fix_if_static(nested)
-    links = [link.get("name", "") for link in nested.findall("link")]
-    if (frame := nested.get("placement_frame")) is not None:
+def _merge(path: Path, parent: ET.Element, inner_model: ET.Element) -> None:
+    name = inner_model.get("name", "")
+    _merge_all(path, inner_model)
+    fix_if_static(inner_model)
+    links = [link.get("name", "") for link in inner_model.findall("link")]
+    if (frame := inner_model.get("placement_frame")) is not None:
         raise InputError(f"{path}: model '{name}'", "placement_frame", frame, "leave it out of a nested model")
     if not links:
         raise InputError(path, "model", name, "is nested, and holds no link")
-    first = nested.get("canonical_link", links[0])
-    for element in [element for element in nested if element.tag in _NAMED_TAGS]:
+    first = inner_model.get("canonical_link", links[0])
+    for element in [element for element in inner_model if element.tag in _NAMED_TAGS]:
         _place(element)
-    for element in nested:
+    for element in inner_model:
         _rename(element, name)
-    pose = nested.find("pose")
+    pose = inner_model.find("pose")
     pose = ET.Element("pose") if pose is None else pose
     pose.attrib.setdefault("relative_to", "__model__")
     frame_of_model = ET.Element("frame", {"name": name, "attached_to": f"{name}_{first.replace('::', '_')}"})
     frame_of_model.append(pose)
-    parent.remove(nested)
+    parent.remove(inner_model)
     parent.append(frame_of_model)
-    parent.extend([element for element in nested if element.tag in _NAMED_TAGS])
-    parent.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
+    parent.extend([element for element in inner_model if element.tag in _NAMED_TAGS])
+    parent.extend([element for element in inner_model if str(element.tag).startswith(DRAKE)])
 
 
 def _place(element: ET.Element) -> None:
@@ -251,16 +251,16 @@ def _prefix_name(name: str, prefix: str) -> str:
     return prefix if name == "__model__" else name if not name or name in _OUTER_NAMES else f"{prefix}_{name}"
 
 
-def _scope(model: ET.Element, nested: Collection[str]) -> None:
+def _scope(model: ET.Element, inner_names: Collection[str]) -> None:
     """Replaces scoped names, such as `hand::palm`, by those after merging."""
-    for part in model.iter() if nested else ():
+    for part in model.iter() if inner_names else ():
         for key, value in part.attrib.items():
-            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
+            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and _is_inside(value, inner_names):
                 part.set(key, value.replace("::", "_"))
-        if part.tag in _REFERRING_TEXTS and _is_inside(text := (part.text or "").strip(), nested):
+        if part.tag in _REFERRING_TEXTS and _is_inside(text := (part.text or "").strip(), inner_names):
             part.text = text.replace("::", "_")
 
 
-def _is_inside(name: str, nested: Collection[str]) -> bool:
+def _is_inside(name: str, inner_names: Collection[str]) -> bool:
     model, colons, _ = name.partition("::")
-    return bool(colons) and model in nested
+    return bool(colons) and model in inner_names

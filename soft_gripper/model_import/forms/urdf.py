@@ -62,13 +62,13 @@ def _refuse_xacro(robot: ModelFile) -> None:
 
 def actuate(robot: ModelFile) -> None:
     """Gives every movable joint one actuator; those of transmissions that Drake understands are kept."""
-    idle = [joint.get("name", "") for joint in robot.root.findall("joint") if _can_push(robot, joint)]
+    idle_joints = [joint.get("name", "") for joint in robot.root.findall("joint") if _can_push(robot, joint)]
     used_names: set[str] = set()
     for transmission in robot.root.findall("transmission"):
         joints, motors = ([part.get("name", "") for part in transmission.findall(tag)] for tag in ("joint", "actuator"))
         one_each = len(joints) == len(motors) == 1
-        if _is_simple(transmission) and one_each and joints[0] in idle and motors[0] not in used_names:
-            idle.remove(joints[0])
+        if _is_simple(transmission) and one_each and joints[0] in idle_joints and motors[0] not in used_names:
+            idle_joints.remove(joints[0])
             used_names.add(motors[0])
             _drop_reduction(robot, transmission)
         else:
@@ -76,7 +76,7 @@ def actuate(robot: ModelFile) -> None:
             if not _is_simple(transmission):
                 name = f"<transmission> '{transmission.get('name')}'"
                 robot.note(LEFT_OUT, name, ", ".join(joints), "every joint has an actuator of its own")
-    robot.root.extend(_transmission(name) for name in idle)
+    robot.root.extend(_transmission(name) for name in idle_joints)
 
 
 def _drop_doubles(robot: ModelFile) -> None:

@@ -155,5 +155,5 @@ def band_widths(station: Station, recording: Recording, row: FingerForce) -> dic
     other_layouts = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}
     function, (_, driving, gravity, *_) = inputs
     q = function(*inputs[1]).q[0]
-    assumed = uncertainty(scenario.estimator, sensor, function.layout.calibrated)
-    return narrower_bands(function.layout, assumed, sensor.period, q, driving[0], gravity[0], other_layouts)
+    declared = uncertainty(scenario.estimator, sensor, function.layout.calibrated)
+    return narrower_bands(function.layout, declared, sensor.period, q, driving[0], gravity[0], other_layouts)

@@ -21,7 +21,7 @@ _AVERAGE = 0.2  # s
 
 def narrower_bands(
     layout: MeasurementModel,
-    assumed: Uncertainty,
+    uncertainty: Uncertainty,
     period: float,
     q: Array,
     driving: Array,
@@ -32,7 +32,7 @@ def narrower_bands(
 
     Args:
         layout: the nominal sensors.
-        assumed: uncertainty.
+        uncertainty: uncertainty.
         period: of the sensors, s.
         q: estimated joint positions, (D), with the contact.
         driving: torque at the joints, (D) N m.
@@ -41,21 +41,21 @@ def narrower_bands(
     """
     averaged = math.sqrt(period / max(_AVERAGE, period))
     assumptions = {
-        "": assumed,
-        "a calibration": _calibrated(assumed),
-        f"a mean over {_AVERAGE:g} s": replace(assumed, reading=assumed.reading * averaged),
+        "": uncertainty,
+        "a calibration": _calibrated(uncertainty),
+        f"a mean over {_AVERAGE:g} s": replace(uncertainty, reading=uncertainty.reading * averaged),
     }
     cases = [(name, layout, assumption) for name, assumption in assumptions.items()]
-    cases += [(name, other_layout, assumed) for name, other_layout in other_layouts.items()]
+    cases += [(name, other_layout, uncertainty) for name, other_layout in other_layouts.items()]
     return {name: _width(ContactShape(sensors, assumption), q, driving, gravity) for name, sensors, assumption in cases}
 
 
-def _calibrated(assumed: Uncertainty) -> Uncertainty:
+def _calibrated(uncertainty: Uncertainty) -> Uncertainty:
     """The uncertainty after a calibration, which makes none larger."""
-    common, variation, _ = assumed.bend_stds.tolist()
+    common, variation, _ = uncertainty.bend_stds.tolist()
     return replace(
-        assumed,
-        gain=min(assumed.gain, _CALIBRATED),
+        uncertainty,
+        gain=min(uncertainty.gain, _CALIBRATED),
         bend_per_pressure=min(common, _CALIBRATED),
         bend_variation=min(variation, EXACT),
     )
@@ -76,6 +76,6 @@ def narrower_text(finger: str, widths: Mapping[str, float]) -> str:
     if not widths:
         return ""
     (_, width_now), *other_widths = widths.items()
-    narrower = [f"with {name} {width:.2f}" for name, width in other_widths if width < _WORTH * width_now]
-    changes = ", ".join(narrower) if narrower else f"hardly narrower with {', '.join(name for name, _ in other_widths)}"
+    gains = [f"with {name} {width:.2f}" for name, width in other_widths if width < _WORTH * width_now]
+    changes = ", ".join(gains) if gains else f"hardly narrower with {', '.join(name for name, _ in other_widths)}"
     return f"{finger}: the band is {width_now:.2f} of the force wide; {changes}\n"

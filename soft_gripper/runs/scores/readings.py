@@ -54,8 +54,8 @@ class ReadAgain:
     def estimate(self, estimator: str, samples: NDArray[np.int_] | None = None) -> ShapeEstimate:
         """The estimate of a built-in estimator at some samples, by increasing numbers, or at all N."""
         function = self.function(estimator)
-        chosen = np.arange(len(self.readings)) if samples is None else samples
-        return estimates_at(function, chosen, *self._inputs(function))
+        rows = np.arange(len(self.readings)) if samples is None else samples
+        return estimates_at(function, rows, *self._inputs(function))
 
     def arguments(self, function: ShapeFunction, rows: NDArray[np.int_]) -> tuple[Any, ...]:
         """Arguments of an estimator without memory at times of the recording, (M), by their numbers."""

@@ -100,15 +100,15 @@ def _force_on_others(station: Station, recording: Recording, finger: int) -> flo
     return float(np.nan_to_num(total - np.sum(object_forces, axis=0)).max(initial=0.0))
 
 
-def recorded_grasp(grasped: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
+def recorded_grasp(item: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
     """The grasp of one object, and how each finger takes part in it."""
-    samples, signals = grasped.samples, grasped.signals
-    grips = finger_grips(signals, [finger.name for finger in grasped.station.fingers])
+    samples, signals = item.samples, item.signals
+    grips = finger_grips(signals, [finger.name for finger in item.station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
-    slid_length = path_length(grasped.shifts(samples[begin:]))
+    slid_length = path_length(item.shifts(samples[begin:]))
     elapsed = signals.time[-1] - signals.time[window[0]]
-    speed = float(grasped.slip(samples[window])[-1]) / elapsed if elapsed > 0 else np.nan
-    return judge(signals, grips, slid_length, speed, _sizes(grasped), _energy(grasped)), grips
+    speed = float(item.slip(samples[window])[-1]) / elapsed if elapsed > 0 else np.nan
+    return judge(signals, grips, slid_length, speed, _sizes(item), _energy(item)), grips
 
 
 def path_length(shifts: Array) -> float:
@@ -124,11 +124,11 @@ def path_length(shifts: Array) -> float:
     return float(np.linalg.norm(np.diff(shifts, axis=0), axis=-1).sum(axis=0).mean())
 
 
-def _sizes(grasped: RecordedObject) -> Sizes:
+def _sizes(item: RecordedObject) -> Sizes:
     """True width at the end, and stiffness as estimated, as far as they are recorded."""
-    recording, samples = grasped.recording, grasped.samples
+    recording, samples = item.recording, item.samples
     true, estimated = (_width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width"))
-    forces = [f"{finger.name}.contact_force_vector" for finger in grasped.station.fingers]
+    forces = [f"{finger.name}.contact_force_vector" for finger in item.station.fingers]
     if not all(name in recording for name in forces):
         return Sizes(true[-1])
     force = np.mean([recording.values(name)[samples] @ CLOSING for name in forces], axis=0)
@@ -142,17 +142,17 @@ def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Arra
     return recording.values(signal)[samples].ravel()
 
 
-def _energy(grasped: RecordedObject) -> float:
+def _energy(item: RecordedObject) -> float:
     """Work of the pump on all fingers, J; the volume of a chamber grows with the joint angles.
 
     By virtual work, a chamber whose pressure p drives a joint by the torque g p grows by g per angle.
     """
-    end, energy = grasped.samples[-1] + 1, 0.0
-    state = grasped.recording.values("plant.state")[:end]
-    for finger in grasped.station.fingers:
+    end, energy = item.samples[-1] + 1, 0.0
+    state = item.recording.values("plant.state")[:end]
+    for finger in item.station.fingers:
         if not finger.finger.pressures:
             continue
-        pressure = grasped.recording.values(f"{finger.name}.pressure")[:end].reshape(end, -1)
+        pressure = item.recording.values(f"{finger.name}.pressure")[:end].reshape(end, -1)
         gains = finger.finger.pressure_gains
         growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_deformations]
         energy += pump_energy(pressure, np.sum(growth, axis=0))

@@ -63,8 +63,8 @@ class RecordedObject:
         """Poses of the bases of the fingers in the world, (F, T, 3, 4) [R | p]."""
         plant, fingers = self.station.plant, self.station.fingers
         if all(finger.is_anchored for finger in fingers):
-            fixed = [[finger.X_WB.GetAsMatrix34()] for finger in fingers]
-            return np.broadcast_to(fixed, (len(fingers), len(self.poses), 3, 4))
+            fixed_poses = [[finger.X_WB.GetAsMatrix34()] for finger in fingers]
+            return np.broadcast_to(fixed_poses, (len(fingers), len(self.poses), 3, 4))
         context, X_WB = plant.CreateDefaultContext(), np.empty((len(fingers), len(self.poses), 3, 4))
         for i, state in enumerate(self.recording.values("plant.state")):
             plant.SetPositionsAndVelocities(context, state)

@@ -32,21 +32,21 @@ class ObjectSlip(Slip, OfObject):
 def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
     """A row for each object."""
     objects = [RecordedObject(station, recording, name) for name in objects_of(station)]
-    return [ObjectSlip(grasped.name, **vars(recorded_slip(grasped))) for grasped in objects]
+    return [ObjectSlip(item.name, **vars(recorded_slip(item))) for item in objects]
 
 
-def recorded_slip(grasped: RecordedObject) -> Slip:
+def recorded_slip(item: RecordedObject) -> Slip:
     """Finds the cause of an object's slip, and predicts the slip from the forces before the lift."""
-    station, samples, signals = grasped.station, grasped.samples, grasped.signals
+    station, samples, signals = item.station, item.samples, item.signals
     span = held_span(signals.time, signals.normal.sum(axis=1))
     if span is None:
         return Slip()
     begin, end = span
-    predicted = _predicted(grasped, begin)
+    prediction = _predicted(item, begin)
     loss_time = float(signals.time[end]) if end < len(samples) else NAN
-    slides = _sliding(grasped, samples[:end], begin)
+    slides = _sliding(item, samples[:end], begin)
     if slides is None:
-        return replace(predicted, lost_s=loss_time)
+        return replace(prediction, lost_s=loss_time)
     since, sliding_fingers = slides
     window = preceding_window(signals.time, since)
     normal, friction = signals.normal[window].mean(axis=0), signals.friction[window].mean(axis=0)
@@ -55,9 +55,9 @@ def recorded_slip(grasped: RecordedObject) -> Slip:
     weakest = int(np.argmin(signals.coefficients))
     friction_now, force = float(signals.coefficients[weakest]), float(normal.mean())
     return replace(
-        predicted,
+        prediction,
         slips_s=float(signals.time[since]),
-        slips_in=_phase(grasped, int(samples[since])),
+        slips_in=_phase(item, int(samples[since])),
         slips_on=" and ".join(name for name, slips in zip(names, sliding_fingers, strict=True) if slips),
         lost_s=loss_time,
         used_share=slip_ratio(normal, friction, signals.coefficients),
@@ -69,12 +69,12 @@ def recorded_slip(grasped: RecordedObject) -> Slip:
     )
 
 
-def _sliding(grasped: RecordedObject, samples: NDArray[np.int_], begin: int) -> tuple[int, NDArray[np.bool_]] | None:
+def _sliding(item: RecordedObject, samples: NDArray[np.int_], begin: int) -> tuple[int, NDArray[np.bool_]] | None:
     """`sliding_since` from `begin` to the last of some samples; it looks back only as far as the object slides."""
-    time, reach = grasped.recording.values("time")[samples], 2 * RESTS
+    time, reach = item.recording.values("time")[samples], 2 * RESTS
     while True:
         first = max(begin, int(np.searchsorted(time, time[-1] - reach)))
-        slides = sliding_since(time[first:], grasped.sliding_speeds(samples[first:]))
+        slides = sliding_since(time[first:], item.sliding_speeds(samples[first:]))
         if slides is None:
             return None
         since = first + slides[0]
@@ -83,16 +83,16 @@ def _sliding(grasped: RecordedObject, samples: NDArray[np.int_], begin: int) -> 
         reach *= 2
 
 
-def _predicted(grasped: RecordedObject, touch: int) -> Slip:
+def _predicted(item: RecordedObject, touch: int) -> Slip:
     """The prediction from the forces before an object is lifted.
 
     They are those at the end of the phase before the first that holds it; without phases that hold it,
     those at the end of the phase of the first touch.
     """
-    task, signals = grasped.station.task, grasped.signals
+    task, signals = item.station.task, item.signals
     if task is None:
         return Slip()
-    numbers = grasped.phases[grasped.samples]
+    numbers = item.phases[item.samples]
     holds = [number for number, phase in enumerate(task.phases) if phase.holds]
     lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
     if not len(lifts) or lifts[0] <= touch:
@@ -104,9 +104,9 @@ def _predicted(grasped: RecordedObject, touch: int) -> Slip:
     return Slip(WILL_HOLD if share < 1 else WILL_SLIP, share)
 
 
-def _phase(grasped: RecordedObject, sample: int) -> str:
+def _phase(item: RecordedObject, sample: int) -> str:
     """The name of the phase of a sample; "" without a task, and after its end."""
-    if grasped.station.task is None:
+    if item.station.task is None:
         return ""
-    number, phases = int(grasped.phases[sample]), grasped.station.task.phases
+    number, phases = int(item.phases[sample]), item.station.task.phases
     return phases[number].name if number < len(phases) else ""

@@ -175,8 +175,8 @@ class TaskRun:
     def _contacts(self) -> dict[str, tuple[Flags, Flags]]:
         """Whether each finger is in contact, detected and true, at each sample."""
         names = [finger.name for finger in self._station.fingers]
-        detected = (self._recording.values(f"{name}.contact") > 0.5 for name in names)
-        return dict(zip(names, zip(detected, self._normal > 0, strict=True), strict=True))
+        detections = (self._recording.values(f"{name}.contact") > 0.5 for name in names)
+        return dict(zip(names, zip(detections, self._normal > 0, strict=True), strict=True))
 
 
 def detection_delay(time: Array, detected: Flags, true: Flags) -> float:

@@ -59,8 +59,8 @@ def as_predicted(predicted: str, grasp: str) -> bool:
 
 def weight_share(normal: Array, coefficients: Array, weight: float) -> float:
     """The weight of an object over the friction available, from mean normal forces (F,) N; infinite without any."""
-    available = float(coefficients @ normal)
-    return weight / available if available > 0 else np.inf
+    max_friction = float(coefficients @ normal)
+    return weight / max_friction if max_friction > 0 else np.inf
 
 
 def object_friction(coefficient: float, finger: float) -> float:

@@ -36,10 +36,10 @@ def run_and_measure(
         InputError: if the scenario cannot be built with the changes, or a user measure fails.
         SimulationDivergedError: if the state is no longer finite.
     """
-    (measured,) = _measured(scenario, [changes], own, check_step)
-    if isinstance(measured, Exception):
-        raise measured
-    return measured
+    (measures,) = _measured(scenario, [changes], own, check_step)
+    if isinstance(measures, Exception):
+        raise measures
+    return measures
 
 
 def measured_runs(
@@ -57,12 +57,12 @@ def _measured(
     scenario: str, changes: Sequence[Mapping[str, Any]], own: Sequence[str], check_step: bool
 ) -> Sequence[dict[str, Any] | Exception]:
     scenarios = [_changed(scenario, change) for change in changes]
-    measured = list(_all_measures(scenarios, own))
+    measures = list(_all_measures(scenarios, own))
     if not check_step:
-        return measured
+        return measures
     steps = [_half_steps(changed) if isinstance(changed, Scenario) else {} for changed in scenarios]
     halves = [_changed(scenario, {**change, **step}) for change, step in zip(changes, steps, strict=True)]
-    return [_compared(*pair) for pair in zip(measured, _all_measures(halves, own), strict=True)]
+    return [_compared(*pair) for pair in zip(measures, _all_measures(halves, own), strict=True)]
 
 
 def _half_steps(scenario: Scenario) -> dict[str, float]:
@@ -99,16 +99,16 @@ def _measures(run: Run, own: Sequence[str]) -> dict[str, Any]:
     return measure(run.station, run.recording, own)
 
 
-def _compared(measured: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:
+def _compared(measures: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:
     """The measures of a run, with the names of those that depend on its time step."""
-    if isinstance(measured, Exception) or isinstance(halved, Exception):
-        return measured if isinstance(measured, Exception) else halved
-    return measured | {DEPENDS: " ".join(depends_on_step(measured, halved))}
+    if isinstance(measures, Exception) or isinstance(halved, Exception):
+        return measures if isinstance(measures, Exception) else halved
+    return measures | {DEPENDS: " ".join(depends_on_step(measures, halved))}
 
 
-def depends_on_step(measured: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:
+def depends_on_step(measures: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:
     """The measures of a run that differ by more than 5 % and 0.01 of their units with half the time step."""
-    return [name for name, value in measured.items() if _differ(value, halved[name])]
+    return [name for name, value in measures.items() if _differ(value, halved[name])]
 
 
 def _differ(x: Any, y: Any) -> bool:

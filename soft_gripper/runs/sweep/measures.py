@@ -100,14 +100,14 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
         InputError: if a user measure fails, or does not return a single value.
     """
     # The object of the task, or the first free model.
-    grasped = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
+    items = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
     makers: dict[type[Any], Callable[[], Any]] = {
         OpenLoop: lambda: _open_loop(station, recording),
         ClosedLoop: lambda: _closed_loop(station, recording),
         TaskMeasures: lambda: TaskMeasures(outcome(recording).words, float(recording.values("time")[-1])),
         Judged: lambda: judged(station, recording),
-        Grasp: lambda: recorded_grasp(*grasped)[0],
-        Slip: lambda: recorded_slip(*grasped),
+        Grasp: lambda: recorded_grasp(*items)[0],
+        Slip: lambda: recorded_slip(*items),
     }
     values: dict[str, Any] = {}
     for kind in kind_of(station.scenario):

@@ -61,8 +61,8 @@ class ScenarioRuns(StudyTables):
         jobs = {batch: (scenario, [changes[key] for key in batch], *fixed_arguments) for batch in batches}
 
         def keep(batch: tuple[tuple[str, ...], ...], results: Sequence[Mapping[str, Any]]) -> None:
-            for key, measured in zip(batch, results, strict=True):
-                cells = {**dict(zip(self._names, key, strict=False)), **changes[key], **measured}
+            for key, measures in zip(batch, results, strict=True):
+                cells = {**dict(zip(self._names, key, strict=False)), **changes[key], **measures}
                 if key not in self.rows:
                     self.add([cell(cells.get(name)) for name in self._names])
 

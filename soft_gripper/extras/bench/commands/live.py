@@ -152,8 +152,8 @@ def _open_bench(scenario: Scenario, file: Path, endpoints: Endpoints, options: a
     config = replace(description, source=options.source or description.source, sink=options.sink or description.sink)
     config = replace(config, sink_format="json") if options.json_lines else config
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
-    measured = [f"{name}.measured_{kind}" for name, finger in config.fingers.items() for kind in instruments(finger)]
-    bench = Bench(scenario, moving, measured)
+    inputs = [f"{name}.measured_{kind}" for name, finger in config.fingers.items() for kind in instruments(finger)]
+    bench = Bench(scenario, moving, inputs)
     check_inputs(file, config, bench)
     columns = (
         None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time, hold=config.hold)

@@ -32,9 +32,9 @@ _SHOWN_DESIGNS = 5  # designs of the front
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; fails if no design is allowed."""
-    loaded = study = load_design_study(options.study)
+    loaded_study = study = load_design_study(options.study)
     if options.engine is not None:
-        study = replace(loaded, fixed={**loaded.fixed, "engine": options.engine})
+        study = replace(loaded_study, fixed={**loaded_study.fixed, "engine": options.engine})
     scenario = changed_scenario(study.scenario, study.fixed)
     written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
     lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     save_figure(design_figure(result), options.out / FIGURE)
     files += [options.out / f"{FIGURE}{suffix}" for suffix in (".png", ".svg")]
     if result.best is not None:
-        files += write_design(loaded, result.designs[result.best].values, options.out / BEST)
+        files += write_design(loaded_study, result.designs[result.best].values, options.out / BEST)
     tests = test_rows(result)
     sensitivities = sensitivity_rows(result)
     _print(result, minutes, tests)

@@ -70,19 +70,19 @@ def _compare_with_drake(
     files: Sequence[str], trials: Sequence[Trial], seed: int, checked: int, executor: Executor
 ) -> list[Agreement]:
     """Repeats `checked` trials of another engine in Drake and compares them."""
-    chosen = [trials[i] for i in draw_indices(len(trials), checked, seed)]
+    sample = [trials[i] for i in draw_indices(len(trials), checked, seed)]
     files_by_name = {Path(file).stem: file for file in files}
     jobs = {
-        i: (files_by_name[trial.scenario], seed, [trial.trial], {"engine": DRAKE}) for i, trial in enumerate(chosen)
+        i: (files_by_name[trial.scenario], seed, [trial.trial], {"engine": DRAKE}) for i, trial in enumerate(sample)
     }
     drake_trials = results(executor, trials_together, jobs)
-    return agreement([*map(_cells, chosen)], [_cells(drake_trials[i][0]) for i in jobs])
+    return agreement([*map(_cells, sample)], [_cells(drake_trials[i][0]) for i in jobs])
 
 
 def _cells(trial: Trial) -> dict[str, str]:
     """The measures of a trial, as text."""
-    measured = asdict(trial.result) | asdict(trial.grasp)
-    return {name: str(value) for name, value in measured.items() if name != "cause"}
+    values = asdict(trial.result) | asdict(trial.grasp)
+    return {name: str(value) for name, value in values.items() if name != "cause"}
 
 
 def _run_alone(file: str, options: argparse.Namespace, out: Path) -> None:
@@ -141,5 +141,5 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
 
 def _statistic(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
     """A statistic of the measured values; NaN if there are none."""
-    measured = [value for value in values if not np.isnan(value)]
-    return average(measured) if measured else float("nan")
+    known_values = [value for value in values if not np.isnan(value)]
+    return average(known_values) if known_values else float("nan")
