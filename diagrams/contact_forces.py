@@ -117,7 +117,7 @@ class ContactForces:
         return FingerForce(str(data["finger"].values), float(data["time"]), *forces, *locations)
 
     def __str__(self) -> str:
-        """The table of the last sample."""
+        """Table of the forces at the last sample."""
         return forces_text(self.at())
 
 

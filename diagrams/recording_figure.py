@@ -37,7 +37,7 @@ _BAND_HEIGHT = 0.55  # inches, of a band of states beside its title
 
 
 class SignalPanel(NamedTuple):
-    """Lines of one unit."""
+    """Lines of one signal and unit over time, for one panel."""
 
     title: str
     unit: str

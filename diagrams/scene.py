@@ -181,7 +181,7 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
 
 
 class Scene(NamedTuple):
-    """The simulated scene."""
+    """The plant, the SceneGraph, and the fingers and bodies in them."""
 
     plant: MultibodyPlant
     scene_graph: SceneGraph

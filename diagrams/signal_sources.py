@@ -41,7 +41,7 @@ class DerivedBlock:
 
 
 class DerivedOutput(NamedTuple):
-    """One output of such a block."""
+    """One output of a `DerivedBlock`."""
 
     derived: DerivedBlock
     name: str

@@ -28,7 +28,7 @@ _NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
 
 def same(value: Any) -> Any:
-    """The value itself."""
+    """Returns its argument."""
     return value
 
 
@@ -121,7 +121,7 @@ class Steps(dict[str, Step]):
         return value
 
     def output(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
-        """An output, see `value`."""
+        """Computes an output, see `value`."""
         function, sources = self.outputs[name]
         return function(*[self.value(source, step_values, remembered) for source in sources])
 

@@ -60,7 +60,7 @@ class EstimatorSetup:
 
     @property
     def sensors(self) -> str:
-        """The sensors in one word."""
+        """Word for the sensors."""
         return REALISTIC if self.noise else "ideal"
 
     @property

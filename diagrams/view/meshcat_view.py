@@ -307,7 +307,7 @@ def geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) ->
 
 
 def _set_scene(meshcat: Meshcat) -> None:
-    """A plain, light background."""
+    """Sets a plain, light background."""
     meshcat.SetProperty("/Background/<object>", "top_color", [1.0, 1.0, 1.0])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.88, 0.9, 0.92])
     meshcat.SetProperty("/Grid", "visible", False)

@@ -98,7 +98,7 @@ def _run(options: argparse.Namespace) -> int | None:
 
 
 def _load_module(command: Command, module: str) -> ModuleType:
-    """A module that a command needs."""
+    """Imports a module that a command needs."""
     try:
         with waiting(), _leave_current_folder():
             return import_module(module)

@@ -49,7 +49,7 @@ def option(names: str, help_: str, metavar: str | None = None, read: Read | None
 
 
 def flag(names: str, help_: str, **settings: Any) -> Option:
-    """An option without a value."""
+    """Option without a value."""
     return Option(names.split(), None, {"help": help_, "action": "store_true", **settings})
 
 
@@ -186,12 +186,12 @@ def scenario(default: str | None = None) -> tuple[Option, ...]:
 
 
 def out_folder(default: str) -> Option:
-    """The folder for the results."""
+    """Option of the folder for the results."""
     return option("--out", "folder for the results (default: %(default)s)", "DIR", path, default=Path(default))
 
 
 def count(name: str, help_: str, default: int, least: int = 1) -> Option:
-    """A count with a default."""
+    """Option of a count with a default."""
     return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
 
 

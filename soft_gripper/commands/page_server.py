@@ -320,7 +320,7 @@ def _kind(name: str) -> str:
 
 
 def _fetch(url: str, path: str) -> Answer:
-    """A file of Meshcat."""
+    """Fetches a file of Meshcat."""
     address = urlsplit(url)
     assert address.hostname is not None
     connection = HTTPConnection(address.hostname, address.port, timeout=1.0)

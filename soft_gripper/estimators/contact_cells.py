@@ -94,7 +94,7 @@ class SurfaceCells:
 
     @property
     def tangents(self) -> int:
-        """T."""
+        """Number of tangents, T."""
         return self.directions.shape[-2] - 1
 
     @classmethod

@@ -315,7 +315,7 @@ class RecursiveShape:
 
     @cached_property
     def _values(self) -> int:
-        """S."""
+        """Number of values, S."""
         return self.layout.sensitivity.shape[-1]
 
     def changes(self, state: FilterState) -> Changes:
@@ -357,7 +357,7 @@ class RecursiveShape:
 
     @property
     def _modes(self) -> int:
-        """M."""
+        """Number of load modes, M."""
         return len(self.mechanics.load_variances)
 
     @property

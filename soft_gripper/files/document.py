@@ -190,7 +190,7 @@ def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
 
 
 def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
-    """A number, text, true or false."""
+    """Reads a number, text, true or false."""
     base, words = _PRIMITIVE_KINDS[kind]
     is_one = type(value) is kind or (isinstance(value, base) and (kind is bool or not isinstance(value, bool)))
     if not is_one and (place.strict or not _converts(value, kind)):

@@ -91,7 +91,7 @@ class TorqueBalance:
     def external_torque(
         self, motion: Motion, gravity: Array, period: float, moving: Array | None = None
     ) -> ExternalTorque:
-        """The external torque.
+        """External torque at the middle sample, (..., N) N m.
 
         Args:
             motion: samples `period` s apart.

@@ -55,7 +55,7 @@ def hull_excess(path: Path, modified: int) -> float:
 
 
 def note_hull(model: ModelFile, link: str, mesh: Path, origin: Path) -> None:
-    """Notes how much larger the hull of a mesh is, at which a link is touched, if that is notable.
+    """Notes the excess of a touched mesh's convex hull over the mesh, if it is notable.
 
     Args:
         model: to which the link belongs.

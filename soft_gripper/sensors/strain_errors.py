@@ -223,7 +223,7 @@ def unstack_memory(rows: Array) -> StrainMemory:
 
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
-    """The effect of an analog-to-digital converter."""
+    """Applies saturation and rounding of an analog-to-digital converter."""
     limited_ratio = np.clip(ratio, *errors.saturation)
     quantum = errors.quantization
     return limited_ratio if quantum is None else quantum * np.round(limited_ratio / quantum)

@@ -89,7 +89,7 @@ class _Process:
         self._name, self._process, self._connection = name, process, connection
 
     def estimator(self, task: Question, train: Sequence[Recorded]) -> Predict:
-        """The estimator."""
+        """Estimator that asks the process."""
         self.ask(task.name, (task, train))
 
         def predict(inputs: Array) -> Predicted:
@@ -100,7 +100,7 @@ class _Process:
         return predict
 
     def ask(self, where: str, *messages: object) -> Mapping[str, Any]:
-        """The answer to messages."""
+        """Sends messages, and returns the answer."""
         try:
             for message in messages:
                 self._connection.send(message)

@@ -168,7 +168,7 @@ def _scatter(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> N
 
 
 def _describe(setup: EstimatorSetup) -> str:
-    """A setup in three lines."""
+    """Text of a setup, in three lines."""
     mean = f", mean of {setup.averaged} samples" if setup.averaged > 1 else ""
     sensors = f"{setup.sensors} sensors{mean}".capitalize()
     if not setup.stiffness:

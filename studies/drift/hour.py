@@ -140,7 +140,7 @@ def drift_rows(part: int, seed: int) -> list[DriftRow]:
 
 
 def held_rows(truth: Grasps, minutes: tuple[int, ...]) -> NDArray[np.int_]:
-    """Samples at which something is held, one a grasp, in the SPAN before each of `minutes`, by increasing numbers."""
+    """Indices of samples with a held object, one a grasp, in the SPAN before each of `minutes`."""
     rows = np.arange(round(_MOMENT / PERIOD), len(truth.q), round(GRASP / PERIOD))
     rows = rows[np.isin(_span_ends(rows), minutes)]
     return rows[truth.force[rows] > _MIN_FORCE]

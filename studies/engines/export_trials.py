@@ -73,7 +73,7 @@ def report(rows: Sequence[Row]) -> int:
 
 
 def run_trial(seed: int, number: int, time_step: float | None) -> Row:
-    """One trial in both simulators."""
+    """Runs one trial in both simulators."""
     kind = list(OBJECTS)[number % len(OBJECTS)]
     scenario, variation = random_grasp(kind, seed, number)
     lifts = {"drake_mm": 1e3 * drake_lift(scenario), "mujoco_mm": 1e3 * mujoco_lift(scenario, time_step)}

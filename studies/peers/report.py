@@ -39,7 +39,7 @@ def rows(results: list[Result]) -> list[str]:
 
 
 def _words(result: Result) -> str:
-    """A setting in a few words."""
+    """Text of a setting, in a few words."""
     parts = (f"{key} {value}" for key, value in _flatten(result.setting).items())
     return ", ".join(parts)
 

@@ -77,7 +77,7 @@ class SummaryRow:
 def summary(
     rows: Sequence[RobustnessRow], plants: Sequence[PlantRow], estimators: Sequence[str] = SHOWN
 ) -> Iterator[SummaryRow]:
-    """Realistic sensors with the worst nominal model, coverage over nominal models, and rubber.
+    """Yields summary rows: realistic sensors with the worst nominal model, coverage over nominal models, and rubber.
 
     Estimators without a covariance have errors with realistic sensors alone.
     """

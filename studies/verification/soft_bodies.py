@@ -224,7 +224,7 @@ def block_rows() -> Iterator[Row]:
 
 
 def ball_rows(cells: Sequence[int] = CELL_COUNTS) -> Iterator[Row]:
-    """Balls of several meshes."""
+    """Rows of balls with several meshes."""
     material = Material()
     expected = PressedBall(BALL_FORCE, material).change()
     for count in cells:

@@ -456,7 +456,7 @@ class BenchDriver(Driver):
         self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe())
 
     def _safe(self) -> dict[str, Array]:
-        """Safe commands."""
+        """Commands without estimates, from `safe_command`."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
     def _send(self, results: dict[str, Any], commanded: float | None = None) -> None:

@@ -43,7 +43,7 @@ class Source(Protocol):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will ever arrive again."""
+        """Whether the source has ended."""
 
     def receive(self, timeout: float) -> list[Message]:
         """Messages that have arrived, MAX_WAITING at most; waits up to `timeout` s for the first."""
@@ -308,7 +308,7 @@ def _host_and_port(parts: SplitResult) -> tuple[str, int]:
 
 
 def file_path(parts: SplitResult) -> Path:
-    """The file that an address names."""
+    """Path of the file that an address names."""
     return Path(unquote(f"{parts.netloc}{parts.path}"))
 
 

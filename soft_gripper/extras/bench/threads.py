@@ -116,7 +116,7 @@ class Inbox:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will ever arrive again."""
+        """Whether the messages have ended."""
         return self._is_done and not self._arrived and self._error is None
 
     def receive(self, timeout: float) -> list[Message]:

@@ -27,7 +27,7 @@ class Counts:
 
 @dataclass
 class Watch:
-    """The order of numbered readings."""
+    """Watches the order of numbered readings."""
 
     counts: Counts = field(default_factory=Counts)
     _last: int | None = None

@@ -100,7 +100,7 @@ def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
 
 
 def _draw_variable(axes: Axes, result: DesignResult, key: str, is_number: bool, y: Array) -> None:
-    """The first end over a variable."""
+    """Plots the first end over a variable."""
     indices = [i for i, design in enumerate(result.designs) if i > 0 and design.score.ends]
     labels = {i: str(result.designs[i].values[key]).rpartition("/")[2] for i in indices}
     choices = list(dict.fromkeys(labels.values()))

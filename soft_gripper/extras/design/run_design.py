@@ -174,7 +174,7 @@ class _Runs(ScenarioRuns):
         ]
 
     def tests(self, designs: Designs) -> list[tuple[Row, Mapping[str, Any]]]:
-        """The test of designs."""
+        """Runs the test of designs."""
         return [(self.row(key), self.changes[key]) for key in self._run(TEST, designs, self._tested)]
 
     def _run(self, stage: str, designs: Designs, in_cases: Cases) -> list[tuple[str, ...]]:

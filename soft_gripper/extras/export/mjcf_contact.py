@@ -61,7 +61,7 @@ def touch(first: ShapeSurface, second: ShapeSurface) -> DampedContact:
 
 
 class Skin(NamedTuple):
-    """A skin."""
+    """Contact properties of a finger's skin."""
 
     friction: float
     mobility: float  # 1/kg

@@ -215,7 +215,7 @@ def _batches(
 
 
 def _describe_trials(changes: Mapping[str, Changes], seed: int) -> str:
-    """A description of the trials."""
+    """Text that identifies a set of trials: the seed, and all scenarios."""
     scenarios = (
         f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, change))}" for file, change in changes.items()
     )

@@ -265,7 +265,7 @@ class Change(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Description for users."""
+        """The change in words, for users."""
         shifts = f"{1e3 * self.tip:.3f} mm, a carried object by {1e3 * self.slip:.3f} mm"
         return f"half of it moves tips by {shifts}, and changes forces by {self.force:.2%}"
 

@@ -50,7 +50,7 @@ class Driver(ABC):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will ever happen again."""
+        """Whether the session has ended."""
         return False
 
     def begin(self) -> None:
@@ -106,7 +106,7 @@ class Session:
         return [recorder.folder for recorder in self._recorders if not recorder.is_open and recorder.folder.exists()]
 
     def run(self, is_over: Callable[[], bool]) -> None:
-        """Runs until its user stops it, `is_over`, or nothing will ever happen again.
+        """Runs until the user stops the session, `is_over` returns True, or the driver has ended.
 
         Whatever ends it, the recording is kept, and the hardware is left safe.
         """

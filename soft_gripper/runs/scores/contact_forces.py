@@ -84,7 +84,7 @@ def _ends(station: Station, recording: Recording) -> Array:
 
 
 def _unestimated_fingers(station: Station, recording: Recording) -> list[PlantFinger]:
-    """The fingers of whose contact force there is no estimate."""
+    """The fingers without an estimated contact force."""
     return [finger for finger in station.fingers if f"{finger.name}.transverse_force" not in recording.data]
 
 
