@@ -224,20 +224,20 @@ class Streams:
         self._number = np.minimum(self._number + 1, len(self._values) - 1)
 
     def clear(self, rows: Rows) -> None:
-        pass
+        """Does nothing: `give` sets the values."""
 
     def begin(self, read: Read, rows: Rows) -> None:
-        pass
+        """Does nothing: `give` sets the values."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
         value: Array = self._values[self._number, np.arange(len(self._number))]
         return value
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
-        pass
+        """Does nothing: `draw` advances."""
 
     def commit(self) -> None:
-        pass
+        """Does nothing: `draw` advances."""
 
     def forget(self) -> None:
         """Does nothing: there are no inputs."""
