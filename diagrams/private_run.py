@@ -44,11 +44,11 @@ def remove_unread_blocks(builder: DiagramBuilder, signals: Mapping[str, OutputPo
     for reader in running:  # which grows
         sources = {leaf_parts[block] for leaf, level in parts[reader] for block in _input_blocks(leaf, level)}
         running += [part for part in parts if part in sources and part not in running]
-    computed = {name: port for name, port in signals.items() if port.get_system() in running}
-    removed = {part.get_name(): part for part in parts if part not in running}
-    for part in removed.values():
+    kept_signals = {name: port for name, port in signals.items() if port.get_system() in running}
+    removed_parts = {part.get_name(): part for part in parts if part not in running}
+    for part in removed_parts.values():
         builder.RemoveSystem(part)
-    return Pruning(computed, removed)
+    return Pruning(kept_signals, removed_parts)
 
 
 LOOP = "loop"  # name of the fused block

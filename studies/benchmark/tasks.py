@@ -79,7 +79,7 @@ def _contacts(
 
 
 def _read_grasps(known_shapes: Sequence[str]) -> Callable[[Path], Recorded]:
-    """Reader of readings, and 1 for the grasped shape; 0 for all if it is not one of the known ones."""
+    """Makes a reader of readings and of a 1 for the grasped shape, or zeros if the shape is not known."""
 
     def read(path: Path) -> Recorded:
         _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))

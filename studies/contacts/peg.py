@@ -223,10 +223,10 @@ def run_contact(seed: int, number: int, friction: float, places: tuple[float, fl
     while True:
         rng = np.random.default_rng([seed, number, len(flaws)])
         draw = draw_contact(rng, read_finger().length, places)
-        settled = press(draw, friction)
-        flaw = contact_flaw(draw, settled, combined)
+        settled_finger = press(draw, friction)
+        flaw = contact_flaw(draw, settled_finger, combined)
         if not flaw:
-            return RestingContact(number, draw, settled, tuple(flaws), combined)
+            return RestingContact(number, draw, settled_finger, tuple(flaws), combined)
         flaws.append(flaw)
 
 
@@ -297,11 +297,11 @@ class ContactTruthRow:
 
 def contact_row(contact: RestingContact) -> ContactTruthRow:
     """Makes the table row of a contact."""
-    draw, settled = contact.draw, contact.settled
+    draw, settled_finger = contact.draw, contact.settled
     gravity_x, _, gravity_z = draw.gravity.tolist()
     return ContactTruthRow(
-        *(contact.number, draw.side, draw.radius_mm, draw.place_mm, 1e3 * settled.arc_length),
-        *(settled.force, settled.total, draw.pressure_kpa, gravity_x, gravity_z, len(contact.flaws)),
+        *(contact.number, draw.side, draw.radius_mm, draw.place_mm, 1e3 * settled_finger.arc_length),
+        *(settled_finger.force, settled_finger.total, draw.pressure_kpa, gravity_x, gravity_z, len(contact.flaws)),
     )
 
 

@@ -119,16 +119,16 @@ def run(options: argparse.Namespace) -> int:
     settings = {"seeds": options.seeds, "estimators": estimators}
     pairs = list(product(map(str, SECTIONS), estimators))
     nominals = [nominal_name(*errors) for errors in NOMINAL_ERRORS]
-    noisy = {
+    noise_jobs = {
         (name, noise): [(name, e, nominal, f"{noise:.6f}", n) for nominal in nominals for n, e in pairs]
         for name, noise in NOISE_JOBS
     }
-    plants = {job: [(*job, e, n) for n, e in pairs] for job in PLANT_JOBS}
+    plant_jobs = {job: [(*job, e, n) for n, e in pairs] for job in PLANT_JOBS}
     note = f"`python -m studies robustness --out {out} --seeds {options.seeds} --resume` runs the others"
-    with counted_jobs(options, len(noisy) + len(plants), "robustness jobs", note) as (executor, ended):
+    with counted_jobs(options, len(noise_jobs) + len(plant_jobs), "robustness jobs", note) as (executor, ended):
         folder, run_by = writable_folder(out / FOLDER), (executor, ended, options.resume)
-        rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noisy, {"evaluation": out} | settings, *run_by)
-        plant_results = kept_rows(folder / OTHERS, PlantRow, plant_rows, plants, settings, *run_by)
+        rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noise_jobs, {"evaluation": out} | settings, *run_by)
+        plant_results = kept_rows(folder / OTHERS, PlantRow, plant_rows, plant_jobs, settings, *run_by)
     save_figure(map_figure(rows), folder / "robustness")
     claims = robustness_claims(rows, plant_results)
     summary_rows = list(summary(rows, plant_results, [*SHOWN, *options.estimator]))

@@ -201,9 +201,9 @@ class BenchDriver(Driver):
         self.malformed = ""  # fault of the first malformed message
         self.latencies: deque[float] = deque(maxlen=_MAX_LATENCIES)  # s, from a message to its result
         self.efforts: deque[float] = deque(maxlen=_MAX_LATENCIES)  # s, processor time of the same
-        unknown = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
-        self._estimates: dict[str, Array] = unknown  # of the last reading
-        self.results: dict[str, Any] = unknown  # the last that were sent; SI units
+        no_results = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
+        self._estimates: dict[str, Array] = no_results  # of the last reading
+        self.results: dict[str, Any] = no_results  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:

@@ -105,7 +105,7 @@ class LiveView(BenchDriver):
         return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
 
     def _sent_values(self, names: Iterable[str]) -> dict[str, Array]:
-        """Values of signals: as sent last, with wider bands, or else as read; none before the first reading."""
+        """Values of signals: the last sent ones with wider bands, or else those read; none before the first reading."""
         results = self.results
         if self.counts.used == 0:
             return {}

@@ -139,7 +139,7 @@ def cores(finger: Finger) -> list[trimesh.Trimesh]:
 
 
 def _mesh(rings: Sequence[Ring]) -> trimesh.Trimesh:
-    """Quadrilaterals between each ring and the next; points that coincide become one, and faces with one twice go."""
+    """Joins each ring to the next by quadrilaterals, without double points and degenerate faces."""
     faces = [
         face
         for low, high in pairwise(range(0, 4 * len(rings), 4))

@@ -338,7 +338,7 @@ class HealthFilter:
             z[:, k, i] = np.where(window.read[i], window.measured[i], 0.0)
             common[k, i], common_extrapolation[k, i], noise[k, i] = 0, 0, white[i]
         saturated_hypotheses = hypotheses.indices_of("saturated")
-        partly_saturated = saturated_hypotheses[window.partly[hypotheses.reading[saturated_hypotheses]]]
+        partly_saturated = saturated_hypotheses[window.is_partly_limited[hypotheses.reading[saturated_hypotheses]]]
         noise[partly_saturated, hypotheses.reading[partly_saturated]] = hypotheses.full_scale**2
         noise[:, ~window.read] = _MISSING_VARIANCE * hypotheses.full_scale**2
         independent = noise[..., :, None] * np.eye(self.layout.readings)
@@ -354,22 +354,22 @@ class HealthFilter:
 
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
         """Hypotheses of sensors at their limits in a window."""
-        saturated_hypotheses = self.hypotheses.indices_of("saturated")
-        indices: NDArray[np.int_] = saturated_hypotheses[window.at_limit[self.hypotheses.reading[saturated_hypotheses]]]
+        saturated = self.hypotheses.indices_of("saturated")
+        indices: NDArray[np.int_] = saturated[window.is_at_limit[self.hypotheses.reading[saturated]]]
         return indices
 
     def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", state_map: Array) -> Array:
         """Log-likelihood of repeated readings, lost readings and exceeded limits, (B, K)."""
         hypotheses = self.hypotheses
         state_map = self.hypotheses.load_response @ state_map
-        likelihood = np.full(update.log_likelihood.shape, window.working.sum())
+        likelihood = np.full(update.log_likelihood.shape, window.working_likelihood.sum())
         dead = hypotheses.indices_of("dead")
         k = self._limited_hypotheses(window)
         i = hypotheses.reading[dead]
-        likelihood[:, dead] += window.stuck[i] - window.working[i]
+        likelihood[:, dead] += window.dead_likelihood[i] - window.working_likelihood[i]
         i = hypotheses.reading[k]
-        likelihood[:, k] += window.limited[i] - window.working[i]
-        likelihood[1, k] += _LIMIT_EVIDENCE * window.furthest[i]
+        likelihood[:, k] += window.limit_likelihood[i] - window.working_likelihood[i]
+        likelihood[1, k] += _LIMIT_EVIDENCE * window.is_extreme[i]
         excess = np.sign(window.measured[i]) * (window.expected + mean @ state_map.T - window.measured)[:, k, i]
         variance = np.einsum("ki,bkij,kj->bk", state_map[i], update.covariance[:, k], state_map[i])
         likelihood[:, k] += log_ndtr(excess / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i]))
@@ -453,12 +453,12 @@ class _Window(NamedTuple):
     distinct: Array  # (R) number of samples that differ: repeated ones average out no rounding
     free_change: Array  # (S) rad, change of the free bends within the window
     extrapolation_std: Array  # (R) away from a calibration, common to all
-    working: Array  # (R) log-likelihoods of repeated and lost readings: of a working sensor,
-    stuck: Array  # (R) a dead
-    limited: Array  # (R) and one at its limit
-    at_limit: NDArray[np.bool_]  # (R)
-    partly: NDArray[np.bool_]  # (R)
-    furthest: NDArray[np.bool_]  # (R) whether it is beyond all windows before
+    working_likelihood: Array  # (R) log-likelihood of repeated and lost readings of a working sensor
+    dead_likelihood: Array  # (R) of a dead one
+    limit_likelihood: Array  # (R) of one at its limit
+    is_at_limit: NDArray[np.bool_]  # (R)
+    is_partly_limited: NDArray[np.bool_]  # (R)
+    is_extreme: NDArray[np.bool_]  # (R) whether it is beyond all windows before
 
 
 class _Observation(NamedTuple):

@@ -75,16 +75,16 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     content_of = cache(fingerprint)  # files do not change while this runs
     context_of = cache(Diagram.CreateDefaultContext)
     user_stations: Stations = OrderedDict()
-    served = [_serve(scenario, content_of, context_of, user_stations) for scenario in scenarios]
+    runs = [_serve(scenario, content_of, context_of, user_stations) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     outcomes: dict[int, Run | Exception] = {}
-    for i, run in enumerate(served):
+    for i, run in enumerate(runs):
         if isinstance(run, ServedRun):
             groups.setdefault(_structure(run.station) if _serves_many(run.station) else i, []).append(i)
         else:
             outcomes[i] = run
     for numbers in groups.values():
-        group = [member for member in (served[i] for i in numbers) if isinstance(member, ServedRun)]
+        group = [member for member in (runs[i] for i in numbers) if isinstance(member, ServedRun)]
         size = _batch_size(group[0].station)
         for first in range(0, len(numbers), size):
             batch = slice(first, first + size)

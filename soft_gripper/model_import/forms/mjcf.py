@@ -182,8 +182,8 @@ class _Masses(NamedTuple):
 
     defaults: _Defaults
     meshes: Mapping[str, bool]
-    first: float
-    last: float
+    first_group: float
+    last_group: float
 
 
 def _take_groups(model: ModelFile) -> tuple[float, float]:
@@ -219,9 +219,9 @@ def _has_mass(model: ModelFile, geom: ET.Element, masses: _Masses, childclass: s
     if (mesh := values.get("mesh")) is not None and mesh not in masses.meshes:
         raise InputError(f"{model.path}: {_name(geom)}", "mesh", mesh, "no mesh of <asset> has this name")
     if (
-        not masses.first
+        not masses.first_group
         <= finite_numbers(f"{model.path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
-        <= masses.last
+        <= masses.last_group
     ):
         geom.set("mass", "0")
         return False

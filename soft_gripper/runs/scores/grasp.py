@@ -108,7 +108,7 @@ def held_since(signals: GraspSignals) -> int:
 
 
 def verdict(signals: GraspSignals, speed: float) -> str:
-    """Whether an object is held at the end.
+    """State of an object at the end: held, resting, slipping, dropped or never touched.
 
     `speed`, at which it slides on the fingers over the window, m/s, is NaN if they do not touch it at its beginning.
     """

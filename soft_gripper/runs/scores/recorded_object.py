@@ -86,7 +86,7 @@ class RecordedObject:
 
     @property
     def _geometries(self) -> Sequence[GeometryId]:
-        """The collision geometries of its first link."""
+        """Collision geometries of the object's first link."""
         if self.name in self.station.parts.deformables:
             return [self.station.parts.deformables[self.name].geometry]
         plant = self.station.plant

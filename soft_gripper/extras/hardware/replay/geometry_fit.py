@@ -222,7 +222,7 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
 
     As in an estimator, the internal angle of a sample follows from the bends before it, each held.
     """
-    decay = recursion((branch,), PERIOD).kept.item()
+    decay = recursion((branch,), PERIOD).decay.item()
     memory = decay + (1 - decay) * branch.share  # of the internal angle, which bends, too
     bends: Array = torque + branch.share * lfilter([0.0, 1 - decay], [1.0, -memory], torque, axis=0)
     return bends
