@@ -185,7 +185,7 @@ def scenario(default: str | None = None) -> tuple[Option, ...]:
     )
 
 
-def out_folder(default: str) -> Option:
+def folder_option(default: str) -> Option:
     """Option of the folder for the results."""
     return option("--out", "folder for the results (default: %(default)s)", "DIR", path, default=Path(default))
 

@@ -1,4 +1,7 @@
-"""Figure of a task: the path of the object, the gripper at the end of each phase, and the control signals."""
+"""Figure of a task: the path of the object, the gripper at the end of each phase, and the control signals.
+
+Another plot is an entry of `recorded_plots`, and its function in `draw_grip_plots`.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

@@ -15,6 +15,8 @@ over those that read anything.
 Everything is pure and takes arrays whose leading axes are free, so that a block calls it for one sample and an
 evaluation once for a whole recording. The positions q of the joints are flat, (..., D): by deformation that the
 sensors see, bending first, and N from the base to the tip in each. R readings, S values.
+
+Another kind of sensor is a subclass of `MeasurementModel` and its name in `SENSORS` (`scenario.sensor_presets`).
 """
 
 from abc import ABC, abstractmethod

@@ -1,4 +1,7 @@
-"""Errors of a pressure sensor: pressure -> disturbed pressure."""
+"""Errors of a pressure sensor: pressure -> disturbed pressure.
+
+Another error is a field of `PressureErrors` and its effect in `step`.
+"""
 
 from dataclasses import dataclass
 

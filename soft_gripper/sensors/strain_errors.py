@@ -12,6 +12,8 @@ Modeling, identification and compensation of complex hysteretic nonlinearities, 
 doi:10.3166/ejc.9.407-418.)
 
 Such a sum is the only one of play operators whose loop is the same share of every stroke.
+
+Another error is a field of `StrainErrors` and its effect in `step`; its memory is a field of `StrainMemory`.
 """
 
 import math

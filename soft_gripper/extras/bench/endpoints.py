@@ -8,6 +8,8 @@
 | `file:readings.csv` | lines of a file, at the rate of the sensors, or of a pipe; results overwrite a file |
 | `file:readings.mcap` | rows of a bag, of netCDF or of a C3D file, see `tables`; the time gives the rows |
 | `MODULE:FUNCTION` | a generator of messages in Python, or a function that takes each result |
+
+Another scheme is an entry of `openers` in `Endpoints.source` or `Endpoints.sink`.
 """
 
 import os

@@ -8,6 +8,8 @@
 
 Whatever arrives is checked before anything is done with it: a message that is too large, has other fields than
 described, or a number that is not finite, is malformed. Only `null`, in JSON, says that a sensor was not read.
+
+Another packed format is an entry of `_PACKED_TYPES`.
 """
 
 import json

@@ -1,4 +1,7 @@
-"""One trial of pick and place: its random draw, and the rows of its result."""
+"""One trial of pick and place: its random draw, and the rows of its result.
+
+Another variation is a field of `TrialsConfig` and of `TrialVariation`, a number in `draw`, and its effect in `varied`.
+"""
 
 from collections.abc import Sequence
 from copy import deepcopy

@@ -3,6 +3,8 @@
 Observation: signals of the estimation -> what an agent observes.
 
 `OBSERVABLE` lists the signals that an agent may observe, so that a file cannot request ground truth.
+
+Another observable signal is an entry of `OBSERVABLE`.
 """
 
 import math

@@ -2,6 +2,8 @@
 
 A grasp is judged at the end of the signals: forces, areas and pressures are means over the last WINDOW. The ground
 truth is that of the plant (`TrueContact`), sampled with the sensors.
+
+Another measure is a field of `Grasp`, which sweeps and tables follow, and its value in `judge`.
 """
 
 from dataclasses import dataclass, fields

@@ -1,4 +1,8 @@
-"""The ground truth of a task's result, from its recording: what the task achieved, and why it failed."""
+"""The ground truth of a task's result, from its recording: what the task achieved, and why it failed.
+
+Another measure is a field of `Judged` and its value in `judged`; another reason of a failure, a `TaskCriterion` in
+`task_criteria`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass

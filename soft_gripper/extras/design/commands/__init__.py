@@ -8,8 +8,8 @@ from soft_gripper.commands.options import (
     RESUME,
     Command,
     Group,
+    folder_option,
     option,
-    out_folder,
     path,
 )
 
@@ -33,7 +33,7 @@ COMMANDS = (
             CHECK,
             RESUME,
             *EXECUTOR,
-            out_folder("results/design"),
+            folder_option("results/design"),
         ),
         package=__name__,
         group=Group.DESIGN,
