@@ -44,7 +44,7 @@ class Finding:
 
     part: str
     works: bool | None
-    state: str
+    found: str
 
 
 def run(options: argparse.Namespace) -> ExitCode:
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> ExitCode:
     width = max(len(finding.part) for finding in findings)
     for finding in findings:
         mark = {True: "ok", False: "FAILS", None: "-"}[finding.works]
-        print(f"{finding.part:<{width}}  {mark:<5}  {finding.state}")
+        print(f"{finding.part:<{width}}  {mark:<5}  {finding.found}")
     options.console.table("findings", findings)
     return ExitCode.FAILED if any(finding.works is False for finding in findings) else ExitCode.DONE
 
