@@ -32,16 +32,16 @@ def held_back() -> Iterator[Callable[[], bool]]:
     one after an exception while it is being written. A second signal, half a second later or more, ends the process at
     once. A signal that the process ignores, such as SIGHUP under nohup, stays ignored.
     """
-    signals: list[float] = []
+    signal_times: list[float] = []
 
     def note(number: int, _: object) -> None:
-        if signals and time.monotonic() > signals[0] + _REPEAT_TIME:
+        if signal_times and time.monotonic() > signal_times[0] + _REPEAT_TIME:
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
-        signals.append(time.monotonic())
+        signal_times.append(time.monotonic())
 
     with _signal_handler(note):
-        yield lambda: bool(signals)
+        yield lambda: bool(signal_times)
 
 
 @contextmanager
