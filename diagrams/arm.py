@@ -51,19 +51,19 @@ def make_arm(
     index = [model.name for model in models].index(arm.model)
     config = models[index]
     gripper = gripper_model(models, arm.model, fingers)
-    alone = MultibodyPlant(0.0)
-    alone.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
+    arm_plant = MultibodyPlant(0.0)
+    arm_plant.mutable_gravity_field().set_gravity_vector(plant.gravity_field().gravity_vector())
     X_WBase = own_frame(plant, config, f"models[{index}]").CalcPoseInWorld(plant.CreateDefaultContext())
-    placed = replace(config, parent="world", X_PC=Transform(X_WBase))
-    _, _, mimics = add_model(alone, placed, f"models[{index}]", arm)
+    arm_model = replace(config, parent="world", X_PC=Transform(X_WBase))
+    _, _, mimics = add_model(arm_plant, arm_model, f"models[{index}]", arm)
     inertia = _inertia(plant, gripper, carried_models(models, arm.model))
-    body = alone.AddRigidBody("payload", alone.AddModelInstance("carried"), inertia)
-    parent = find_frame(alone, gripper.parent, "models", "parent")
-    alone.WeldFrames(parent, body.body_frame(), gripper.X_PC.GetDeterministicValue())
-    alone.Finalize()
+    body = arm_plant.AddRigidBody("payload", arm_plant.AddModelInstance("carried"), inertia)
+    parent = find_frame(arm_plant, gripper.parent, "models", "parent")
+    arm_plant.WeldFrames(parent, body.body_frame(), gripper.X_PC.GetDeterministicValue())
+    arm_plant.Finalize()
     model = plant.GetModelInstanceByName(config.name)
     joints = [joint.name() for joint in arm_joints(plant, model)]
-    return Arm(config.name, model, alone, body.body_frame(), gripper, arm, couplings(joints, mimics))
+    return Arm(config.name, model, arm_plant, body.body_frame(), gripper, arm, couplings(joints, mimics))
 
 
 def carried_models(models: Sequence[ModelConfig], arm: str) -> list[ModelConfig]:
@@ -93,9 +93,9 @@ def gripper_model(models: Sequence[ModelConfig], arm: str, fingers: Sequence[Pla
     return models_by_name[welded.pop()]
 
 
-def _inertia(plant: MultibodyPlant, gripper: ModelConfig, carried: Sequence[ModelConfig]) -> SpatialInertia:
+def _inertia(plant: MultibodyPlant, gripper: ModelConfig, payload: Sequence[ModelConfig]) -> SpatialInertia:
     """Inertia of the whole payload as one body, about and expressed in the frame at which the gripper is welded."""
-    bodies = [index for model in carried for index in plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))]
+    bodies = [index for model in payload for index in plant.GetBodyIndices(plant.GetModelInstanceByName(model.name))]
     return plant.CalcSpatialInertia(plant.CreateDefaultContext(), own_frame(plant, gripper, "models"), bodies)
 
 
@@ -125,12 +125,12 @@ def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) ->
     compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
     builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
     actuator_rows = _actuator_rows(plant, arm)
-    leading = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
+    leader_map = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
     torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(actuator_rows @ arm.couplings.matrix.T))
     builder.Connect(compensation.get_output_port(), torque.get_input_port())
     builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
     desired = builder.AddNamedSystem(
-        f"{arm.name}.desired", MatrixGain(np.kron(_position_map(arm.config), actuator_rows @ leading))
+        f"{arm.name}.desired", MatrixGain(np.kron(_position_map(arm.config), actuator_rows @ leader_map))
     )
     builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
     return desired.get_input_port()
@@ -169,7 +169,7 @@ def _position_map(arm: ArmConfig) -> Array:
 
 
 def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:
-    """Matrix from the order of the joints that follow no other to that of the actuators, (k, k)."""
+    """Matrix that maps the order of the leading joints to the order of the actuators, (k, k)."""
     names = [joint.name() for joint in _leading(plant, arm)]
     actuators = (plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices(arm.model))
     return np.eye(len(names))[[names.index(actuator.joint().name()) for actuator in actuators]]

@@ -95,29 +95,29 @@ class ContactForces:
             InputError: if the time is not one of the recording.
         """
         times = self.data["time"].values
-        wanted = float(times[-1]) if time is None else time
-        if not times[0] <= wanted <= times[-1]:
+        nearest_time = float(times[-1]) if time is None else time
+        if not times[0] <= nearest_time <= times[-1]:
             expected = f"must be from {times[0]:g} to {times[-1]:g} s, as recorded"
             raise InputError("forces", "time", time, expected)
-        return self._sample_forces(int(np.argmin(np.abs(times - wanted))))
+        return self._sample_forces(int(np.argmin(np.abs(times - nearest_time))))
 
     def rows(self) -> list[FingerForce]:
         """The force on each finger at every sample."""
         return [row for sample in range(self.data.sizes["time"]) for row in self._sample_forces(sample)]
 
     def _sample_forces(self, sample: int) -> list[FingerForce]:
-        now = self.data.isel(time=sample)
-        return [self._row(now.isel(finger=finger)) for finger in range(now.sizes["finger"])]
+        data = self.data.isel(time=sample)
+        return [self._row(data.isel(finger=finger)) for finger in range(data.sizes["finger"])]
 
     @staticmethod
-    def _row(now: "xr.Dataset") -> FingerForce:
-        values = {name: float(now[name]) for name in _VARIABLE_UNITS}
+    def _row(data: "xr.Dataset") -> FingerForce:
+        values = {name: float(data[name]) for name in _VARIABLE_UNITS}
         forces = (value for name, value in values.items() if _VARIABLE_UNITS[name] == "N")
         locations = (1e3 * value for name, value in values.items() if _VARIABLE_UNITS[name] == "m")
-        return FingerForce(str(now["finger"].values), float(now["time"]), *forces, *locations)
+        return FingerForce(str(data["finger"].values), float(data["time"]), *forces, *locations)
 
     def __str__(self) -> str:
-        """The table of the last sample."""
+        """Table of the forces at the last sample."""
         return forces_text(self.at())
 
 
@@ -168,8 +168,8 @@ def _finger_forces(data: "xr.Dataset", finger: str) -> dict[str, Array]:
         true_closing = to_base(signal("X_WB"), signal("true_contact_force_world")) @ CLOSING
     if f"{finger}.contact_force_vector" in data:
         closing = signal("contact_force_vector") @ CLOSING
-    others = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"
-    forces = signal(_TRUE_FORCE), signal(_ESTIMATED_FORCE), *band, true_closing, closing, *map(signal, others)
+    contact_names = "true_contact_force", "contact_force", "true_contact_arc_length", "contact_arc_length"
+    forces = signal(_TRUE_FORCE), signal(_ESTIMATED_FORCE), *band, true_closing, closing, *map(signal, contact_names)
     return dict(zip(_VARIABLE_UNITS, forces, strict=True))
 
 
@@ -188,8 +188,8 @@ def forces_text(rows: Sequence[FingerForce], estimator: str = "") -> str:
         ]
         for row in rows
     ]
-    by = f", estimated by {estimator}" if estimator else ""
-    title = f"Transverse contact forces at {rows[0].time_s:.2f} s{by}"
+    estimator_note = f", estimated by {estimator}" if estimator else ""
+    title = f"Transverse contact forces at {rows[0].time_s:.2f} s{estimator_note}"
     text = table_text(headings, forms, cells, title)
     return text if estimator or any(math.isfinite(row.most_n) for row in rows) else f"{text}\n{_NO_ESTIMATE}"
 

@@ -31,18 +31,18 @@ def set_initial_position(
     """
     joints = {joint.name(): joint for joint in map(plant.get_joint, plant.GetJointIndices(model))}
     following = {mimic.joint: mimic.leader for mimic in mimics}
-    given = {name: np.array(position) for name, position in positions.items()}
-    for name, position in given.items():
+    joint_positions = {name: np.array(position) for name, position in positions.items()}
+    for name, position in joint_positions.items():
         if name in following:
             raise InputError(where, f"initial_position.{name}", [*position], f"leave it out: follows {following[name]}")
     for mimic in mimics:
-        if mimic.leader in given:
-            given[mimic.joint] = mimic.multiplier * given[mimic.leader] + mimic.offset
-    for name, position in given.items():
+        if mimic.leader in joint_positions:
+            joint_positions[mimic.joint] = mimic.multiplier * joint_positions[mimic.leader] + mimic.offset
+    for name, position in joint_positions.items():
         joint = joints.get(name)
         if joint is None or joint.num_positions() == 0:
-            moving = (name for name, joint in joints.items() if joint.num_positions() and name not in following)
-            expected = f"no joint that moves has this name; known: {', '.join(moving) or 'none'}"
+            movable_names = (name for name, joint in joints.items() if joint.num_positions() and name not in following)
+            expected = f"no joint that moves has this name; known: {', '.join(movable_names) or 'none'}"
             raise InputError(where, f"initial_position.{name}", [*position], expected)
         low, high = joint.position_lower_limits(), joint.position_upper_limits()
         if len(position) != len(low):

@@ -113,8 +113,8 @@ def import_options(config: ModelConfig, where: str = "model", is_arm: bool = Fal
     add_to_link = None
     if kind is not None and kind.is_meant(config.mesh):
         add_to_link = partial(kind.add_to_link, config.mesh)
-    asked = config.free, config.child, config.without, config.mass, config.friction
-    return ImportOptions(where, is_arm, *asked, config.name, config.mesh.scale, config.mesh.color, add_to_link)
+    requests = config.free, config.child, config.without, config.mass, config.friction
+    return ImportOptions(where, is_arm, *requests, config.name, config.mesh.scale, config.mesh.color, add_to_link)
 
 
 def _expand(
@@ -167,14 +167,14 @@ def _check_model(model: AddedModel, config: ModelConfig, where: str, fingers: Se
 
 def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
     """Checks that a model has links, or is one soft object that is free."""
-    soft = deformable_body(plant, model)
-    if soft is not None and deformable_kind() is None:
+    soft_body = deformable_body(plant, model)
+    if soft_body is not None and deformable_kind() is None:
         raise InputError(where, "file", config.file, "holds a body of finite elements; give a model with rigid links")
-    if soft is None and not plant.GetBodyIndices(model):
+    if soft_body is None and not plant.GetBodyIndices(model):
         raise InputError(where, "file", config.file, "holds a model without links")
-    if soft is not None and plant.GetBodyIndices(model):
+    if soft_body is not None and plant.GetBodyIndices(model):
         raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
-    if soft is not None and not config.free:
+    if soft_body is not None and not config.free:
         raise InputError(
             where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
         )
@@ -197,10 +197,10 @@ def _set_joints_and_contact(model: AddedModel, imported: ImportedModel, arm: Arm
 
 def _check_fingers_keep(config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
     """Checks that mass and friction of a model with fingers are not given for all of it: fingers have theirs."""
-    for name, of_fingers in {"mass": "density", "friction": "contact.friction"}.items():
-        given = getattr(config, name)
-        expected = f"leave it out: the model has fingers; give fingers.all.{of_fingers}"
-        require(given is None or not fingers, where, name, given, expected)
+    for name, finger_field in {"mass": "density", "friction": "contact.friction"}.items():
+        value = getattr(config, name)
+        expected = f"leave it out: the model has fingers; give fingers.all.{finger_field}"
+        require(value is None or not fingers, where, name, value, expected)
 
 
 def add_fingers(
@@ -233,12 +233,12 @@ def add_fingers(
     expanded = expand_urdf(path, segments, model_name=name)
     if not expanded.fingers:
         raise InputError(path, "finger", None, "there is no <finger> in the file")
-    read = ModelFile(path, deepcopy(expanded.robot))
-    with drake_reads(path, "file", path.name, read):
-        model = add_model(parser, read, read_model(read))
+    model_file = ModelFile(path, deepcopy(expanded.robot))
+    with drake_reads(path, "file", path.name, model_file):
+        model = add_model(parser, model_file, read_model(model_file))
     couple(model)
     free_followers(model)
-    report(read.notes)
+    report(model_file.notes)
     return [PlantFinger(finger, plant, model.index) for finger in expanded.fingers]
 
 
@@ -259,8 +259,8 @@ def find_fingers(
     path = model_path(str(file))
     plant_fingers = [PlantFinger(finger, plant, model) for finger in expand_urdf(path, segments).fingers]
     for finger in (finger.finger for finger in plant_fingers):
-        last, beyond = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
-        if not last or beyond:
+        has_last, has_more = (plant.HasBodyNamed(link_name(finger.name, finger.segments + i), model) for i in (0, 1))
+        if not has_last or has_more:
             expected = f"is not in '{plant.GetModelInstanceName(model)}' with {finger.segments} segments"
             raise InputError(path, "finger", finger.name, expected)
     return plant_fingers

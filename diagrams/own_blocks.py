@@ -60,9 +60,9 @@ def user_blocks(station: Station) -> list[UserBlock]:
 def _find_system(station: Station, part: str, name: str) -> tuple[System, bool]:
     """Finds a block of a part of a station, and whether it is in the diagram."""
     runs = part not in station.removed
-    within = station.diagram.GetSubsystemByName(part) if runs else station.removed[part]
-    assert isinstance(within, Diagram)
-    return within.GetSubsystemByName(name), runs
+    part_diagram = station.diagram.GetSubsystemByName(part) if runs else station.removed[part]
+    assert isinstance(part_diagram, Diagram)
+    return part_diagram.GetSubsystemByName(name), runs
 
 
 def user_block_error(station: Station, context: Context, failure: BaseException) -> InputError | None:
@@ -75,8 +75,8 @@ def user_block_error(station: Station, context: Context, failure: BaseException)
     """
     for block in (block for block in user_blocks(station) if block.runs):
         for port in vector_outputs(block.system):
-            again = _failure_of(block, port, context)
-            if again is not None and type(again) is type(failure):
+            error = _failure_of(block, port, context)
+            if error is not None and type(error) is type(failure):
                 return block.error(port, _failure_text(context.get_time(), failure))
     return blamed_by_traceback(station, context.get_time(), failure)
 
@@ -85,11 +85,11 @@ def blamed_by_traceback(station: Station, time: float, failure: BaseException) -
     """A failure at a time, s, as an error of the user block whose code raised it; None if there is none."""
     blocks = user_blocks(station)
     frames = list(_frames(failure))
-    in_traceback = (block for block in blocks if any(frame.f_locals.get("self") is block.system for frame in frames))
+    running_blocks = (block for block in blocks if any(frame.f_locals.get("self") is block.system for frame in frames))
     modules = {str(frame.f_globals.get("__name__")) for frame in frames}
-    from_module = (block for block in blocks if module_of(block.name) in modules)
-    at_fault = next(in_traceback, None) or next(from_module, None)  # in an update: no port is at fault
-    return None if at_fault is None else at_fault.error(at_fault.port, _failure_text(time, failure))
+    module_blocks = (block for block in blocks if module_of(block.name) in modules)
+    block_at_fault = next(running_blocks, None) or next(module_blocks, None)  # in an update: no port is at fault
+    return None if block_at_fault is None else block_at_fault.error(block_at_fault.port, _failure_text(time, failure))
 
 
 def _failure_text(time: float, failure: BaseException) -> str:
@@ -133,9 +133,9 @@ def check_values(blocks: Iterable[UserBlock], recording: Recording) -> None:
         else:
             is_excused = np.asarray(np.isnan(_flat(readings.values)).any(axis=1))
         values = _flat(recording[name].values)
-        wrong = ~np.isfinite(values) & ~(np.isnan(values) & is_excused[:, None])
-        if wrong.any():
-            sample, entry = np.argwhere(wrong)[0]
+        violations = ~np.isfinite(values) & ~(np.isnan(values) & is_excused[:, None])
+        if violations.any():
+            sample, entry = np.argwhere(violations)[0]
             time = float(recording["time"].values[sample])
             raise block.error(
                 block.port, f"is {values[sample, entry]} in entry {entry} at t = {time:.6g} s; output finite numbers"

@@ -37,12 +37,12 @@ def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins:
         skins: the collision geometries of the fingers.
     """
     inspector = scene_graph.model_inspector()
-    touching = set(skins)
-    others = [geometry for geometry in inspector.GetAllGeometryIds(Role.kProximity) if geometry not in touching]
-    for geometry in others:
+    compliant = set(skins)
+    rigid = [geometry for geometry in inspector.GetAllGeometryIds(Role.kProximity) if geometry not in compliant]
+    for geometry in rigid:
         shape = inspector.GetShape(geometry)
         if isinstance(shape, Mesh) and not isinstance(shape, Convex):
-            _add_parts(plant, scene_graph, geometry, shape, touching)
+            _add_parts(plant, scene_graph, geometry, shape, compliant)
         else:
             _make_rigid(plant, scene_graph, geometry)
 
@@ -84,7 +84,7 @@ def _add_parts(
         )
         for i, corners in enumerate(convex_parts(path, path.stat().st_mtime_ns))
     ]
-    others = [candidate for candidate in inspector.GetAllGeometryIds(Role.kProximity) if candidate not in skins]
-    for one, other in (([geometry], skins), (parts, others)):
-        excluded = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(one)), GeometrySet(list(other)))
+    rigid = [geometry for geometry in inspector.GetAllGeometryIds(Role.kProximity) if geometry not in skins]
+    for group, other_group in (([geometry], skins), (parts, rigid)):
+        excluded = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(list(group)), GeometrySet(list(other_group)))
         scene_graph.collision_filter_manager().Apply(excluded)

@@ -39,16 +39,16 @@ def remove_unread_blocks(builder: DiagramBuilder, signals: Mapping[str, OutputPo
     """
     root = Level.root(builder)
     parts = {system: [*leaf_systems(system, root)] for system in builder.GetSystems()}
-    part_of = {leaf: part for part, leaves in parts.items() for leaf, _ in leaves}
+    leaf_parts = {leaf: part for part, leaves in parts.items() for leaf, _ in leaves}
     running = [part for part, leaves in parts.items() if not all(isinstance(leaf, ArrayBlock) for leaf, _ in leaves)]
     for reader in running:  # which grows
-        read = {part_of[block] for leaf, level in parts[reader] for block in _input_blocks(leaf, level)}
-        running += [part for part in parts if part in read and part not in running]
-    computed = {name: port for name, port in signals.items() if port.get_system() in running}
-    removed = {part.get_name(): part for part in parts if part not in running}
-    for part in removed.values():
+        sources = {leaf_parts[block] for leaf, level in parts[reader] for block in _input_blocks(leaf, level)}
+        running += [part for part in parts if part in sources and part not in running]
+    kept_signals = {name: port for name, port in signals.items() if port.get_system() in running}
+    removed_parts = {part.get_name(): part for part in parts if part not in running}
+    for part in removed_parts.values():
         builder.RemoveSystem(part)
-    return Pruning(computed, removed)
+    return Pruning(kept_signals, removed_parts)
 
 
 LOOP = "loop"  # name of the fused block
@@ -66,19 +66,19 @@ def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dic
     """
     root = Level.root(builder)
     leaves = {part: [*leaf_systems(part, root)] for part in builder.GetSystems() if isinstance(part, _FUSED)}
-    parts = {part: own for part, own in leaves.items() if all(isinstance(leaf, ArrayBlock) for leaf, _ in own)}
+    parts = [part for part in leaves if all(isinstance(leaf, ArrayBlock) for leaf, _ in leaves[part])]
     if not parts:
         return dict(signals)
-    own_feeds = [(leaf, _open_feeds(leaf, level)) for own in parts.values() for leaf, level in own]
-    fed: dict[tuple[System, str], str] = {}
+    own_feeds = [(leaf, _open_feeds(leaf, level)) for part in parts for leaf, level in leaves[part]]
+    wire_names: dict[tuple[System, str], str] = {}
     sources: dict[str, InputPort] = {}  # inputs of parts that are fed from outside, by the names of the outputs
     for leaf, feeds in own_feeds:
         for name, feed in feeds.items():
             if feed.level.diagram is not None or feed.system in parts:
-                fed[leaf, name] = wire(feed.level.leaf_output(feed.output)[0])
+                wire_names[leaf, name] = wire(feed.level.leaf_output(feed.output)[0])
             else:
-                fed[leaf, name] = f"{feed.system.get_name()}/{int(feed.output_index)}"
-                sources[fed[leaf, name]] = feed.input
+                wire_names[leaf, name] = f"{feed.system.get_name()}/{int(feed.output_index)}"
+                sources[wire_names[leaf, name]] = feed.input
     ports: dict[str, OutputPort] = {}  # outputs of parts that others read
     readers: list[tuple[InputPort, str]] = []
     for (target, i), (source, number) in root.wires.items():
@@ -86,27 +86,27 @@ def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dic
             port = source.get_output_port(number)
             ports[wire(port)] = port
             readers.append((target.get_input_port(i), wire(port)))
-    block = FusedBlock([leaf for leaf, _ in own_feeds], sources, fed, ports)
+    block = FusedBlock([leaf for leaf, _ in own_feeds], sources, wire_names, ports)
     builder.AddNamedSystem(LOOP, block)
     for name, port in sources.items():
         builder.ConnectToSame(port, block.GetInputPort(name))
-    kept = {name: port for name, port in signals.items() if port.get_system() not in parts or wire(port) in ports}
-    fused = {name: wire(port) for name, port in kept.items() if port.get_system() in parts}
+    rest = {name: port for name, port in signals.items() if port.get_system() not in parts or wire(port) in ports}
+    fused = {name: wire(port) for name, port in rest.items() if port.get_system() in parts}
     for part in parts:
         builder.RemoveSystem(part)
     for reader, output in readers:
         builder.Connect(block.GetOutputPort(output), reader)
-    return kept | {name: block.GetOutputPort(output) for name, output in fused.items()}
+    return rest | {name: block.GetOutputPort(output) for name, output in fused.items()}
 
 
 def _open_feeds(leaf: LeafSystem, level: Level) -> dict[str, Feed]:
-    """What feeds the inputs of a block, by name."""
+    """Feeds of the inputs of a block, by name."""
     feeds = {name: level.feed(port) for name, port in inputs(leaf).items()}
     return {name: feed for name, feed in feeds.items() if feed is not None}
 
 
 def _input_blocks(leaf: LeafSystem, level: Level) -> Iterator[LeafSystem]:
     """The blocks that a block reads."""
-    for fed in map(level.feed, map(leaf.get_input_port, range(leaf.num_input_ports()))):
-        if fed is not None and isinstance(fed.system, ArrayBlock | Diagram):
-            yield fed.level.leaf_output(fed.output)[0].get_system()
+    for feed in map(level.feed, map(leaf.get_input_port, range(leaf.num_input_ports()))):
+        if feed is not None and isinstance(feed.system, ArrayBlock | Diagram):
+            yield feed.level.leaf_output(feed.output)[0].get_system()

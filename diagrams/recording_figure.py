@@ -37,7 +37,7 @@ _BAND_HEIGHT = 0.55  # inches, of a band of states beside its title
 
 
 class SignalPanel(NamedTuple):
-    """Lines of one unit."""
+    """Lines of one signal and unit over time, for one panel."""
 
     title: str
     unit: str
@@ -55,10 +55,10 @@ def signals_figure(signals: Sequence[xr.DataArray]) -> Figure:
     figure = Figure(figsize=(8, sum(heights) + 0.3), layout="constrained")
     axes = figure.subplots(len(panels), sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     time = signals[0]["time"].values
-    for one, panel in zip(axes, panels, strict=True):
-        _draw_states(one, time, panel) if panel.meanings else _draw_lines(one, time, panel)
-        one.set_title(panel.title, loc="left", fontsize="medium")
-        _add_legend(one, panel)
+    for panel_axes, panel in zip(axes, panels, strict=True):
+        _draw_states(panel_axes, time, panel) if panel.meanings else _draw_lines(panel_axes, time, panel)
+        panel_axes.set_title(panel.title, loc="left", fontsize="medium")
+        _add_legend(panel_axes, panel)
     axes[-1].set_xlabel("time [s]")
     if len(time) > 1:
         axes[-1].set_xlim(time[0], time[-1])
@@ -90,14 +90,14 @@ def _panels(signal: xr.DataArray) -> Iterator[SignalPanel]:
     units = np.resize(signal.attrs.get("units", "1").split(", "), len(names))  # of the last axis, which varies fastest
     words = [word.replace("_", " ") for word in signal.attrs.get("flag_meanings", "").split()]
     for unit in dict.fromkeys(units.tolist()):
-        here = np.flatnonzero(units == unit)
-        shown, scale, least = SHOWN.get(unit, (unit, 1.0, 0.0))
-        lines = values[:, here]
+        indices = np.flatnonzero(units == unit)
+        display_unit, scale, min_span = SHOWN.get(unit, (unit, 1.0, 0.0))
+        lines = values[:, indices]
         if unit == "N m" and _largest(lines) >= 1.0:  # of an arm, not of a finger
-            shown, scale = unit, 1.0
-        of_unit = [names[i] for i in here]
-        title = f"{signal.name}: {of_unit[0]}" if len(here) == 1 < len(names) else str(signal.name)
-        yield SignalPanel(title, shown, least, scale * lines, of_unit, ", ".join(axes), words)
+            display_unit, scale = unit, 1.0
+        unit_names = [names[i] for i in indices]
+        title = f"{signal.name}: {unit_names[0]}" if len(indices) == 1 < len(names) else str(signal.name)
+        yield SignalPanel(title, display_unit, min_span, scale * lines, unit_names, ", ".join(axes), words)
 
 
 def _largest(values: Array) -> float:
@@ -109,15 +109,15 @@ def _draw_lines(axes: Axes, time: Array, panel: SignalPanel) -> None:
     map_colors = mpl.colormaps["viridis"](np.linspace(0, 0.95, count))
     colors = [f"C{i}" for i in range(count)] if count <= _CYCLE_COLORS else map_colors
     entries = np.linspace(0, count - 1, count if count <= _MAX_LEGEND_LINES else _SHORT_LEGEND_LINES)
-    labelled = entries.round().astype(int)
+    labelled_entries = entries.round().astype(int)
     for i, (name, color) in enumerate(zip(panel.names, colors, strict=True)):
-        axes.plot(time, panel.lines[:, i], color=color, label=name if count > 1 and i in labelled else None)
+        axes.plot(time, panel.lines[:, i], color=color, label=name if count > 1 and i in labelled_entries else None)
     finite = panel.lines[np.isfinite(panel.lines)]
     if len(finite):
-        least = max(_MIN_SPAN_FRACTION * _largest(finite), panel.least)
-        if np.ptp(finite) < least:
+        min_span = max(_MIN_SPAN_FRACTION * _largest(finite), panel.least)
+        if np.ptp(finite) < min_span:
             middle = float(finite.min() + finite.max()) / 2
-            axes.set_ylim(middle - least, middle + least)
+            axes.set_ylim(middle - min_span, middle + min_span)
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.set_ylabel(f"[{panel.unit}]")
     axes.grid(alpha=0.3)
@@ -125,7 +125,7 @@ def _draw_lines(axes: Axes, time: Array, panel: SignalPanel) -> None:
 
 def _draw_states(axes: Axes, time: Array, panel: SignalPanel) -> None:
     """A band for each entry, in the colours of the states that it is in, from each sample to the next."""
-    named = set[int]()
+    labelled_states = set[int]()
     ends = np.append(time[1:], time[-1:])
     for row, states in enumerate(panel.lines.T):
         state_numbers = np.where(np.isfinite(states), states, -1.0).astype(int)
@@ -133,8 +133,8 @@ def _draw_states(axes: Axes, time: Array, panel: SignalPanel) -> None:
         for begin, end in pairwise(bounds.tolist()):
             state = int(state_numbers[begin])
             if 0 <= state < len(panel.meanings):
-                label = None if state in named else panel.meanings[state]
-                named.add(state)
+                label = None if state in labelled_states else panel.meanings[state]
+                labelled_states.add(state)
                 span = (time[begin], ends[end - 1] - time[begin])
                 axes.broken_barh([span], (row - 0.4, 0.8), color=_state_color(state), label=label, lw=0)
     axes.set_yticks(range(len(panel.names)), panel.names)

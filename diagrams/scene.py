@@ -55,10 +55,10 @@ def set_home_posture(plant: MultibodyPlant, arm: ArmConfig, mimics: Sequence[Mim
     if not joints:
         raise InputError("arm", "model", arm.model, "has no joint that moves")
     coupled = couplings([joint.name() for joint in joints], mimics)
-    leading = [joints[i].name() for i in coupled.leads]
-    if len(arm.home) != len(leading):
+    leader_names = [joints[i].name() for i in coupled.leads]
+    if len(arm.home) != len(leader_names):
         follow = f"; {', '.join(mimic.joint for mimic in mimics)} follow" if mimics else ""
-        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(leading)}{follow}")
+        raise InputError("arm", "home", arm.home, f"give a position for each of: {', '.join(leader_names)}{follow}")
     leaders = {mimic.joint: mimic.leader for mimic in mimics}
     for joint, position in zip(joints, coupled.full(np.array(arm.home)), strict=True):
         (low,), (high,) = joint.position_lower_limits(), joint.position_upper_limits()
@@ -96,15 +96,15 @@ def add_model(
     Raises:
         InputError: if its file or a frame that it names is invalid.
     """
-    loaded = load_model(plant, config, where, arm, visuals, points)
+    loaded_model = load_model(plant, config, where, arm, visuals, points)
     if arm is not None and config.initial_position:
         raise InputError(where, "initial_position", config.initial_position, "leave it out: an arm has arm.home")
-    set_initial_position(plant, loaded.model, config.initial_position, loaded.mimics, where)
+    set_initial_position(plant, loaded_model.model, config.initial_position, loaded_model.mimics, where)
     X_PC = config.X_PC.GetDeterministicValue()
-    deformable = deformable_body(plant, loaded.model)
+    deformable = deformable_body(plant, loaded_model.model)
     if deformable is not None:
         deformable.set_default_pose(X_PC)
-    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded.model):
+    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded_model.model):
         _check_stays(config, where)
     elif stays_in_place(config):
         raise InputError(where, "free", False, f"must be true: no joint of {config.file} holds the model")
@@ -112,7 +112,7 @@ def add_model(
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, config.name), X_PC)
     else:
         plant.WeldFrames(find_frame(plant, config.parent, where, "parent"), own_frame(plant, config, where), X_PC)
-    return loaded
+    return loaded_model
 
 
 def _is_joined(plant: MultibodyPlant, model: ModelInstanceIndex) -> bool:
@@ -128,8 +128,9 @@ def stays_in_place(config: ModelConfig) -> bool:
 
 def _check_stays(config: ModelConfig, where: str) -> None:
     """Raises an InputError if a scenario places a model that stays where its file puts it."""
-    moved = not config.X_PC.GetDeterministicValue().IsExactlyIdentity()
-    given = {"free": config.free, "parent": config.parent != "world", "child": config.child is not None, "X_PC": moved}
+    is_moved = not config.X_PC.GetDeterministicValue().IsExactlyIdentity()
+    has_parent, has_child = config.parent != "world", config.child is not None
+    given = {"free": config.free, "parent": has_parent, "child": has_child, "X_PC": is_moved}
     for field in [field for field, is_given in given.items() if is_given]:
         expected = f"leave it out: {config.file} is MJCF, which joins the model to the world and says where it stands"
         raise InputError(where, field, getattr(config, field), expected)
@@ -179,7 +180,7 @@ def find_frame(plant: MultibodyPlant, name: str, where: str, field: str) -> Fram
 
 
 class Scene(NamedTuple):
-    """The simulated scene."""
+    """The plant, the SceneGraph, and the fingers and bodies in them."""
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
@@ -212,8 +213,8 @@ def add_plant(builder: DiagramBuilder, scenario: Scenario, visuals: bool = True)
         kind.check_models(scenario)
     for i, model in enumerate(models):
         where = f"models[{i}]"
-        own = arm if arm is not None and model.name == arm.model else None
-        _, model_fingers, mimics[model.name] = add_model(plant, model, where, own, visuals, points)
+        arm_config = arm if arm is not None and model.name == arm.model else None
+        _, model_fingers, mimics[model.name] = add_model(plant, model, where, arm_config, visuals, points)
         if model.half_space:
             make_half_space(plant, scene_graph, model, where)
         if model.free and model_fingers:
@@ -250,7 +251,7 @@ def add_copy(builder: DiagramBuilder, scene: Scene, models: Sequence[ModelConfig
     configuration = plant.get_deformable_body_configuration_output_port()
     builder.Connect(configuration, scene_graph.get_source_configuration_port(source))
     plant.SetDefaultPositions(scene.plant.GetDefaultPositions())  # which are not copied
-    for model in (each for each in models if each.free):
+    for model in (candidate for candidate in models if candidate.free):
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, model.name), model.X_PC.GetDeterministicValue())
     fingers = [
         replace(finger, plant=plant, torsion_springs=tuple(map(plant.get_force_element, _indices(finger))))
@@ -311,15 +312,15 @@ def remove_idle_skins(scene: Scene) -> None:
     ball about the base of its finger, whose radius is the length of the finger up to the end of the link.
     """
     plant, scene_graph, fingers, deformables, *_ = scene
-    turning = sum(len(finger.joints_of(way)) for finger in fingers for way in finger.finger.yields if way not in SLIDES)
-    other_joints = plant.num_positions() > turning
+    turns = (finger.joints_of(name) for finger in fingers for name in finger.finger.yields if name not in SLIDES)
+    other_joints = plant.num_positions() > sum(map(len, turns))
     if other_joints or deformables or not all(finger.is_anchored for finger in fingers):
         return
     reaches = _reaches(scene)
     pairs = scene_graph.model_inspector().GetCollisionCandidates()
-    touched = {geometry for pair in pairs if reaches[pair[0]].meets(reaches[pair[1]]) for geometry in pair}
+    reachable_geometries = {geometry for pair in pairs if reaches[pair[0]].meets(reaches[pair[1]]) for geometry in pair}
     skins = (skin for finger in fingers for link in finger.links for skin in plant.GetCollisionGeometriesForBody(link))
-    for idle in set(skins) - touched:
+    for idle in set(skins) - reachable_geometries:
         scene_graph.RemoveRole(plant.get_source_id(), idle, Role.kProximity)
 
 
@@ -361,9 +362,9 @@ def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph, context: Conte
     kind = HydroelasticContactRepresentation.kTriangle
     surfaces, point_pairs = query.ComputeContactSurfacesWithFallback(kind)
     inspector = query.inspector()
-    deep = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > MAX_RELATIVE_DEPTH]
-    deep += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > MAX_RIGID_DEPTH]
-    for pair in deep:
+    deep_pairs = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > MAX_RELATIVE_DEPTH]
+    deep_pairs += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > MAX_RIGID_DEPTH]
+    for pair in deep_pairs:
         one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
         raise InputError(
             "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or exclude links with `without`"

@@ -29,12 +29,12 @@ def signal_dataset(labels: Labels, samples: Samples, about: Mapping[str, str] | 
 
 
 def _values(samples: Samples, name: str, shape: tuple[int, ...]) -> Any:
-    """The values of a signal, of this shape at a sample: those that were logged, or an array that computes them."""
+    """Logged values of a signal with this shape at a sample, or an array that computes them."""
     shape = len(samples.time), *shape
-    return samples[name].reshape(shape) if samples.is_logged(name) else _Computed(samples, name, shape).cached_array
+    return samples[name].reshape(shape) if samples.is_logged(name) else _LazySignal(samples, name, shape).cached_array
 
 
-class _Computed(BackendArray):
+class _LazySignal(BackendArray):
     """The values of a signal, computed when they are read; xarray asks for them, and keeps them."""
 
     dtype = np.dtype(float)

@@ -17,7 +17,7 @@ NO_UNIT = {"units": "1"}
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """Names and labels of the axes of signals, but for time, made once for all recordings that have these signals."""
+    """Names and labels of the axes of signals, except time; one set serves all recordings of these signals."""
 
     axes: Mapping[str, Sequence[str]]  # names of the axes of each signal
     attributes: Mapping[str, Mapping[str, Any]]  # of each signal
@@ -46,7 +46,7 @@ def labels_of(signals: Mapping[str, Signal]) -> Labels:
 
 
 def _axis_names(signals: Mapping[str, Signal]) -> dict[tuple[str, str], str]:
-    """The name of each axis of each signal, prefixed with that of the owner or the signal if labels differ.
+    """The name of each axis of each signal, with the owner or signal as prefix if labels differ.
 
     Two fingers with equally many joints share the axis `joint`; otherwise, each has its own, such as
     `left_finger.joint`.

@@ -67,11 +67,11 @@ class SignalLogs(Diagram):
         ports = {i: sources.ports[i] for i in names}
         self._sizes = {i: p.size() for i, p in ports.items() if p.get_data_type() == PortDataType.kVectorValued}
         self._values: dict[int, ValueLog] = {}
-        together = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
-        self._sink = builder.AddNamedSystem("log", VectorLogSink(together.get_output_port().size(), period))
-        builder.Connect(together.get_output_port(), self._sink.get_input_port())
+        multiplexer = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
+        self._sink = builder.AddNamedSystem("log", VectorLogSink(multiplexer.get_output_port().size(), period))
+        builder.Connect(multiplexer.get_output_port(), self._sink.get_input_port())
         for i, number in enumerate(self._sizes):
-            builder.ExportInput(together.get_input_port(i), names[number])
+            builder.ExportInput(multiplexer.get_input_port(i), names[number])
         for number, name in names.items():
             if number not in self._sizes:
                 self._values[number] = builder.AddNamedSystem(name, ValueLog(period))
@@ -89,7 +89,7 @@ class SignalLogs(Diagram):
         return [*self._sizes, *self._values]
 
     def samples(self, root_context: Context) -> Samples:
-        """All signals, in the context of the root diagram."""
+        """Reads all signals in the context of the root diagram."""
         log = self._sink.FindLog(root_context)
         ends = np.cumsum([*self._sizes.values()])
         vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
@@ -97,7 +97,7 @@ class SignalLogs(Diagram):
         return self.make_samples(log.sample_times().copy(), vectors | values)
 
     def make_samples(self, time: Array, logged: Mapping[int, Any]) -> Samples:
-        """All signals from times, (T,) s, and the contents of the logs, by port number."""
+        """Makes all signals from times, (T,) s, and from the contents of the logs, by port number."""
         return Samples(self._sources, time, logged)
 
     def clear(self, root_context: Context) -> None:
@@ -126,7 +126,7 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
 
 
 def _logged_ports(sources: Mapping[str, SignalSource], ports: Sequence[OutputPort | InputPort]) -> dict[int, str]:
-    """The ports that need a log, with the name of each log: that of the signal, if the port is a signal."""
+    """The ports that need a log, with the name of each log: the signal's name if the port is a signal."""
     port_names = {
         source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, LoggedPort)
     }

@@ -41,7 +41,7 @@ class DerivedBlock:
 
 
 class DerivedOutput(NamedTuple):
-    """One output of such a block."""
+    """One output of a `DerivedBlock`."""
 
     derived: DerivedBlock
     name: str
@@ -88,8 +88,8 @@ class SignalSources:
             output = self._follow(system, port.get_name(), level)
             if output is not None:
                 return output
-        shown = level.root_port(port)
-        return None if shown is None else self._log_port(shown)
+        root_port = level.root_port(port)
+        return None if root_port is None else self._log_port(root_port)
 
     def _follow(self, system: ArrayBlock, name: str, level: Level) -> DerivedOutput | None:
         """Output of a block if all its sources can be traced, else None; None also within a loop of the search."""
@@ -97,21 +97,21 @@ class SignalSources:
         if key not in self._outputs:
             self._outputs[key] = None
             leaves = {leaf: self._leaf(system, leaf, level) for leaf in system.leaves(name)}
-            traced = {leaf: source for leaf, source in leaves.items() if source is not None}
-            if len(traced) == len(leaves):
-                block = self._blocks.setdefault((system, frozenset(traced)), DerivedBlock(system, traced))
+            leaf_sources = {leaf: source for leaf, source in leaves.items() if source is not None}
+            if len(leaf_sources) == len(leaves):
+                block = self._blocks.setdefault((system, frozenset(leaf_sources)), DerivedBlock(system, leaf_sources))
                 block.outputs.append(name)
                 self._outputs[key] = DerivedOutput(block, name)
         return self._outputs[key]
 
     def _leaf(self, system: ArrayBlock, name: str, level: Level) -> SignalSource | None:
         if system.HasInputPort(name):
-            fed = level.feed(system.GetInputPort(name))
-            if fed is not None and isinstance(fed.system, MultibodyPlant) and fed.level.diagram is None:
-                return self._log_output(fed.system, fed.output_index, fed.input)
-            return None if fed is None else self._trace(fed.output, fed.level)
-        shown = level.root_port(system.GetOutputPort(name))
-        return None if shown is None else self._log_port(shown)
+            feed = level.feed(system.GetInputPort(name))
+            if feed is not None and isinstance(feed.system, MultibodyPlant) and feed.level.diagram is None:
+                return self._log_output(feed.system, feed.output_index, feed.input)
+            return None if feed is None else self._trace(feed.output, feed.level)
+        root_port = level.root_port(system.GetOutputPort(name))
+        return None if root_port is None else self._log_port(root_port)
 
 
 class Samples:
@@ -164,13 +164,13 @@ class Samples:
         """Reads or computes the values of a source; keeps the steps of a block until its last output is computed."""
         if isinstance(source, LoggedPort):
             return self._logged[source.number]
-        computed = self._output_values.setdefault(source.derived, {})
-        if source.name not in computed:
+        values = self._output_values.setdefault(source.derived, {})
+        if source.name not in values:
             steps = self._steps.setdefault(source.derived, _BlockSteps(self, source.derived.leaves))
-            computed[source.name] = source.derived.block.output_over_time(source.name, steps)
-            if len(computed) == len(source.derived.outputs):
+            values[source.name] = source.derived.block.output_over_time(source.name, steps)
+            if len(values) == len(source.derived.outputs):
                 del self._steps[source.derived]
-        return computed[source.name]
+        return values[source.name]
 
 
 def _estimate_of(source: SignalSource) -> Any:

@@ -86,15 +86,15 @@ def build_key(scenario: Scenario, content_of: Callable[[Path], str | None] | Non
     `content_of` gives the fingerprint of a file; None: `fingerprint`.
     """
     models = [*scenario.models, *parts_with_files(scenario.directives)]
-    named = [*(model.file for model in models), scenario.nominal.file, scenario.nominal.calibration]
-    paths = [model_path(file) for file in named if file is not None]
+    files = [*(model.file for model in models), scenario.nominal.file, scenario.nominal.calibration]
+    paths = [model_path(file) for file in files if file is not None]
     places = dict.fromkeys(DIRECTORY if path.is_relative_to(DIRECTORY) else path for path in paths)
     contents = list(map(content_of or fingerprint, places))
     if None in contents:
         return None
     unseeded = replace(scenario.sensor, seed=0)
-    built = replace(scenario, sensor=unseeded, simulator_config=default_simulator_config())
-    return repr(plain_values(built)), *filter(None, contents)  # YAML takes ten times as long
+    plain_scenario = replace(scenario, sensor=unseeded, simulator_config=default_simulator_config())
+    return repr(plain_values(plain_scenario)), *filter(None, contents)  # YAML takes ten times as long
 
 
 def fingerprint(path: Path) -> str | None:
@@ -113,7 +113,7 @@ def fingerprint(path: Path) -> str | None:
 
 
 def seed_random_sources(diagram: Diagram, context: Context, seed: int) -> None:
-    """Gives each RandomSource in a diagram a stream of its own, derived from one seed, 0 or more.
+    """Gives each RandomSource in a diagram a separate stream, derived from one seed, 0 or more.
 
     The fingers to which they belong take turns by their names, whatever their order in a file.
 
@@ -169,8 +169,8 @@ def simulate(scenario: Scenario, meshcat: Meshcat | None = None, progress: Progr
         SimulationDivergedError: if the state is no longer finite.
     """
     station = cached_station(scenario) if meshcat is None else make_private_station(scenario, meshcat)
-    with nullcontext(progress) if progress else progress_of_long_runs(scenario.duration) as shown:
-        return run_station(station, meshcat, shown)
+    with nullcontext(progress) if progress else progress_of_long_runs(scenario.duration) as report:
+        return run_station(station, meshcat, report)
 
 
 class Run(NamedTuple):
@@ -197,11 +197,11 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
 
     `described` as for `run_station`.
     """
-    for engine, alike in groupby(scenarios, lambda scenario: scenario.engine):
+    for engine, engine_scenarios in groupby(scenarios, lambda scenario: scenario.engine):
         if engine == DRAKE:
-            yield from (_run(scenario, described) for scenario in alike)
+            yield from (_run(scenario, described) for scenario in engine_scenarios)
         else:
-            yield from registered("ENGINES")[engine]([*alike], described)
+            yield from registered("ENGINES")[engine]([*engine_scenarios], described)
 
 
 def engine_step(scenario: Scenario) -> float | None:
@@ -355,10 +355,10 @@ def advance(simulator: Simulator, station: Station, time: float) -> bool:
         raise failure
     reason = str(failure).strip().splitlines()[0] if failure is not None else ""
     names = station.plant.GetStateNames()
-    worst = names[bad[0] if len(bad) else int(np.argmax(np.abs(state)))]
+    worst_state = names[bad[0] if len(bad) else int(np.argmax(np.abs(state)))]
     drake = f" (Drake: {reason})" if reason else ""
     raise SimulationDivergedError(
-        f"the simulation diverged before t = {context.get_time():.4g} s in state {worst}; likely cause:"
+        f"the simulation diverged before t = {context.get_time():.4g} s in state {worst_state}; likely cause:"
         f" a time step too long, or a contact or spring too stiff for the solver{drake}"
     ) from failure
 

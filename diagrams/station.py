@@ -137,7 +137,7 @@ def add_station(
             scene = add_plant(builder, scenario, visuals)
         else:
             scene = add_copy(builder, like.scene, scenario.models)
-            notes += [each for each in like.notes if each not in notes]
+            notes += [note for note in like.notes if note not in notes]
         made_by = (name_of(make_sensor, scenario.sensor.type), name_of(make_estimator, scenario.estimator.type))
         check_finger_names("scenario", (finger.finger.name for finger in scene.fingers))
         plant, scene_graph, fingers, deformables, _, mimics = scene
@@ -151,10 +151,10 @@ def add_station(
         set_point = add_drive_commands(builder, station, drive)
         if scenario.arm is not None:
             add_arm(builder, station, scenario.arm, set_point)
-        free = [model.name for model in scenario.models if model.free]
+        free_names = [model.name for model in scenario.models if model.free]
         arm = None if scenario.arm is None else scenario.arm.model
         wrenches = scenario.record.truth != "none"
-        station.signals |= add_plant_signals(builder, scene, free, arm, wrenches)
+        station.signals |= add_plant_signals(builder, scene, free_names, arm, wrenches)
         if meshcat is not None:
             from soft_gripper.diagrams.view.meshcat_view import add_meshcat_view
 

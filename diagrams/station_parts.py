@@ -55,7 +55,7 @@ class StationParts:
         return Scene(self.plant, self.scene_graph, [*self.fingers], self.deformables, None, self.mimics)
 
     @property
-    def about(self) -> dict[str, str]:
+    def attributes(self) -> dict[str, str]:
         """Attributes of a recording: scenario, versions, frames, notes on its files."""
         return provenance(self.scenario, self.sensor, self.estimator, self.notes)
 
@@ -90,7 +90,7 @@ class StationParts:
 
 @dataclass(frozen=True)
 class Station:
-    """A station that is a diagram of its own, with a log for every signal.
+    """A station as a complete diagram, with a log for every signal.
 
     The output ports of the diagram are the named signals, in a private station those that it computes; its input ports,
     the commands that the scenario leaves open.
@@ -122,7 +122,7 @@ class Station:
 
         Without attributes if it is not `described`: the text of a scenario takes longer than a short run.
         """
-        about = self.parts.about if described else {}
+        attributes = self.parts.attributes if described else {}
         if not self.removed:
-            return read_logs(self.logs, context, about)
-        return make_recording(self.logs.labels, self.logs.samples(context), about)
+            return read_logs(self.logs, context, attributes)
+        return make_recording(self.logs.labels, self.logs.samples(context), attributes)

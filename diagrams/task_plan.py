@@ -79,15 +79,16 @@ def first_collision(
     Returns:
         The deepest collision at the first positions with a collision; None if there is none.
     """
-    context, scene_context = plant.GetMyMutableContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
-    own = frozenset(robot)
+    context = plant.GetMyMutableContextFromRoot(root)
+    scene_context = scene_graph.GetMyContextFromRoot(root)
+    robot_bodies = frozenset(robot)
     for index, q in enumerate(positions):
         plant.SetPositions(context, q)
         query = scene_graph.get_query_output_port().Eval(scene_context)
         for pair in sorted(query.ComputePointPairPenetration(), key=lambda pair: -pair.depth):
             bodies = _bodies(plant, query.inspector(), pair)
-            if pair.depth > allowed and len(bodies & own) == 1:
-                (body,), (obstacle,) = bodies & own, bodies - own
+            if pair.depth > allowed and len(bodies & robot_bodies) == 1:
+                (body,), (obstacle,) = bodies & robot_bodies, bodies - robot_bodies
                 return Collision(index, _name(plant, body), _name(plant, obstacle), pair.depth)
     return None
 
@@ -108,8 +109,8 @@ def reported_pose(task: TaskConfig, models: Sequence[ModelConfig]) -> RigidTrans
     (X_WO,) = (model.X_PC.GetDeterministicValue() for model in models if model.name == task.object)
     error = task.pose_error
     shift = np.array([error.x, error.y, 0.0])
-    turned = RotationMatrix.MakeZRotation(error.yaw) @ X_WO.rotation()
-    return RigidTransform(turned, X_WO.translation() + shift)
+    orientation = RotationMatrix.MakeZRotation(error.yaw) @ X_WO.rotation()
+    return RigidTransform(orientation, X_WO.translation() + shift)
 
 
 POSTURE_SPACING = 0.02  # rad or m, maximum motion of a joint between two checked postures
@@ -160,11 +161,11 @@ def _object_bodies(plant: MultibodyPlant, task: TaskConfig) -> list[RigidBody]:
 
 def _postures(phase: Phase) -> Array:
     """Postures along the motion of a phase, about evenly spaced, (K, n)."""
-    fine = phase.motion.vector_values(np.linspace(0.0, phase.duration, 500)).T
-    travel = np.concatenate([[0.0], np.abs(np.diff(fine, axis=0)).max(axis=1).cumsum()])
+    dense_postures = phase.motion.vector_values(np.linspace(0.0, phase.duration, 500)).T
+    travel = np.concatenate([[0.0], np.abs(np.diff(dense_postures, axis=0)).max(axis=1).cumsum()])
     count = 2 + int(travel[-1] / POSTURE_SPACING)
-    evenly = np.linspace(0.0, travel[-1], count)
-    return np.array([np.interp(evenly, travel, joint) for joint in fine.T]).T
+    even_travel = np.linspace(0.0, travel[-1], count)
+    return np.array([np.interp(even_travel, travel, joint) for joint in dense_postures.T]).T
 
 
 def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> RigidTransform | None:
@@ -229,8 +230,8 @@ def plan_phases(task: TaskConfig, models: Sequence[ModelConfig], arm: Arm) -> tu
 
 
 def _plan_motions(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home: Array) -> tuple[Phase, ...]:
-    watched = [i for i, config in enumerate(configs) if config.holds or config.until]
-    end = len(configs) + len(RESCUE) * len(watched)
+    watched_indices = [i for i, config in enumerate(configs) if config.holds or config.until]
+    end = len(configs) + len(RESCUE) * len(watched_indices)
     phases: list[Phase] = []
     posture = home
     opening = math.nan
@@ -239,9 +240,9 @@ def _plan_motions(planner: "MotionPlanner", configs: Sequence[PhaseConfig], home
         posture = end_of(motion)
         opening = opening if config.opening is None else config.opening
         follower = i + 1 if i + 1 < len(configs) else end
-        rescue = len(configs) + len(RESCUE) * watched.index(i) if i in watched else None
+        rescue = len(configs) + len(RESCUE) * watched_indices.index(i) if i in watched_indices else None
         phases.append(Phase(config.name, motion, opening, follower, config.until, config.rest, config.holds, rescue))
-    for i in watched:
+    for i in watched_indices:
         motions = planner.rescue(f"task.phases[{i}] '{configs[i].name}', its rescue", end_of(phases[i].motion))
         for name, motion in zip(RESCUE, motions, strict=True):
             follower = end if name == RESCUE[-1] else len(phases) + 1
@@ -295,11 +296,11 @@ class MotionPlanner:
         X_WTool = tool_pose(self._arm.plant, self._arm.tool, start)
         goals = [self._goal(phase) for phase in self._task.phases if phase.to in ("object", "goal")]
         rise = max((X_WGoal.translation()[2] for X_WGoal in goals), default=-np.inf) - X_WTool.translation()[2]
-        stay = up = self._timed(where, joint_path(start, start), 1.0)
+        wait_motion = rise_motion = self._timed(where, joint_path(start, start), 1.0)
         if rise > 0:
-            above = RigidTransform([0.0, 0.0, rise]) @ X_WTool
-            up = self._to_pose(where, PhaseConfig(to="straight up", straight=True), above, start)
-        return stay, up, self._timed(where, joint_path(end_of(up), self._arm.home), 1.0)
+            X_WRaised = RigidTransform([0.0, 0.0, rise]) @ X_WTool
+            rise_motion = self._to_pose(where, PhaseConfig(to="straight up", straight=True), X_WRaised, start)
+        return wait_motion, rise_motion, self._timed(where, joint_path(end_of(rise_motion), self._arm.home), 1.0)
 
     def _goal(self, config: PhaseConfig) -> RigidTransform:
         """The goal pose of the gripper in the world."""

@@ -18,7 +18,7 @@ class Level(NamedTuple):
         """The level of a builder's systems."""
         return cls(builder.connection_map())
 
-    def inside(self, diagram: Diagram) -> "Level":
+    def inner_level(self, diagram: Diagram) -> "Level":
         """The level of the systems in a diagram of this level."""
         return Level(diagram.connection_map(), diagram, self)
 
@@ -40,8 +40,8 @@ class Level(NamedTuple):
             return port
         key = port.get_system(), port.get_index()
         outer = map(self.diagram.get_output_port, range(self.diagram.num_output_ports()))
-        shown = (port for port in outer if tuple(self.diagram.get_output_port_locator(port.get_index())) == key)
-        port_above = next(shown, None)
+        matches = (port for port in outer if tuple(self.diagram.get_output_port_locator(port.get_index())) == key)
+        port_above = next(matches, None)
         return None if port_above is None else self.above.root_port(port_above)
 
     def leaf_output(self, port: OutputPort) -> "tuple[OutputPort, Level]":
@@ -50,7 +50,7 @@ class Level(NamedTuple):
         if not isinstance(system, Diagram):
             return port, self
         inner, index = system.get_output_port_locator(port.get_index())
-        return self.inside(system).leaf_output(inner.get_output_port(index))
+        return self.inner_level(system).leaf_output(inner.get_output_port(index))
 
 
 class Feed(NamedTuple):
@@ -68,9 +68,9 @@ class Feed(NamedTuple):
 
 
 def leaf_systems(system: System, level: Level) -> Iterator[tuple[LeafSystem, Level]]:
-    """All leaf systems of a system at a level, which may be a leaf itself, with their levels."""
+    """Yields the leaf systems of a system at a level, with their levels; the system may be a leaf itself."""
     if isinstance(system, Diagram):
         for inner in system.GetSystems():
-            yield from leaf_systems(inner, level.inside(system))
+            yield from leaf_systems(inner, level.inner_level(system))
     else:
         yield system, level

@@ -141,7 +141,7 @@ class ArrayBlock(LeafSystem):
         begin_of: tuple[Callable[[Array], Array], str] | None = None,
         over_time: Callable[..., Any] | None = None,
     ) -> None:
-        """Declares a step that also depends on what is remembered of the sample before.
+        """Declares a step that also depends on values remembered from the sample before.
 
         Args:
             name: of the step.
@@ -161,9 +161,11 @@ class ArrayBlock(LeafSystem):
     def add(self, name: str, step: Step, kept: bool = True) -> None:
         """Adds any step but an input; where it has one reader, it need not be `kept` for others."""
         self.steps[name] = step
-        reads, tickets = [self._read[source] for source in step.sources], self._tickets_of(step.sources)
+        reads = [self._read[source] for source in step.sources]
+        tickets = self._tickets_of(step.sources)
         if step.memory is not None:
-            reads, tickets = [self._declare_state(name, step.memory.begin), *reads], tickets | {self.xd_ticket()}
+            reads = [self._declare_state(name, step.memory.begin), *reads]
+            tickets = tickets | {self.xd_ticket()}
         assert step.function is not None
         if step.function is same:
             (self._read[name],), self._tickets[name] = reads, tickets

@@ -27,7 +27,7 @@ class Cached:
     """A value of any kind in the cache of a block's context."""
 
     def __init__(self, block: LeafSystem, name: str, calc: Callable[[Context, AbstractValue], None], tickets: set[Any]):
-        """`calc` sets the value from what the `tickets` stand for, and must not keep the block alive, see `weakly`."""
+        """`calc` sets the value from the quantities of `tickets`; it must not keep the block alive, see `weakly`."""
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(object()), calc=calc)
         self._block = block
         self._index = block.DeclareCacheEntry(name, producer, tickets).cache_index()
@@ -42,13 +42,13 @@ _Key = TypeVar("_Key")
 _T = TypeVar("_T")
 
 
-def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], most: int) -> _T:
-    """Value stored for a key, or else made now; the `most` that were used last stay in the store."""
+def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], max_count: int) -> _T:
+    """Value stored for a key, or else made now; the `max_count` that were used last stay in the store."""
     try:
         value = store.pop(key)
     except KeyError:
         value = make()
     store[key] = value
-    while len(store) > most:
+    while len(store) > max_count:
         store.popitem(last=False)
     return value

@@ -1,4 +1,4 @@
-"""Mistakes and failures, reported in one line."""
+"""Errors of user input and failed simulations, each reported in one line."""
 
 import difflib
 import re
@@ -21,7 +21,7 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
-        return in_one_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
+        return single_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """This error, reported from the file or option that contains the mistake."""
@@ -37,9 +37,9 @@ class WorkerDiedError(RuntimeError):
 
 
 def suggestion(name: object, valid_names: Iterable[str]) -> str:
-    """A hint beside a name that is not known: the nearest of those that are, or all of them."""
+    """Hint beside an unknown name: the nearest known names, or all of them."""
     names = list(valid_names)
-    return did_you_mean(near_names(name, names)) or f"known: {', '.join(names)}"
+    return did_you_mean(similar_names(name, names)) or f"known: {', '.join(names)}"
 
 
 def did_you_mean(names: Iterable[str]) -> str:
@@ -48,24 +48,25 @@ def did_you_mean(names: Iterable[str]) -> str:
     return f"did you mean {choices}?" if choices else ""
 
 
-def near_names(name: object, valid_names: Iterable[str]) -> list[str]:
+def similar_names(name: object, valid_names: Iterable[str]) -> list[str]:
     """Valid names that an unknown one may stand for: the one spelt like it, then those that contain it.
 
     A part is the beginning of a name, or all but its first word, as in 'max' for 'maximum' or 'step' for 'time_step'.
     """
-    wanted, names = str(name).lower(), list(dict.fromkeys(valid_names))
-    is_part = _MIN_PART_LENGTH <= len(wanted) <= _MAX_NAME
-    longer = re.compile(rf"{re.escape(wanted)}.*|[^\W_]+[\W_]{re.escape(wanted)}")
-    parts = [other for other in names if is_part and longer.fullmatch(other[:_MAX_NAME].lower())]
-    return list(dict.fromkeys(_spelt_like(wanted, names) + parts))[:_MAX_SUGGESTIONS]
+    lowered, names = str(name).lower(), list(dict.fromkeys(valid_names))
+    is_part = _MIN_PART_LENGTH <= len(lowered) <= _MAX_NAME
+    part_pattern = re.compile(rf"{re.escape(lowered)}.*|[^\W_]+[\W_]{re.escape(lowered)}")
+    parts = [valid_name for valid_name in names if is_part and part_pattern.fullmatch(valid_name[:_MAX_NAME].lower())]
+    return list(dict.fromkeys(_spelt_like(lowered, names) + parts))[:_MAX_SUGGESTIONS]
 
 
 def _spelt_like(name: str, valid_names: Iterable[str]) -> list[str]:
     """The valid name that differs least in its letters, or only in their order; none if all differ much."""
-    wanted, by_letters = _letters(name), {_letters(other): other for other in valid_names}
-    near = difflib.get_close_matches(wanted, by_letters, n=1, cutoff=_MIN_LIKENESS)
-    swapped = [letters for letters in by_letters if sorted(letters) == sorted(wanted)]
-    return [by_letters[letters] for letters in (near or swapped)[:1]]
+    own_letters = _letters(name)
+    names_by_letters = {_letters(valid_name): valid_name for valid_name in valid_names}
+    close_matches = difflib.get_close_matches(own_letters, names_by_letters, n=1, cutoff=_MIN_LIKENESS)
+    reorderings = [letters for letters in names_by_letters if sorted(letters) == sorted(own_letters)]
+    return [names_by_letters[letters] for letters in (close_matches or reorderings)[:1]]
 
 
 def _letters(name: str) -> str:
@@ -92,7 +93,7 @@ def described(error: BaseException) -> str:
     return message if message == type(error).__name__ else f"{type(error).__name__}: {message}"
 
 
-def in_one_line(text: str) -> str:
+def single_line(text: str) -> str:
     """Text without characters that break the line or move the cursor of a terminal."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and its like, held back while something must not be left half done."""
+"""Delays Ctrl-C, SIGTERM and SIGHUP while work must not be left half done."""
 
 import signal
 import threading
@@ -17,11 +17,11 @@ def waiting() -> Iterator[None]:
 
     Libraries catch any exception of their optional imports, SystemExit too, and would go on as if nothing had happened.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
+    old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)
 
 
 @contextmanager
@@ -32,16 +32,16 @@ def held_back() -> Iterator[Callable[[], bool]]:
     one after an exception while it is being written. A second signal, half a second later or more, ends the process at
     once. A signal that the process ignores, such as SIGHUP under nohup, stays ignored.
     """
-    came: list[float] = []
+    signal_times: list[float] = []
 
     def note(number: int, _: object) -> None:
-        if came and time.monotonic() > came[0] + _REPEAT_TIME:
+        if signal_times and time.monotonic() > signal_times[0] + _REPEAT_TIME:
             signal.signal(number, signal.SIG_DFL)
             signal.raise_signal(number)
-        came.append(time.monotonic())
+        signal_times.append(time.monotonic())
 
     with _signal_handler(note):
-        yield lambda: bool(came)
+        yield lambda: bool(signal_times)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from soft_gripper.errors import in_one_line
+from soft_gripper.errors import single_line
 
 # The temporary folder in which Drake reads a file made from another one, and what is added to the file's name.
 PREFIX, MARK = "soft-gripper-", ".expanded"
@@ -31,20 +31,20 @@ class _NotePrinter(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         if record.name == _DRAKE_LOGGER or record.levelno >= logging.WARNING:
-            most = _MAX_OWN_NOTES if record.name.startswith(__package__) else _MAX_LIBRARY_NOTES
-            self.note(original_message(record.getMessage()), most)
+            max_count = _MAX_OWN_NOTES if record.name.startswith(__package__) else _MAX_LIBRARY_NOTES
+            self.note(original_message(record.getMessage()), max_count)
 
-    def note(self, message: str, most: int = _MAX_LIBRARY_NOTES) -> None:
-        text, seen = in_one_line(" ".join(message.split())), self._seen[most]
-        if text in seen or len(seen) > most:
+    def note(self, message: str, max_count: int = _MAX_LIBRARY_NOTES) -> None:
+        text, messages = single_line(" ".join(message.split())), self._seen[max_count]
+        if text in messages or len(messages) > max_count:
             return
-        seen.add(text)
-        print(f"note: {text}" if len(seen) <= most else "note: ... and more", file=sys.stderr)
+        messages.add(text)
+        print(f"note: {text}" if len(messages) <= max_count else "note: ... and more", file=sys.stderr)
 
 
 @contextmanager
 def drop_messages(drop: Callable[[str], bool]) -> Iterator[None]:
-    """Drops those of Drake's messages for which a function returns True."""
+    """Drops Drake's messages that a function selects."""
     drake = logging.getLogger(_DRAKE_LOGGER)
 
     def concerns_us(record: logging.LogRecord) -> bool:
@@ -65,12 +65,12 @@ def printed_as_notes() -> Iterator[None]:
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
         handler.note(f"numbers out of range: {message}" if issubclass(category, RuntimeWarning) else str(message))
 
-    before = root.handlers, drake.handlers, drake.level
+    old_handlers = root.handlers, drake.handlers, drake.level
     root.handlers, drake.handlers = [handler], []
     try:
         with warnings.catch_warnings():
             warnings.showwarning = show  # type: ignore[assignment]
             yield
     finally:
-        root.handlers, drake.handlers = before[:2]
-        drake.setLevel(before[2])
+        root.handlers, drake.handlers = old_handlers[:2]
+        drake.setLevel(old_handlers[2])

@@ -63,8 +63,8 @@ class PiecewiseLinear:
     @cached_property
     def _line(self) -> tuple[Array, Array, Array] | None:
         """A point and the slope, if there is only one piece."""
-        single = self.slopes.shape[-1] == 1
-        return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if single else None
+        is_single = self.slopes.shape[-1] == 1
+        return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if is_single else None
 
     def inverse(self) -> "PiecewiseLinear":
         """The curve from y back to x."""
@@ -92,20 +92,20 @@ class PiecewiseLinearBlock(Diagram):
         lower, upper = np.hstack([-endless, inner]), np.hstack([inner, endless])
         offset = curves(np.zeros(count)) - (curves.slopes * np.clip(0.0, lower, upper)).sum(axis=1)
         builder = DiagramBuilder()
-        pieces = [Saturation(low, up) for low, up in zip(lower.T, upper.T, strict=True)]
-        together = builder.AddNamedSystem("pieces", Multiplexer([count] * len(pieces)))
+        pieces = [Saturation(low, high) for low, high in zip(lower.T, upper.T, strict=True)]
+        multiplexer = builder.AddNamedSystem("pieces", Multiplexer([count] * len(pieces)))
         weights = np.hstack([np.diag(slope) for slope in curves.slopes.T])
         weighted = builder.AddNamedSystem("slopes", MatrixGain(weights))
         constant = builder.AddNamedSystem("offset", ConstantVectorSource(offset))
         total = builder.AddNamedSystem("sum", Adder(2, count))
         for i, piece in enumerate(pieces):
             builder.AddNamedSystem(f"piece_{i}", piece)
-            builder.Connect(piece.get_output_port(), together.get_input_port(i))
+            builder.Connect(piece.get_output_port(), multiplexer.get_input_port(i))
             if i == 0:
                 builder.ExportInput(piece.get_input_port(), "x")
             else:
                 builder.ConnectInput("x", piece.get_input_port())
-        builder.Connect(together.get_output_port(), weighted.get_input_port())
+        builder.Connect(multiplexer.get_output_port(), weighted.get_input_port())
         builder.Connect(weighted.get_output_port(), total.get_input_port(0))
         builder.Connect(constant.get_output_port(), total.get_input_port(1))
         builder.ExportOutput(total.get_output_port(), "y")

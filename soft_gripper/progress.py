@@ -15,7 +15,7 @@ _DRAWING_PERIOD = 0.5  # s, so that drawing takes no time from the run
 
 
 def simulated_seconds(total: float, name: str, **settings: Any) -> "tqdm[None]":
-    """A progress bar of simulated seconds; `settings` as of tqdm."""
+    """A progress bar of simulated seconds; `settings` go to tqdm."""
     form = f"{{desc}} {{bar}} {SIMULATED}"
     settings |= {"mininterval": _DRAWING_PERIOD, "dynamic_ncols": True}
     return _bar_type()(total=total, desc=name, bar_format=form, **settings)

@@ -82,9 +82,9 @@ class Rule:
         high_enough = (self.above is None or value > self.above) and (self.least is None or value >= self.least)
         if not (low_enough and high_enough):
             return f"must be {self.limits} {self.unit}".rstrip()
-        least, most = self.sizes
-        fits = value == 0 or least <= abs(value) <= most
-        return None if fits else f"must be a finite number: 0, or {least:g} to {most:g} in size"
+        low, high = self.sizes
+        fits = value == 0 or low <= abs(value) <= high
+        return None if fits else f"must be a finite number: 0, or {low:g} to {high:g} in size"
 
     def _group_violation(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
         if self.filled and not value:
@@ -108,10 +108,10 @@ def valid(unit: str = "", **rule: Any) -> dict[str, Rule]:
 def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
     """A field with a default and a Rule; a list or mapping is copied."""
     if isinstance(default, list | dict):
-        declared: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
+        declaration: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
     else:
-        declared = field(default=default, metadata=valid(unit, **rule))
-    typed: _T = declared
+        declaration = field(default=default, metadata=valid(unit, **rule))
+    typed: _T = declaration
     return typed
 
 

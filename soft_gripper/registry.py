@@ -52,8 +52,10 @@ class Registry(dict[str, _T]):
         field = field or self._field
         module, _, function = name.rpartition(":")
         if not module or not function:
-            own = '"module:function" of your own'
-            raise InputError(where, field, name, f"{suggestion(name, self)} (or give {own})" if self else f"give {own}")
+            own_form = '"module:function" of your own'
+            raise InputError(
+                where, field, name, f"{suggestion(name, self)} (or give {own_form})" if self else f"give {own_form}"
+            )
         try:
             function_or_class: _T = _find_named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
@@ -65,12 +67,12 @@ class Registry(dict[str, _T]):
 
 
 def _search_hint(module: str) -> str:
-    """Hint on the places in which a missing module was searched, and on the file there that may be meant."""
+    """Hint on the searched places of a missing module, and on a similar file there."""
     path = Path(module).expanduser()
     if module.endswith(".py"):
         return _nearest(path.name, [file.name for file in path.parent.glob("*.py")])
-    near = _nearest(module, [file.stem for file in Path.cwd().glob("*.py")])
-    return f"; looked where Python looks, and in {Path.cwd()}{near}"
+    similar_file = _nearest(module, [file.stem for file in Path.cwd().glob("*.py")])
+    return f"; looked where Python looks, and in {Path.cwd()}{similar_file}"
 
 
 OWN = Registry[Callable[..., Any]]("function")  # where nothing is registered: a user's own alone
@@ -81,7 +83,7 @@ def registered(kind: str) -> dict[str, Callable[..., Any]]:
 
     An extra declares it in its module `adds` as {name: "module:function"}, see docs/howto/own_extra.md.
     """
-    return {name: _load_on_call(text) for declared in added(kind) for name, text in declared.items()}
+    return {name: _load_on_call(text) for additions in added(kind) for name, text in additions.items()}
 
 
 def _load_on_call(text: str) -> Callable[..., Any]:
@@ -90,8 +92,8 @@ def _load_on_call(text: str) -> Callable[..., Any]:
 
 def with_added_fields(cls: _Class) -> _Class:
     """A class of the schema, before it becomes a dataclass, with the fields that extras add to it in `FIELDS`."""
-    for declared in added("FIELDS"):
-        for field in fields(declared[cls.__name__]) if cls.__name__ in declared else ():
+    for additions in added("FIELDS"):
+        for field in fields(additions[cls.__name__]) if cls.__name__ in additions else ():
             cls.__annotations__[field.name] = field.type
             setattr(cls, field.name, copy(field))
     return cls
@@ -179,15 +181,15 @@ def _nearest(name: str, valid_names: Iterable[str]) -> str:
 
 
 def _import_module(module: str) -> ModuleType:
-    """A module by its name, for which the current folder is searched last, or by its file, which is run once."""
+    """Imports a module by its name, with the current folder searched last, or by its file, which is run once."""
     if module.endswith(".py"):
         return _import_file(module)
-    here = str(Path.cwd())
-    sys.path.append(here)
+    folder = str(Path.cwd())
+    sys.path.append(folder)
     try:
         return importlib.import_module(module)
     finally:
-        sys.path.remove(here)
+        sys.path.remove(folder)
 
 
 def _import_file(file: str) -> ModuleType:

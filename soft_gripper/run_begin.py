@@ -1,11 +1,11 @@
-"""When a run began: its schedules count from there, so that a run may begin at any time."""
+"""Time since the beginning of a run, s: schedules count from there, so that a run may begin at any time."""
 
 from collections.abc import Callable
 
 from pydrake.systems.framework import Context, DiscreteStateIndex, LeafSystem, State
 
 
-def since_begin(system: LeafSystem) -> Callable[[Context], float]:
+def declare_run_time(system: LeafSystem) -> Callable[[Context], float]:
     """Declares the state of a system that holds when a run began.
 
     It is taken when a run is initialized, before any discrete update. A run that goes on with the context of another,

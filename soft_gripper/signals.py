@@ -58,9 +58,9 @@ def describe(
 
 def signal_of(port: OutputPort) -> Signal:
     """Signal of a vector port; if nothing is declared, no unit, and entries numbered from 0."""
-    declared: dict[str, Signal] = getattr(port.get_system(), _SIGNALS_ATTRIBUTE, {})
-    counted = {"entry": range(port.size())} if port.size() > 1 else {}
-    return declared.get(port.get_name(), Signal(axes=counted))
+    signals: dict[str, Signal] = getattr(port.get_system(), _SIGNALS_ATTRIBUTE, {})
+    entry_labels = {"entry": range(port.size())} if port.size() > 1 else {}
+    return signals.get(port.get_name(), Signal(axes=entry_labels))
 
 
 def export_outputs(system: System, sources: Mapping[str, OutputPort]) -> None:

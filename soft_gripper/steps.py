@@ -28,7 +28,7 @@ _NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
 
 def same(value: Any) -> Any:
-    """The value itself."""
+    """Returns its argument."""
     return value
 
 
@@ -90,7 +90,7 @@ def sampled(source: str, begin: Array, at_initialization: bool = True, at_first:
 
 
 class Steps(dict[str, Step]):
-    """Steps by name, in an order in which each follows from those before it, and functions of the outputs."""
+    """Steps by name, each after its sources, and functions of the outputs."""
 
     def __init__(self, steps: Mapping[str, Step] = _NO_VALUES, outputs: Mapping[str, Output] = _NO_VALUES):
         super().__init__(steps)
@@ -104,7 +104,7 @@ class Steps(dict[str, Step]):
         return Counter(name for names in (*map(_sources, self.values()), *memories, *outputs) for name in names)
 
     def value(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
-        """The value of a step.
+        """Computes or looks up the value of a step.
 
         Args:
             name: of the step.
@@ -121,7 +121,7 @@ class Steps(dict[str, Step]):
         return value
 
     def output(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
-        """An output, see `value`."""
+        """Computes an output, see `value`."""
         function, sources = self.outputs[name]
         return function(*[self.value(source, step_values, remembered) for source in sources])
 
@@ -132,8 +132,8 @@ class Steps(dict[str, Step]):
     @cached_property
     def recorded(self) -> "Steps":
         """The steps at all samples of a recording, (T, ...), without memories."""
-        computed = {name: step for name, step in self.items() if step.function is not None and step.over_time}
-        steps = {name: Step(step.over_time, step.sources_over_time) for name, step in computed.items()}
+        computed_steps = {name: step for name, step in self.items() if step.function is not None and step.over_time}
+        steps = {name: Step(step.over_time, step.sources_over_time) for name, step in computed_steps.items()}
         return Steps(steps, self.outputs)
 
     def follows(self, output: str, remembers: bool) -> bool:

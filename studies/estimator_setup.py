@@ -53,14 +53,14 @@ class EstimatorSetup:
     @property
     def uncertainty(self) -> Uncertainty:
         """The uncertainty that the estimator declares."""
-        declared = uncertainty_of(self.errors) if self.reading is None else Uncertainty(reading=self.reading)
+        sensor_uncertainty = uncertainty_of(self.errors) if self.reading is None else Uncertainty(reading=self.reading)
         if self.model in (MODELS[1], NOMINAL):
-            return declared
-        return replace(declared, bend_per_pressure=math.hypot(EXACT, self.declared))
+            return sensor_uncertainty
+        return replace(sensor_uncertainty, bend_per_pressure=math.hypot(EXACT, self.declared))
 
     @property
     def sensors(self) -> str:
-        """The sensors in one word."""
+        """Word for the sensors."""
         return REALISTIC if self.noise else "ideal"
 
     @property

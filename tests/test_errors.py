@@ -2,7 +2,7 @@
 
 import pytest
 
-from soft_gripper.errors import InputError, near_names
+from soft_gripper.errors import InputError, similar_names
 
 ERROR = InputError("finger 'left'", "base.width", -0.02, "give a finite number above 0")
 
@@ -55,4 +55,4 @@ def test_a_name_is_near_those_spelt_like_it_or_of_which_it_is_a_part(name, near)
         "kp",
         "seed",
     ]
-    assert near_names(name, known) == near
+    assert similar_names(name, known) == near

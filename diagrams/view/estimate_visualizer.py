@@ -106,7 +106,7 @@ def place_ribbon(meshcat: Meshcat, drawn: DrawnFinger) -> None:
 def _place_pieces(
     meshcat: Meshcat, group: str, drawn: DrawnFinger, size: tuple[float, float], stretch: float, rgba: Rgba
 ) -> None:
-    """Makes a box on either side of every link, of a size (x, y) in m; `stretch` is its length by that of the link."""
+    """Makes a box of size (x, y) m on either side of every link; `stretch` is box length over link length."""
     for i, length in enumerate(stretch * np.diff(drawn.finger.link_ends)):
         for side, sign in _SIDE_SIGNS.items():
             path = f"{group}/{drawn.name}/{i}/{side}"
@@ -138,13 +138,13 @@ _SHAFT_RADIUS, _HEAD_LENGTH, _HEAD_RADIUS = 0.9e-3, 5e-3, 2.2e-3  # m
 def place_arrow(meshcat: Meshcat, drawn: DrawnFinger) -> None:
     """Makes the arrow, hidden: along z from the origin, with a shaft of 1 m that is scaled later."""
     path = _arrow_path(drawn)
-    aside = drawn.sides[1] + PROUD
-    turned = RotationMatrix.MakeXRotation(np.pi)  # a cone in Meshcat has its apex at the origin
-    for side, y in [("middle", 0.0)] if is_in_space(drawn.signals) else [("left", aside), ("right", -aside)]:
+    offset = drawn.sides[1] + PROUD
+    R_flip = RotationMatrix.MakeXRotation(np.pi)  # a cone in Meshcat has its apex at the origin
+    for side, y in [("middle", 0.0)] if is_in_space(drawn.signals) else [("left", offset), ("right", -offset)]:
         meshcat.SetObject(f"{path}/shaft/{side}", Cylinder(_SHAFT_RADIUS, 1.0), ARROW_COLOR)
         meshcat.SetTransform(f"{path}/shaft/{side}", RigidTransform([0.0, y, 0.5]))
         meshcat.SetObject(f"{path}/head/{side}", MeshcatCone(_HEAD_LENGTH, _HEAD_RADIUS, _HEAD_RADIUS), ARROW_COLOR)
-        meshcat.SetTransform(f"{path}/head/{side}", RigidTransform(turned, [0.0, y, _HEAD_LENGTH]))
+        meshcat.SetTransform(f"{path}/head/{side}", RigidTransform(R_flip, [0.0, y, _HEAD_LENGTH]))
     meshcat.SetProperty(path, "visible", False)
 
 
@@ -165,9 +165,9 @@ def draw_arrow(meshcat: Meshcat, drawn: DrawnFinger, corners: Array, contact: Co
     meshcat.SetProperty(path, "visible", ends is not None, time)
     if ends is not None:
         begin = ends[0]
-        along = ends[1] - ends[0]
-        _pose(meshcat, path, begin, RotationMatrix(frames_along(along)), time)
-        length = rounded(max(float(np.linalg.norm(along)) - _HEAD_LENGTH, 0.0))
+        shaft = ends[1] - ends[0]
+        _pose(meshcat, path, begin, RotationMatrix(frames_along(shaft)), time)
+        length = rounded(max(float(np.linalg.norm(shaft)) - _HEAD_LENGTH, 0.0))
         meshcat.SetProperty(f"{path}/shaft", "scale", [1.0, 1.0, length], time)
         meshcat.SetProperty(f"{path}/head", "position", [0.0, 0.0, length], time)
 

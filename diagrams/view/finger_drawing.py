@@ -33,8 +33,8 @@ def drawn_signals(signals: Collection[str]) -> list[str]:
 
     A finger that only bends is drawn in its plane, where its curve is one of arcs.
     """
-    others = {f"estimated_{joints_port(way)}" for way in AXES if way != "bending"}
-    first = 0 if others & {*signals} else 1
+    other_names = {f"estimated_{joints_port(deformation)}" for deformation in AXES if deformation != "bending"}
+    first = 0 if other_names & {*signals} else 1
     shape, contact = (
         next((names for names in choices[first:] if {*names} <= {*signals}), ()) for choices in (SHAPES, CONTACTS)
     )
@@ -66,11 +66,11 @@ class Contact(NamedTuple):
 def estimated_contact(signals: Mapping[str, Array], corners: Array) -> Contact | None:
     """The contact of signals by name; None if it is not among them."""
     lead = corners.shape[:-2]
-    in_space, in_plane = ({*names} <= signals.keys() for names in CONTACTS)
-    if not in_space and not in_plane:
+    has_space_force, has_plane_force = ({*names} <= signals.keys() for names in CONTACTS)
+    if not has_space_force and not has_plane_force:
         return None
     s = signals["contact_arc_length"].reshape(lead)
-    if in_space:
+    if has_space_force:
         return Contact(signals["contact_force_vector"].reshape(*lead, 3), s, signals["contact_side"].reshape(lead))
     force = signals["contact_force"].reshape(lead)
     inward = points_on_links(corners, s)[1][..., 0]
@@ -115,10 +115,10 @@ def pressed_point(finger: Finger, corners: Array, s: float, side: float) -> Arra
     section = finger.section(s)
     half = np.array([section.inner_face - section.outer_face, section.width]) / 2
     toward = np.array([np.cos(side), np.sin(side)])
-    across = toward * np.min(half / np.maximum(np.abs(toward), 1e-9))
-    across[0] += (section.inner_face + section.outer_face) / 2
+    to_face = toward * np.min(half / np.maximum(np.abs(toward), 1e-9))
+    to_face[0] += (section.inner_face + section.outer_face) / 2
     point, frame = points_on_links(corners, np.asarray(s))
-    return np.asarray(point + frame[:, :2] @ across)
+    return np.asarray(point + frame[:, :2] @ to_face)
 
 
 def arrow(begin: Array, force: Array) -> Array | None:
@@ -139,8 +139,8 @@ def contact_arrow(finger: Finger, corners: Array, contact: Contact | None) -> Ar
 
 def to_world(X_WB: Array, points: Array) -> Array:
     """Converts points in B, (..., M, 3) m, to the world; X_WB is the pose of B, [R | p], (..., 3, 4)."""
-    placed: Array = points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
-    return placed
+    points_in_world: Array = points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
+    return points_in_world
 
 
 def force_in_world(signals: Mapping[str, Array], corners: Array) -> tuple[Array, Array] | None:

@@ -119,8 +119,8 @@ def viewing_direction(
         return without_arm
     foot = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(arm.model))[0])
     p_WFoot = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), foot).translation()
-    ahead = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
-    turn = RotationMatrix.MakeZRotation(np.arctan2(ahead[1], ahead[0]) + _CAMERA_TURN)
+    view_vector = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
+    turn = RotationMatrix.MakeZRotation(np.arctan2(view_vector[1], view_vector[0]) + _CAMERA_TURN)
     direction: Array = turn @ np.array([0.0, 1.0, -_CAMERA_DESCENT])
     return direction
 
@@ -138,9 +138,9 @@ def nearest_eye(p_W: Array, R_WC: RotationMatrix, least: Array, most: Array) -> 
     The axes of the picture are R_WC. In these axes, a camera at c sees a point p if the components of p - c
     to the right and down are between `least`, (2), and `most`, (2), times the distance p_z - c_z.
     """
-    along = p_W @ R_WC.matrix()
-    lowest = np.max(along[:, :2] - most * along[:, 2:], axis=0)
-    highest = np.min(along[:, :2] - least * along[:, 2:], axis=0)
+    coordinates = p_W @ R_WC.matrix()
+    lowest = np.max(coordinates[:, :2] - most * coordinates[:, 2:], axis=0)
+    highest = np.min(coordinates[:, :2] - least * coordinates[:, 2:], axis=0)
     depth = np.min((highest - lowest) / (most - least))
     eye: Array = R_WC.matrix() @ [*(lowest + highest + (least + most) * depth) / 2, depth]
     return eye
@@ -207,11 +207,11 @@ def add_meshcat_view(
 
 def _add_others(builder: DiagramBuilder, scene: Scene, meshcat: Meshcat, config: VisualizationConfig) -> None:
     """Adds the further visualizers of Drake's config, without bodies and contacts, which are drawn already."""
-    others = deepcopy(config)
-    others.publish_illustration = others.publish_contacts = False
+    other_config = deepcopy(config)
+    other_config.publish_illustration = other_config.publish_contacts = False
     # Drake also publishes its shapes as LCM messages, which nothing receives; the diagram owns where they go.
-    nowhere = ApplyLcmBusConfig({others.lcm_bus: DrakeLcmParams(lcm_url="memq://")}, builder)
-    ApplyVisualizationConfig(others, builder, nowhere, scene.plant, scene.scene_graph, meshcat)
+    lcm_config = ApplyLcmBusConfig({other_config.lcm_bus: DrakeLcmParams(lcm_url="memq://")}, builder)
+    ApplyVisualizationConfig(other_config, builder, lcm_config, scene.plant, scene.scene_graph, meshcat)
 
 
 def add_estimates(
@@ -228,10 +228,10 @@ def add_estimates(
     """
     plant, scene_graph, fingers, *_ = scene
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD))
-    drawn = [_drawn_finger(scene_graph, finger, signals) for finger in fingers]
+    drawn_fingers = [_drawn_finger(scene_graph, finger, signals) for finger in fingers]
     limit = torque_limit(pressure, fingers)
     # After the visualizer of the bodies, whose colours it sets.
-    estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn, limit, PERIOD))
+    estimates = builder.AddNamedSystem("estimate_visualizer", EstimateVisualizer(meshcat, drawn_fingers, limit, PERIOD))
     builder.Connect(plant.get_body_poses_output_port(), estimates.GetInputPort("body_poses"))
     for name, port in inputs(estimates).items():
         if name != "body_poses":
@@ -277,9 +277,11 @@ def _largest_torque(finger: Finger, pressure: float) -> float:
 
 def _drawn_finger(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort]) -> DrawnFinger:
     skin = tuple(geometry_paths(finger.plant, scene_graph, link.index()) for link in finger.links)
-    own = {name.removeprefix(f"{finger.name}."): port.size() for name, port in signals.items()}
-    sizes = {name: own[name] for name in drawn_signals(own)}
-    return DrawnFinger(finger.name, finger.finger, own["arcs"] // len(ARC), finger.base.index(), skin, sizes)
+    sizes_by_signal = {name.removeprefix(f"{finger.name}."): port.size() for name, port in signals.items()}
+    sizes = {name: sizes_by_signal[name] for name in drawn_signals(sizes_by_signal)}
+    return DrawnFinger(
+        finger.name, finger.finger, sizes_by_signal["arcs"] // len(ARC), finger.base.index(), skin, sizes
+    )
 
 
 def geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) -> tuple[str, ...]:
@@ -292,7 +294,7 @@ def geometry_paths(plant: MultibodyPlant, scene_graph: SceneGraph, body: int) ->
 
 
 def _set_scene(meshcat: Meshcat) -> None:
-    """A plain, light background."""
+    """Sets a plain, light background."""
     meshcat.SetProperty("/Background/<object>", "top_color", [1.0, 1.0, 1.0])
     meshcat.SetProperty("/Background/<object>", "bottom_color", [0.88, 0.9, 0.92])
     meshcat.SetProperty("/Grid", "visible", False)
@@ -306,13 +308,13 @@ def _landmarks(scene: Scene, models: Sequence[ModelConfig], arm: ArmConfig | Non
     if arm is not None and couplings is not None:
         model = plant.GetModelInstanceByName(arm.model)
         context = plant.CreateDefaultContext()
-        moved = {model, *(finger.model for finger in fingers)}
+        moving_models = {model, *(finger.model for finger in fingers)}
         for posture in [arm.home, *(phase.posture for phase in (task.phases if task else ()) if phase.posture)]:
             plant.SetPositions(context, model, couplings.full(np.array(posture)))
-            points += [*box_corners(plant, scene_graph, context, moved, Role.kIllustration)]
-    free = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
+            points += [*box_corners(plant, scene_graph, context, moving_models, Role.kIllustration)]
+    free_models = [plant.GetModelInstanceByName(model.name) for model in models if model.free]
     context = plant.CreateDefaultContext()
-    points += [*box_corners(plant, scene_graph, context, free, Role.kIllustration)]
+    points += [*box_corners(plant, scene_graph, context, free_models, Role.kIllustration)]
     points += [vertex for deformable in deformables.values() for vertex in deformable.vertices(context)]
     if task is not None and task.object is not None:
         points.append(task.X_WGoal.GetDeterministicValue().translation())
@@ -327,8 +329,8 @@ def _aim_camera(meshcat: Meshcat, points: Array, direction: Array) -> None:
     least, most = edge * np.array([-_MIN_ASPECT, -1.0]), edge * np.array([_MIN_ASPECT, 1.0 - 2 * _LEGEND_FRACTION])
     eye = nearest_eye(points, view, least, most)
     middle = (np.min(points, axis=0) + np.max(points, axis=0)) / 2
-    ahead = view.matrix()[:, 2]
-    meshcat.SetCameraPose(eye, eye + ((middle - eye) @ ahead) * ahead)
+    view_axis = view.matrix()[:, 2]
+    meshcat.SetCameraPose(eye, eye + ((middle - eye) @ view_axis) * view_axis)
 
 
 def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:

@@ -57,7 +57,7 @@ class FusedBlock(ArrayBlock):
             self.put_out(name, function, *sources, **_port_labels(port))
 
     @classmethod
-    def of_diagram(cls, diagram: Diagram) -> "FusedBlock":
+    def from_diagram(cls, diagram: Diagram) -> "FusedBlock":
         """The blocks of a diagram, with its inputs and outputs."""
         return cls(diagram.GetSystems(), inputs(diagram), _input_sources(diagram), vector_outputs(diagram))
 
@@ -72,26 +72,26 @@ class BatchedBlock(ArrayBlock):
     A recording is computed finger by finger.
     """
 
-    def __init__(self, one: ArrayBlock, fingers: Sequence[str]):
-        """`one` is the block of one finger."""
-        super().__init__(one.period)
-        self._one = one
+    def __init__(self, block: ArrayBlock, fingers: Sequence[str]):
+        """`block` is the block of one finger."""
+        super().__init__(block.period)
+        self._one = block
         number = len(fingers)
-        for name in inputs(one):
+        for name in inputs(block):
             port_names = [f"{finger}.{name}" for finger in fingers]
             for port in port_names:
-                self.take(port, one.GetInputPort(name).size())
+                self.take(port, block.GetInputPort(name).size())
             self.derive(name, _stacked, *port_names)
         self.add(_SHARED_TIME, Step(lambda time: np.broadcast_to(time, (number, 1)), (TIME,)), kept=False)
-        steps = one.steps.stacked(number)
-        own = {name: step.renamed(_shared_name) for name, step in steps.items() if step.function is not None}
-        _add_all(self, Steps(own, one.outputs))
-        for name, (function, sources) in one.outputs.items():
-            port = one.GetOutputPort(name)
-            together = f"{name} of all"
-            self.derive(together, _reshaped(function, (number, port.size())), *sources)
+        steps = block.steps.stacked(number)
+        finger_steps = {name: step.renamed(_shared_name) for name, step in steps.items() if step.function is not None}
+        _add_all(self, Steps(finger_steps, block.outputs))
+        for name, (function, sources) in block.outputs.items():
+            port = block.GetOutputPort(name)
+            stacked_name = f"{name} of all"
+            self.derive(stacked_name, _reshaped(function, (number, port.size())), *sources)
             for i, finger in enumerate(fingers):
-                self.put_out(f"{finger}.{name}", partial(_row, i), together, **_port_labels(port))
+                self.put_out(f"{finger}.{name}", partial(_row, i), stacked_name, **_port_labels(port))
 
     def follows(self, output: str, period: float) -> bool:
         return self._one.follows(_split_port(output)[1], period)
@@ -100,12 +100,12 @@ class BatchedBlock(ArrayBlock):
         finger, name = _split_port(output)
         return [f"{finger}.{leaf}" for leaf in self._one.leaves(name)]
 
-    def output_over_time(self, output: str, known: dict[str, Any]) -> Array:
+    def output_over_time(self, output: str, step_values: dict[str, Any]) -> Array:
         """Computes an output as ArrayBlock does; each finger has its own steps."""
         finger, name = _split_port(output)
-        if finger not in known:
-            known[finger] = _FingerSteps(known, finger)
-        return self._one.output_over_time(name, known[finger])
+        if finger not in step_values:
+            step_values[finger] = _FingerSteps(step_values, finger)
+        return self._one.output_over_time(name, step_values[finger])
 
 
 class _FingerSteps(dict[str, Any]):
@@ -135,9 +135,9 @@ def _pass_rows_on(steps: dict[str, Step]) -> None:
     for name, step in steps.items():
         if step.function is _stacked:
             rows = [steps.get(source, step) for source in step.sources]
-            (whole, *others) = {row.sources for row in rows}
-            if not others and [_row_number(row) for row in rows] == [*range(len(rows))]:
-                steps[name] = Step(same, whole, None, same, whole)
+            (stack, *other_stacks) = {row.sources for row in rows}
+            if not other_stacks and [_row_number(row) for row in rows] == [*range(len(rows))]:
+                steps[name] = Step(same, stack, None, same, stack)
 
 
 def _row_number(step: Step) -> int | None:
@@ -147,23 +147,23 @@ def _row_number(step: Step) -> int | None:
 
 def _needed_steps(steps: Mapping[str, Step], outputs: Mapping[str, Output]) -> dict[str, Step]:
     """The steps from which outputs follow, each after its sources."""
-    needed: dict[str, Step] = {}
-    pending = [name for _, sources in outputs.values() for name in sources]
-    while pending:
-        for step in _in_order(pending.pop(), steps, needed):
-            pending += step.sources_over_time
+    needed_steps: dict[str, Step] = {}
+    pending_names = [name for _, sources in outputs.values() for name in sources]
+    while pending_names:
+        for step in _add_in_order(pending_names.pop(), steps, needed_steps):
+            pending_names += step.sources_over_time
             if step.memory is not None:
-                pending += step.memory.sources
-                pending += () if step.memory.begin_of is None else (step.memory.begin_of[1],)
-    return needed
+                pending_names += step.memory.sources
+                pending_names += () if step.memory.begin_of is None else (step.memory.begin_of[1],)
+    return needed_steps
 
 
-def _in_order(name: str, steps: Mapping[str, Step], needed: dict[str, Step]) -> Iterator[Step]:
-    """Adds a step to those needed after all that it follows from; yields what was added."""
-    if name in steps and name not in needed:
+def _add_in_order(name: str, steps: Mapping[str, Step], needed_steps: dict[str, Step]) -> Iterator[Step]:
+    """Adds a step to the needed ones, after its sources; yields the added steps."""
+    if name in steps and name not in needed_steps:
         for source in steps[name].sources:
-            yield from _in_order(source, steps, needed)
-        needed[name] = steps[name]
+            yield from _add_in_order(source, steps, needed_steps)
+        needed_steps[name] = steps[name]
         yield steps[name]
 
 
@@ -191,8 +191,8 @@ def _steps(block: ArrayBlock, fed: Mapping[tuple[System, str], str]) -> Iterator
             size = port.size()
             steps = tuple(map(name_of, sources))
             is_row = isinstance(function, partial) and function.func is _row  # which is flat
-            flat = function if is_row else _flattened(function, size)
-            yield wire(port), Step(flat, steps, None, _reshaped(function, (-1, size)), steps)
+            flat_function = function if is_row else _flattened(function, size)
+            yield wire(port), Step(flat_function, steps, None, _reshaped(function, (-1, size)), steps)
 
 
 def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:
@@ -204,7 +204,7 @@ def _output(port: OutputPort, fed: Mapping[tuple[System, str], str]) -> Output:
 
 
 def _name_of(block: ArrayBlock, fed: Mapping[tuple[System, str], str], name: str) -> str:
-    """Name of a step of a block among those of others; the time is that of all."""
+    """Unique name of a step among several blocks; all share the time."""
     if name == TIME:
         return name
     return fed.get((block, name), _OPEN) if block.HasInputPort(name) else f"{block.get_name()}/{name}"
@@ -284,11 +284,11 @@ def add_parts(
     for names in _group_by_key(keys):
         if len(names) == 1 or not all(block.takes_axes for block in parts[names[0]].GetSystems()):
             part_ports |= {
-                name: add_part(builder, f"{name}.{kind}", FusedBlock.of_diagram(parts[name])) for name in names
+                name: add_part(builder, f"{name}.{kind}", FusedBlock.from_diagram(parts[name])) for name in names
             }
         else:
             block = builder.AddNamedSystem(
-                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock.of_diagram(parts[names[0]]), names)
+                f"{'+'.join(names)}.{kind}", BatchedBlock(FusedBlock.from_diagram(parts[names[0]]), names)
             )
             part_ports |= {
                 name: PartPorts(_finger_ports(name, inputs(block)), _finger_ports(name, vector_outputs(block)))

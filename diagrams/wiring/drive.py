@@ -85,12 +85,12 @@ def add_pressure_drive(
     for finger in fingers:
         _check_time_step(finger)
     for model in dict.fromkeys(finger.model for finger in fingers):
-        driven = [finger for finger in fingers if finger.model == model]
-        if builder.IsConnectedOrExported(driven[0].plant.get_actuation_input_port(model)):
+        group = [finger for finger in fingers if finger.model == model]
+        if builder.IsConnectedOrExported(group[0].plant.get_actuation_input_port(model)):
             expected = "already has a drive; give all fingers of a model in one call"
-            raise InputError("add_pressure_drive", "model", driven[0].model_name, expected)
-        torques = _add_chambers(builder, [finger for finger in driven if finger.finger.pressures], config, drive)
-        for finger in driven:
+            raise InputError("add_pressure_drive", "model", group[0].model_name, expected)
+        torques = _add_chambers(builder, [finger for finger in group if finger.finger.pressures], config, drive)
+        for finger in group:
             if finger.finger.tendons:
                 torques.append(_add_tendons(builder, finger, tendons, drive))
             if finger.finger.elastic_law is not None:
@@ -99,9 +99,9 @@ def add_pressure_drive(
                 torques.append(_add_taken_stiffness(builder, finger, drive.pressures[finger.name]))
             if finger.finger.creep:
                 torques.append(_add_creep(builder, finger, drive.pressures.get(finger.name)))
-        if any(finger.has_implicit_springs for finger in driven):
-            _hold_straight(builder, driven[0])
-        drive.actuations[driven[0].model_name] = _actuate(builder, driven[0], torques)
+        if any(finger.has_implicit_springs for finger in group):
+            _hold_straight(builder, group[0])
+        drive.actuations[group[0].model_name] = _actuate(builder, group[0], torques)
     return drive
 
 
@@ -127,17 +127,17 @@ def _empty_drive(fingers: Sequence[PlantFinger], tendon_command: str) -> Drive:
 
 
 def _add_chambers(
-    builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig, drive: Drive
+    builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig, drive: Drive
 ) -> list[OutputPort]:
     """The torques of the pressures of some fingers of a model; their ports become part of the drive."""
-    if not driven:
+    if not fingers:
         return []
-    block = _add_block(builder, driven, config)
-    for finger in driven:
+    block = _add_block(builder, fingers, config)
+    for finger in fingers:
         drive.commands[finger.name] = block.GetInputPort(f"{finger.name}.pressure_command")
         pressure = drive.pressures[finger.name] = block.GetOutputPort(f"{finger.name}.pressure")
         describe(pressure, "Pa", **finger.finger.chamber_axis)
-    bent = [_add_bent_chambers(builder, finger, drive) for finger in driven if chambers_turn(finger)]
+    bent = [_add_bent_chambers(builder, finger, drive) for finger in fingers if chambers_turn(finger)]
     return [block.GetOutputPort("actuation"), *bent]
 
 
@@ -173,8 +173,8 @@ def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonCon
             raise InputError("tendons", "command", config.command, expected)
     count = len(tendons)
     block = builder.AddNamedSystem(f"{finger.name}.tendons", TendonDrive(finger, config.command))
-    most = np.full(count, np.inf if config.maximum is None else config.maximum)
-    limits = builder.AddNamedSystem(f"{finger.name}.tendon_limits", Saturation(np.zeros(count), most))
+    max_tensions = np.full(count, np.inf if config.maximum is None else config.maximum)
+    limits = builder.AddNamedSystem(f"{finger.name}.tendon_limits", Saturation(np.zeros(count), max_tensions))
     command = limits.get_output_port()
     if config.time_constant > 0:
         winches = builder.AddNamedSystem(f"{finger.name}.winches", lag(config.time_constant, time_step, count))
@@ -217,16 +217,16 @@ def _check_implicit(finger: PlantFinger) -> None:
         raise InputError(where, "springs", "implicit", expected)
 
 
-def _add_block(builder: DiagramBuilder, driven: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
-    torque_maps = {finger.name: pressure_torque_map(finger) for finger in driven}
-    time_step = driven[0].plant.time_step()
-    laws = {finger.name: finger.finger.laws for finger in driven}
+def _add_block(builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: PressureConfig) -> PressureDrive:
+    torque_maps = {finger.name: pressure_torque_map(finger) for finger in fingers}
+    time_step = fingers[0].plant.time_step()
+    laws = {finger.name: finger.finger.laws for finger in fingers}
     limits = config.minimum, config.maximum, config.time_constant
     leaks = (
         {name: config.leaks.get(name, config.leaks.get(COMMON, 0.0)) for name in torque_maps} if config.leaks else None
     )
     drive = PressureDrive(torque_maps, *limits, time_step, laws, leaks, config.leak_time)
-    return builder.AddNamedSystem(f"{driven[0].model_name}.pressure_drive", drive)
+    return builder.AddNamedSystem(f"{fingers[0].model_name}.pressure_drive", drive)
 
 
 def _hold_straight(builder: DiagramBuilder, finger: PlantFinger) -> None:
@@ -241,19 +241,19 @@ def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort
     angles = builder.AddNamedSystem(f"{finger.name}.bent_angles", MatrixGain(finger.position_selector()))
     law = builder.AddNamedSystem(f"{finger.name}.elastic_law", elastic_law_block(finger.finger))
     rows = np.ascontiguousarray(finger.actuator_selector().T)
-    spread = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
+    torque_map = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
     builder.Connect(finger.plant.get_state_output_port(), angles.get_input_port())
     builder.Connect(angles.get_output_port(), law.get_input_port())
-    builder.Connect(law.get_output_port(), spread.get_input_port())
-    return spread.get_output_port()
+    builder.Connect(law.get_output_port(), torque_map.get_input_port())
+    return torque_map.get_output_port()
 
 
 def _add_taken_stiffness(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
     """Torque of the stiffness lost to pressure, as actuation of the finger's model."""
-    taken = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
-    builder.Connect(finger.plant.get_state_output_port(), taken.GetInputPort("state"))
-    builder.Connect(pressure, taken.GetInputPort("pressure"))
-    return taken.GetOutputPort("actuation")
+    taken_torque = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
+    builder.Connect(finger.plant.get_state_output_port(), taken_torque.GetInputPort("state"))
+    builder.Connect(pressure, taken_torque.GetInputPort("pressure"))
+    return taken_torque.GetOutputPort("actuation")
 
 
 def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort | None) -> OutputPort:
@@ -299,8 +299,8 @@ def check_stiffness(fingers: Sequence[PlantFinger], config: PressureConfig) -> N
     for finger in (finger for finger in fingers if finger.finger.takes_stiffness):
         remains = 1 - shares(finger.finger).sum() - finger.finger.share_taken(pressures)
         if remains.min() <= 0:
-            least = pressures[remains <= 0].min()
-            expected = f"pressure_law and creep of finger '{finger.name}' leave no stiffness from {least:.3g} Pa on"
+            lowest = pressures[remains <= 0].min()
+            expected = f"pressure_law and creep of finger '{finger.name}' leave no stiffness from {lowest:.3g} Pa on"
             raise InputError("pressure", "maximum", config.maximum, f"{expected}: stay within the fitted range")
 
 
@@ -324,13 +324,13 @@ def steps_of(where: str, steps: Steps, finger: str, paths: Sequence[str] = ()) -
     """
     commands = []
     for path in paths or ("",):
-        own = next((steps[n] for n in (f"{finger}{PATH_SEPARATOR}{path}", finger, COMMON) if n in steps), None)
-        if own is None:
+        values = next((steps[n] for n in (f"{finger}{PATH_SEPARATOR}{path}", finger, COMMON) if n in steps), None)
+        if values is None:
             step_names = ", ".join(steps)
             raise InputError(where, "steps", step_names, f"give steps for finger '{finger}' or for '{COMMON}'")
-        commands.append(own)
+        commands.append(values)
     longest = max(map(len, steps.values()))
-    return np.array([[*own, *[own[-1]] * (longest - len(own))] for own in commands]).T
+    return np.array([[*values, *[values[-1]] * (longest - len(values))] for values in commands]).T
 
 
 def pressure_steps(config: PressureConfig, finger: str) -> Array:

@@ -28,7 +28,7 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 
 
 class FingerEstimation(Diagram):
-    """All estimates for one finger, computed from measurements; nothing in it uses ground truth.
+    """Computes all estimates of one finger from measurements, without ground truth.
 
     ::
 
@@ -107,8 +107,9 @@ def shape_wires(
     shape = FingerShape(finger)
     wires = NamedWires()
     _check(estimator, finger.segments, shape)
-    others = [way for way in finger.driven_deformations if way != "bending" and driving_port(way) in inputs(estimator)]
-    wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, others), later={ANGLES})
+    others = (name for name in finger.driven_deformations if name != "bending")
+    deformations = [name for name in others if driving_port(name) in inputs(estimator)]
+    wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, deformations), later={ANGLES})
     for quantity, monitor in monitors.items():
         wires.add(f"{quantity}_monitor", monitor)
     wires.add("estimator", estimator, {quantity: usable(quantity) for quantity in monitors})
@@ -120,15 +121,15 @@ def shape_wires(
 def _check(estimator: System, joints: int, shape: FingerShape) -> None:
     outputs = vector_outputs(estimator)
     if outputs.keys() & _RESERVED_OUTPUTS:
-        taken = ", ".join(sorted(outputs.keys() & _RESERVED_OUTPUTS))
-        raise InputError("estimator", "output ports", taken, "are names of outputs of other blocks")
+        reserved_names = ", ".join(sorted(outputs.keys() & _RESERVED_OUTPUTS))
+        raise InputError("estimator", "output ports", reserved_names, "are names of outputs of other blocks")
     sizes = {name: port.size() for name, port in vector_outputs(shape).items()} | {"external_torque": joints}
     for name, size in sizes.items():
         if name != "arcs" and name in outputs and outputs[name].size() != size:
             raise InputError("estimator", f"output port '{name}'", outputs[name].size(), f"give it {size} entries")
     if ANGLES not in outputs or outputs[ANGLES].size() != joints:
-        given = ", ".join(f"{name} ({port.size()})" for name, port in outputs.items()) or "none"
-        raise InputError("estimator", "output ports", given, f"output '{ANGLES}' ({joints}) rad")
+        listed_outputs = ", ".join(f"{name} ({port.size()})" for name, port in outputs.items()) or "none"
+        raise InputError("estimator", "output ports", listed_outputs, f"output '{ANGLES}' ({joints}) rad")
 
 
 def add_estimation(
@@ -179,9 +180,11 @@ def add_estimations(
     `composed`: that of each is one block, and that of equal fingers the same one, unless the estimator is a user's own.
     """
     made_by = name_of(make_estimator, config.type)
-    made = {name: make_estimation(layout, config, sensor, gravity, make_estimator) for name, layout in layouts.items()}
+    estimations = {
+        name: make_estimation(layout, config, sensor, gravity, make_estimator) for name, layout in layouts.items()
+    }
     keys = {name: layout.unnamed for name, layout in layouts.items()}
-    parts = add_parts(builder, "estimation", made, keys if composed and not is_own(made_by) else None)
+    parts = add_parts(builder, "estimation", estimations, keys if composed and not is_own(made_by) else None)
     with blamed_on("estimator.type", made_by):
         for name, part in parts.items():
             connect_by_name(builder, part.inputs, estimation_inputs(measured[name]), "estimator")

@@ -28,7 +28,7 @@ def add_external_drive(builder: DiagramBuilder, commands: Commands) -> External:
 
 def add_input(builder: DiagramBuilder, name: str, target: InputPort, unit: str | None = None) -> External:
     """Adds an input of that name, in a unit, which commands `target`."""
-    through = builder.AddNamedSystem(name, PassThrough(target.size()))
-    builder.Connect(through.get_output_port(), target)
-    signal = through.get_output_port()
-    return External({name: through.get_input_port()}, {name: signal if unit is None else describe(signal, unit)})
+    pass_through = builder.AddNamedSystem(name, PassThrough(target.size()))
+    builder.Connect(pass_through.get_output_port(), target)
+    signal = pass_through.get_output_port()
+    return External({name: pass_through.get_input_port()}, {name: signal if unit is None else describe(signal, unit)})

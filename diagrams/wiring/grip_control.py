@@ -174,8 +174,8 @@ def add_grip_control(
         command = _allocate(builder, finger, common, commands)
         builder.Connect(command, commands.inputs[finger.name])
         command_signals[f"{finger.name}.{commands.kind}_command"] = command
-    own = {f"grip.{name}": port for name, port in vector_outputs(control).items() if name in UNITS}
-    return control.GetInputPort("set_point"), {**own, **command_signals}
+    grip_ports = {f"grip.{name}": port for name, port in vector_outputs(control).items() if name in UNITS}
+    return control.GetInputPort("set_point"), {**grip_ports, **command_signals}
 
 
 def _check_available(signal: str, config: ControlConfig, is_available: bool) -> None:
@@ -195,8 +195,8 @@ def _allocate(builder: DiagramBuilder, finger: PlantFinger, common: OutputPort, 
     bending = finger.finger.pressure_gains if commands.kind == "pressure" else finger.finger.tension_gains
     gains = bending["bending"].sum(axis=-1)
     shares = builder.AddNamedSystem(f"{finger.name}.shares", MatrixGain(allocation(gains)[:, None]))
-    pushing = Saturation(np.zeros(len(gains)), np.full(len(gains), np.inf))
-    allocated = builder.AddNamedSystem(f"{finger.name}.allocation", pushing)
+    push_limit = Saturation(np.zeros(len(gains)), np.full(len(gains), np.inf))
+    allocated = builder.AddNamedSystem(f"{finger.name}.allocation", push_limit)
     builder.Connect(common, shares.get_input_port())
     builder.Connect(shares.get_output_port(), allocated.get_input_port())
     return commands.described(finger.name, allocated.get_output_port())

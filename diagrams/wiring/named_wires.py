@@ -61,13 +61,13 @@ class NamedWires:
         """
         self._builder.AddNamedSystem(name, block)
         names = renamed or {}
-        for own, port in inputs(block).items():
-            if own in later:
-                self._later.append((own, port))
+        for port_name, port in inputs(block).items():
+            if port_name in later:
+                self._later.append((port_name, port))
             else:
-                self._feed(names.get(own, own), port)
-        for own, output in vector_outputs(block).items():
-            self.outputs.setdefault(names.get(own, own), output)
+                self._feed(names.get(port_name, port_name), port)
+        for port_name, output in vector_outputs(block).items():
+            self.outputs.setdefault(names.get(port_name, port_name), output)
 
     def _feed(self, name: str, port: InputPort) -> None:
         if name in self.outputs:

@@ -59,8 +59,8 @@ def _contact_wrench(builder: DiagramBuilder, plant: MultibodyPlant, model: Model
     if forces.size() == len(WRENCH):
         return forces
     first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_velocities_start_in_v()
-    own = plant.GetVelocitiesFromArray(model, np.arange(plant.num_velocities()))
-    offset = int(np.flatnonzero(own == first)[0])
+    velocities = plant.GetVelocitiesFromArray(model, np.arange(plant.num_velocities()))
+    offset = int(np.flatnonzero(velocities == first)[0])
     selector = builder.AddNamedSystem(
         f"{name}.contact_wrench", MatrixGain(np.eye(forces.size())[offset : offset + len(WRENCH)])
     )
@@ -81,7 +81,7 @@ def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> di
     torques = _actuation(builder, plant, model, f"{arm}.joint_torques", joints)
     return {
         f"{arm}.joint_positions": describe(positions, unit, arm_joint=names),
-        f"{arm}.joint_velocities": describe(velocities, [f"{one}/s" for one in unit], arm_joint=names),
+        f"{arm}.joint_velocities": describe(velocities, [f"{name}/s" for name in unit], arm_joint=names),
         f"{arm}.joint_torques": describe(torques, effort, arm_joint=names),
     }
 

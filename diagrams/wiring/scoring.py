@@ -47,17 +47,17 @@ class FingerScoring(Diagram):
     The true torque is delayed, because the estimated one belongs to earlier samples, see `ForceEstimator`.
     """
 
-    def __init__(self, finger: Finger, period: float, in_space: bool = False):
-        """`finger` is the simulated finger; `period` of samples, s; `in_space`: whether it is estimated there."""
+    def __init__(self, finger: Finger, period: float, is_in_space: bool = False):
+        """`finger` is the simulated finger; `period` of samples, s; `is_in_space`: whether it is estimated there."""
         super().__init__()
         joints = finger.segments
         wires = NamedWires()
         sampled = [("sampled_joint_angles", "joint_angles", "rad"), ("true_external_torque", "contact_torque", "N m")]
-        sampled += [(f"true_{way}_torque", f"{way}_contact_torque", "N m") for way in rotations_out_of_plane(finger)]
+        sampled += [(f"true_{name}_torque", f"{name}_contact_torque", "N m") for name in rotations_out_of_plane(finger)]
         for name, source, unit in sampled:
             hold = Hold(period, joints, unit=unit, joint=range(joints))
             wires.add(name, hold, {"u": source, "y": name})
-        wires.add("pose_error", PoseError(joints, in_space))
+        wires.add("pose_error", PoseError(joints, is_in_space))
         delay = Hold(period, joints, DELAY, unit="N m", joint=range(joints))
         wires.add("delay", delay, {"u": "contact_torque", "y": _DELAYED_TORQUE})
         names = {"estimate": "external_torque", "truth": _DELAYED_TORQUE, "difference": "external_torque_error"}
@@ -79,9 +79,9 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     """
     forces = finger.plant.get_generalized_contact_forces_output_port(finger.model)
     sources = dict(known)
-    for way in ("bending", *rotations_out_of_plane(finger.finger)):
-        name = "contact_torque" if way == "bending" else f"{way}_contact_torque"
-        contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(way)))
+    for deformation in ("bending", *rotations_out_of_plane(finger.finger)):
+        name = "contact_torque" if deformation == "bending" else f"{deformation}_contact_torque"
+        contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(deformation)))
         builder.Connect(forces, contact.get_input_port())
         sources[name] = contact.get_output_port()
     scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period, TIP in known))
@@ -105,7 +105,7 @@ def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], peri
 
 
 def _free_name(builder: DiagramBuilder, name: str, fingers: Sequence[PlantFinger]) -> str:
-    """The name, prefixed with that of the first finger if fingers already have a block with that name."""
+    """The name, with the first finger's name as prefix if fingers already have a block of that name."""
     return f"{fingers[0].name}.{name}" if builder.HasSubsystemNamed(name) else name
 
 
@@ -126,9 +126,9 @@ def add_true_contact(builder: DiagramBuilder, fingers: Sequence[PlantFinger], in
 
 def _objects(plant: MultibodyPlant, fingers: Sequence[PlantFinger]) -> dict[str, list[int]]:
     """The collision geometries of every free model without fingers, by its name; values of their GeometryIds."""
-    free = {plant.get_body(index).model_instance() for index in plant.GetFloatingBaseBodies()}
+    free_models = {plant.get_body(index).model_instance() for index in plant.GetFloatingBaseBodies()}
     geometry_ids: dict[str, list[int]] = {}
-    for model in sorted(free - {finger.model for finger in fingers}):
+    for model in sorted(free_models - {finger.model for finger in fingers}):
         bodies = map(plant.get_body, plant.GetBodyIndices(model))
         geometries = [geometry for body in bodies for geometry in plant.GetCollisionGeometriesForBody(body)]
         geometry_ids[str(plant.GetModelInstanceName(model))] = [geometry.get_value() for geometry in geometries]
@@ -165,8 +165,8 @@ class AlongsideEstimation(Diagram):
         """
         super().__init__()
         wires = shape_wires(estimator, finger, period)
-        for way in ("bending", *finger.driven_deformations):  # as the driving torque of the estimate that the run uses
-            wires.outputs.pop(driving_port(way), None)
+        for name in ("bending", *finger.driven_deformations):  # names of the estimate that the run uses
+            wires.outputs.pop(driving_port(name), None)
         wires.build_into(self)
 
 

@@ -100,15 +100,15 @@ def add_sensing(
     signals = add_true_poses(builder, fingers, config.sensor.period) if is_scored else {}
     layouts = {finger.name: config.nominal.layout(finger.finger, config.sensor) for finger in fingers}
     driving = {finger.name: _driving(finger, pressures, tensions or {}) for finger in fingers}
-    measured = _add_sensors(builder, fingers, driving, config)
+    measurements = _add_sensors(builder, fingers, driving, config)
     gravity = np.array(fingers[0].plant.gravity_field().gravity_vector())
     estimated = add_estimations(
-        builder, layouts, config.estimator, config.sensor, gravity, measured, config.make_estimator, config.composed
+        builder, layouts, config.estimator, config.sensor, gravity, measurements, config.make_estimator, config.composed
     )
     for finger in fingers:
         name = finger.name
         truth = {one: signals[f"{name}.{one}"] for one in (TRUE_JOINTS, TRUE_TIP) if is_scored}
-        finger_signals = _with_truth(builder, finger, layouts[name], measured[name], estimated[name], truth, config)
+        finger_signals = _with_truth(builder, finger, layouts[name], measurements[name], estimated[name], truth, config)
         signals |= {f"{name}.{signal}": port for signal, port in {**driving[name], **finger_signals}.items()}
     true_width = _add_true_contact(builder, fingers, config, signals)
     if not forms_gripper(fingers):
@@ -137,10 +137,10 @@ def _add_true_contact(
     builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: SensingConfig, signals: Ports
 ) -> OutputPort | None:
     """Adds the patches of contact if they are recorded, and their signals; returns the held object's true width."""
-    every = config.record.patches_every
-    if every is None:
+    stride = config.record.patches_every
+    if stride is None:
         return None
-    truth = add_true_contact(builder, fingers, None if every == 1 else every * config.sensor.period)
+    truth = add_true_contact(builder, fingers, None if stride == 1 else stride * config.sensor.period)
     width = truth.pop("width")
     signals |= truth
     return width
@@ -149,13 +149,13 @@ def _add_true_contact(
 def _driving(finger: PlantFinger, pressures: Mapping[str, OutputPort], tensions: Mapping[str, OutputPort]) -> Ports:
     """The signals that drive a finger, by kind."""
     driving = {}
-    for kind, field_, ports, needed in (
+    for kind, field_, ports, is_needed in (
         ("pressure", "pressures", pressures, finger.finger.pressures),
         ("tension", "tensions", tensions, finger.finger.tendons),
     ):
         if finger.name in ports:
             driving[kind] = ports[finger.name]
-        elif needed:
+        elif is_needed:
             raise InputError("add_sensing", field_, list(ports), f"has no entry for finger '{finger.name}'")
     return driving
 
@@ -166,9 +166,9 @@ def _add_sensors(
     """Adds the sensors; returns the measured signals of each finger."""
     sensor = config.sensor
     made_by = name_of(config.make_sensor, config.sensor.type)
-    made = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
+    finger_sensors = {finger.name: make_sensors(finger.finger, sensor, config.make_sensor) for finger in fingers}
     keys = {finger.name: (finger.finger.unnamed, strain_errors(sensor, finger.name)) for finger in fingers}
-    parts = add_parts(builder, "sensors", made, keys if config.composed and not is_own(made_by) else None)
+    parts = add_parts(builder, "sensors", finger_sensors, keys if config.composed and not is_own(made_by) else None)
     drives = {name: (ports.get("pressure"), ports.get("tension")) for name, ports in driving.items()}
     return {
         finger.name: connect_sensors(builder, finger, parts[finger.name], sensor, *drives[finger.name], made_by)
@@ -185,13 +185,13 @@ def _with_truth(
     truth: Ports,
     config: SensingConfig,
 ) -> Ports:
-    """All signals of a finger: measured, estimated, scored against ground truth, and estimated alongside."""
+    """Joins all signals of a finger: measured, estimated, scored against ground truth, and estimated alongside."""
     sensor = config.sensor
     signals = {**measured, **estimated}
     scores = add_scoring(builder, finger, sensor.period, signals | truth) if truth else {}
     alongside = add_alongside(builder, finger, nominal, config.estimator, sensor, measured | truth)
-    twice = (measured.keys() & estimated.keys()) | (signals.keys() & {*scores, *truth, "pressure", "tension"})
-    if twice:
-        raise InputError("finger", "output ports", ", ".join(sorted(twice)), "have the name of another signal")
+    repeated_names = (measured.keys() & estimated.keys()) | (signals.keys() & {*scores, *truth, "pressure", "tension"})
+    if repeated_names:
+        raise InputError("finger", "output ports", ", ".join(sorted(repeated_names)), "have the name of another signal")
     del signals["joint_angles"]  # of every step of the plant; what is sampled is logged
     return {**signals, **scores, **alongside}

@@ -27,7 +27,7 @@ IDEAL = "ideal_"  # prefix of error-free signals; estimation has no access to th
 
 
 class FingerSensors(Diagram):
-    """All measurements on one finger.
+    """Makes all measurements on one finger.
 
     ::
 
@@ -99,11 +99,13 @@ def _add_random(builder: DiagramBuilder, finger: str, sensors: PartPorts, period
     return random_ports
 
 
-def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger, way: str = "bending") -> OutputPort:
+def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger, deformation: str = "bending") -> OutputPort:
     """Adds `{finger}.joint_angles`, or the port of another deformation; returns it, (N) rad, or m if joints slide."""
-    selector = builder.AddNamedSystem(f"{finger.name}.{joints_port(way)}", MatrixGain(finger.position_selector(way)))
+    selector = MatrixGain(finger.position_selector(deformation))
+    builder.AddNamedSystem(f"{finger.name}.{joints_port(deformation)}", selector)
     builder.Connect(finger.plant.get_state_output_port(), selector.get_input_port())
-    return describe(selector.get_output_port(), "m" if way in SLIDES else "rad", joint=range(finger.finger.segments))
+    unit = "m" if deformation in SLIDES else "rad"
+    return describe(selector.get_output_port(), unit, joint=range(finger.finger.segments))
 
 
 def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -> OutputPort:
@@ -146,12 +148,12 @@ def add_sensors(
 
 def make_sensors(finger: Finger, config: SensorConfig, make_sensor: MakeSensor | None = None) -> FingerSensors:
     """The sensors of a finger, in no diagram yet; arguments and errors as for `add_sensors`."""
-    chosen = make_sensor or SENSORS.find(config.type)
+    kind = make_sensor or SENSORS.find(config.type)
     layout = sensor_layout(finger, config)
     made_by = ("sensor.type", name_of(make_sensor, config.type))
     if is_measurement_model(make_sensor):
         raise InputError("make_sensor", "class", made_by[1], "is a kind of sensor: name it as `sensor.type` instead")
-    make = chosen if not is_measurement_model(chosen) else StrainSensor if measures_strain(layout) else SensorBlock
+    make = kind if not is_measurement_model(kind) else StrainSensor if measures_strain(layout) else SensorBlock
     sensor = make_block(*made_by, make, layout, config.period)
     with blamed_on(*made_by):
         _check(sensor, layout, config)
@@ -170,13 +172,13 @@ def connect_sensors(
     """Connects the sensors of `make_sensors` to the signals that they measure; `made_by` names the sensor."""
     layout = sensor_layout(finger.finger, config)
     X_WB = add_base_pose(builder, finger, config.period)
-    possible = {
-        **{joints_port(way): add_joint_angles(builder, finger, way) for way in layout.deformations},
+    sources = {
+        **{joints_port(name): add_joint_angles(builder, finger, name) for name in layout.deformations},
         "pressure": pressure,
         "tension": tension,
         "X_WB": X_WB,
     }
-    available = {name: port for name, port in possible.items() if port is not None}
+    available = {name: port for name, port in sources.items() if port is not None}
     with blamed_on("sensor.type", made_by):
         random = _add_random(builder, finger.name, part, config.period)
         connect_by_name(builder, part.inputs, available | random, "sensor")
@@ -190,9 +192,10 @@ def _check(sensor: System, layout: MeasurementModel, config: SensorConfig) -> No
     """Checks the outputs of a sensor: its readings, and no name of another signal of the finger."""
     sizes = {name: port.size() for name, port in vector_outputs(sensor).items()}
     reserved = ("joint_angles", "pressure", "sampled_pressure", "tension", "sampled_tension", "X_WB")
-    taken = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
-    if taken:
-        raise InputError("sensor", "output ports", ", ".join(taken), "are names of other signals of the finger")
+    reserved_names = sorted(name for name in sizes if name in reserved or name.startswith(IDEAL))
+    if reserved_names:
+        names = ", ".join(reserved_names)
+        raise InputError("sensor", "output ports", names, "are names of other signals of the finger")
     errors = strain_errors(config, layout.finger.name)
     if errors is None:
         return

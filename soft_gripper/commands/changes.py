@@ -1,4 +1,4 @@
-"""How far a finger has moved since its calibration, in words."""
+"""Line on the changes of a finger since its calibration: bend, %, and offsets of its readings."""
 
 from collections.abc import Callable
 
@@ -11,6 +11,6 @@ def changes_line(finger: str, read: Callable[[str], Array]) -> str:
     """Changes that `recursive` has found of a finger, see `recursive.Changes`; `read` reads a signal by its name."""
     bend, std = (100 * float(np.ravel(read(f"{finger}.{name}"))[0]) for name in ("bend_change", "bend_change_std"))
     offsets, stds = (np.ravel(read(f"{finger}.{name}")) for name in ("offset_changes", "offset_changes_std"))
-    most = int(np.abs(offsets).argmax())
-    moved = f"offsets have moved by up to {offsets[most]:+.4f} +- {stds[most]:.4f}"
-    return f"{finger}: bends {bend:+.1f} +- {std:.1f} % further than its model; {moved}"
+    largest = int(np.abs(offsets).argmax())
+    offset_text = f"offsets have moved by up to {offsets[largest]:+.4f} +- {stds[largest]:.4f}"
+    return f"{finger}: bends {bend:+.1f} +- {std:.1f} % further than its model; {offset_text}"

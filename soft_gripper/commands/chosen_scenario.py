@@ -7,7 +7,7 @@ from soft_gripper.scenario.schema import Scenario
 
 
 def chosen_scenario(options: argparse.Namespace) -> Scenario:
-    """The scenario, with all overrides applied."""
-    given = {"sensor.sections": options.sections, "engine": getattr(options, "engine", None)}
-    own = [f"{key}={value}" for key, value in given.items() if value is not None]
-    return load_scenario(options.scenario, [*options.set, *own])
+    """Loads the scenario with all overrides applied."""
+    values = {"sensor.sections": options.sections, "engine": getattr(options, "engine", None)}
+    overrides = [f"{key}={value}" for key, value in values.items() if value is not None]
+    return load_scenario(options.scenario, [*options.set, *overrides])

@@ -58,10 +58,10 @@ class Console:
         return self._lines(total, description, COUNTED if total else None)
 
     @contextmanager
-    def jobs(self, total: int, description: str, kept: str) -> Iterator[Callable[..., None]]:
+    def jobs(self, total: int, description: str, interruption_note: str) -> Iterator[Callable[..., None]]:
         """Counts jobs; call the yielded function after each job, with True if it succeeded.
 
-        On Ctrl-C, prints how many have ended, and `kept`, a note on which results remain.
+        On Ctrl-C, prints how many have ended, and `interruption_note`, a note on which results remain.
         """
         successes: list[bool] = []
         with self.counter(total, description) as bar:
@@ -76,7 +76,7 @@ class Console:
                 yield count_job
             except KeyboardInterrupt:
                 bar.close()
-                print(f"\n{len(successes)} of {total} {description} ended; {kept}")
+                print(f"\n{len(successes)} of {total} {description} ended; {interruption_note}")
                 raise
 
     def seconds(self, total: float, description: str) -> "tqdm[None]":

@@ -13,7 +13,7 @@ from types import ModuleType
 from soft_gripper.commands.console import Console
 from soft_gripper.commands.options import Command, ExitCode, Program
 from soft_gripper.commands.parser import SOFT_GRIPPER, parse_options
-from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, in_one_line
+from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError, first_line, single_line
 from soft_gripper.files.output import release_folders
 from soft_gripper.interrupts import waiting
 from soft_gripper.library_messages import printed_as_notes
@@ -72,10 +72,10 @@ def _is_text(word: str) -> bool:
 
 
 @contextmanager
-def _in_root_folder() -> Iterator[None]:
+def _leave_current_folder() -> Iterator[None]:
     """Leaves the current folder within the block: matplotlib would obey a `matplotlibrc` there when it is imported."""
     try:
-        here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # the path may be gone
+        descriptor = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # the path may be gone
     except OSError:  # the folder may not be searched, so nothing in it is read
         yield
         return
@@ -83,24 +83,24 @@ def _in_root_folder() -> Iterator[None]:
     try:
         yield
     finally:
-        os.fchdir(here)
-        os.close(here)
+        os.fchdir(descriptor)
+        os.close(descriptor)
 
 
 def _run(options: argparse.Namespace) -> int | None:
     """Runs a command; its module is imported after its scenario is checked, so that a mistake is answered at once."""
     takes_scenario = vars(options).keys() >= {"scenario", "sections", "set"}
     if takes_scenario and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
-        chosen = _load_module(options.command, "soft_gripper.commands.chosen_scenario")
-        options.chosen_scenario = chosen.chosen_scenario(options)
+        scenario_module = _load_module(options.command, "soft_gripper.commands.chosen_scenario")
+        options.chosen_scenario = scenario_module.chosen_scenario(options)
     code: int | None = _load_module(options.command, options.command.module).run(options)
     return code
 
 
 def _load_module(command: Command, module: str) -> ModuleType:
-    """A module that a command needs."""
+    """Imports a module that a command needs."""
     try:
-        with waiting(), _in_root_folder():
+        with waiting(), _leave_current_folder():
             return import_module(module)
     except ImportError as error:
         expected = f"cannot be loaded (out of memory?): {first_line(error)}"
@@ -119,7 +119,7 @@ def _traceback(error: Exception, options: argparse.Namespace) -> str:
 
 def _complain(program: Program, text: str) -> ExitCode:
     with suppress(OSError):  # the exit code reports it too
-        print(f"{program.name}: {in_one_line(text)}", file=sys.stderr)
+        print(f"{program.name}: {single_line(text)}", file=sys.stderr)
     return ExitCode.REFUSED
 
 

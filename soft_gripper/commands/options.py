@@ -49,7 +49,7 @@ def option(names: str, help_: str, metavar: str | None = None, read: Read | None
 
 
 def flag(names: str, help_: str, **settings: Any) -> Option:
-    """An option without a value."""
+    """Option without a value."""
     return Option(names.split(), None, {"help": help_, "action": "store_true", **settings})
 
 
@@ -185,18 +185,18 @@ def scenario(default: str | None = None) -> tuple[Option, ...]:
     )
 
 
-def out(default: str) -> Option:
-    """The folder for the results."""
+def folder_option(default: str) -> Option:
+    """Option of the folder for the results."""
     return option("--out", "folder for the results (default: %(default)s)", "DIR", path, default=Path(default))
 
 
 def count(name: str, help_: str, default: int, least: int = 1) -> Option:
-    """A count with a default."""
+    """Option of a count with a default."""
     return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
 
 
 class Group(StrEnum):
-    """The tasks by which `--help` lists commands, in that order."""
+    """Tasks under which `--help` lists commands, in this order."""
 
     START = "simulate and look"
     HARDWARE = "estimate on hardware and from recordings"
@@ -233,7 +233,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Program:
-    """A command line of its own.
+    """A program with commands.
 
     name: as it is called, in usage lines and errors.
     does: what it is, as a sentence for `--help`.

@@ -138,8 +138,9 @@ def _public_host(host: str) -> str:
 
 def _names(host: str) -> frozenset[str]:
     """The names of this machine; a foreign name may resolve to it too, but is not among these."""
-    own = socket.gethostname().lower()
-    return frozenset({"localhost", own, own.split(".")[0], f"{own.split('.')[0]}.local", host.lower()})
+    full_name = socket.gethostname().lower()
+    name = full_name.split(".")[0]
+    return frozenset({"localhost", full_name, name, f"{name}.local", host.lower()})
 
 
 class _PageServer:
@@ -319,7 +320,7 @@ def _kind(name: str) -> str:
 
 
 def _fetch(url: str, path: str) -> Answer:
-    """A file of Meshcat."""
+    """Fetches a file of Meshcat."""
     address = urlsplit(url)
     assert address.hostname is not None
     connection = HTTPConnection(address.hostname, address.port, timeout=1.0)
@@ -335,10 +336,10 @@ def _fetch(url: str, path: str) -> Answer:
 
 async def _limit_rate(connection: ServerConnection) -> AsyncIterator[str | bytes]:
     """Messages of a connection, which ends if they arrive too fast."""
-    began, number = time.monotonic(), 0
+    start, number = time.monotonic(), 0
     async for message in connection:
-        if time.monotonic() - began > 1.0:
-            began, number = time.monotonic(), 0
+        if time.monotonic() - start > 1.0:
+            start, number = time.monotonic(), 0
         number += 1
         if number > MOST_MESSAGES:
             return
@@ -347,12 +348,12 @@ async def _limit_rate(connection: ServerConnection) -> AsyncIterator[str | bytes
 
 async def _hand_on(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, connection: ServerConnection) -> None:
     """Hands on frames as they are: some hundred come every 50 ms, and to read each would take half of that time."""
-    alive = time.monotonic()
+    pong_time = time.monotonic()
     while data := await reader.read(2**16):
         connection.transport.write(data)
         await asyncio.wait_for(connection.drain(), _STALLED_TIME)
-        if time.monotonic() - alive > _PING_TIME:
-            alive = time.monotonic()
+        if time.monotonic() - pong_time > _PING_TIME:
+            pong_time = time.monotonic()
             writer.write(_PONG_FRAME)
 
 

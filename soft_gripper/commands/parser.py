@@ -42,7 +42,7 @@ from soft_gripper.commands.options import (
     urdf,
     whole,
 )
-from soft_gripper.errors import InputError, in_one_line, shortened, suggestion
+from soft_gripper.errors import InputError, shortened, single_line, suggestion
 from soft_gripper.extras import command_modules
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -158,7 +158,7 @@ CORE = (
 
 
 def commands() -> list[Command]:
-    """All commands: those of the core, then those of extras."""
+    """Returns the commands of the core, then those of extras."""
     return [*CORE, *(command for module in command_modules() for command in module.COMMANDS)]
 
 
@@ -185,9 +185,9 @@ class _Parser(argparse.ArgumentParser):
         self._program = program
 
     def error(self, message: str) -> NoReturn:
-        where = self.prog.replace(f"{self._program.name} ", f"{self._program.name}: ")
+        usage_prefix = self.prog.replace(f"{self._program.name} ", f"{self._program.name}: ")
         hint = f"`{self._program.name} COMMAND --help` lists options"
-        self.exit(ExitCode.REFUSED, f"{where}: {in_one_line(shortened(message))}; {hint}\n")
+        self.exit(ExitCode.REFUSED, f"{usage_prefix}: {single_line(shortened(message))}; {hint}\n")
 
 
 class _CommandsParser(_Parser):
@@ -199,8 +199,8 @@ class _CommandsParser(_Parser):
         formatter.add_text(self.description)
         for group in self._program.groups:
             formatter.start_section(group)
-            of_group = [command for command in self._program.commands() if command.group == group]
-            formatter.add_arguments([_line(command) for command in of_group])
+            group_commands = [command for command in self._program.commands() if command.group == group]
+            formatter.add_arguments([_line(command) for command in group_commands])
             formatter.end_section()
         formatter.start_section("options")
         formatter.add_arguments([action for action in self._actions if action.option_strings])
@@ -228,20 +228,21 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
     for command in program.commands():
         family, _, name = command.name.rpartition(" ")
         if family not in subparsers:
-            does = f"Run a {family}: many runs or recordings, their tables, and what they say."
-            of_family = subparsers[""].add_parser(family, program=program, help=f"run a {family}", description=does)
-            subparsers[family] = of_family.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
+            description = f"Run a {family}: many runs or recordings, their tables, and what they say."
+            line = f"run a {family}"
+            family_parser = subparsers[""].add_parser(family, program=program, help=line, description=description)
+            subparsers[family] = family_parser.add_subparsers(required=True, metavar="NAME", parser_class=_Parser)
         own_name = f"{program.name} {command.name}"
-        own = subparsers[family].add_parser(
+        subparser = subparsers[family].add_parser(
             name,
             program=program,
             help=command.does,
             description=textwrap.fill(f"{command.does[0].upper()}{command.does[1:]}.", _columns()),
             epilog="\n".join(["examples:", *(_example(own_name, example) for example in command.examples)]),
         )
-        own.set_defaults(command=command)
-        for declared in command.options:
-            _complete(own.add_argument(*declared.names, **declared.settings), declared)
+        subparser.set_defaults(command=command)
+        for entry in command.options:
+            _complete(subparser.add_argument(*entry.names, **entry.settings), entry)
     if program is SOFT_GRIPPER:
         _add_completion(parser)
     return parser
@@ -249,10 +250,10 @@ def command_parser(program: Program = SOFT_GRIPPER) -> argparse.ArgumentParser:
 
 def _example(command: str, example: str) -> str:
     """An example to paste into a shell, below a comment on its effect."""
-    line, _, does = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
-    words = re.sub(r"'[^']*'", lambda quoted: quoted[0].replace(" ", "\0"), f"{command} {line}")
+    line, _, comment = re.sub(r"\s{2,}", "\n", example, count=1).partition("\n")
+    words = re.sub(r"'[^']*'", lambda match: match[0].replace(" ", "\0"), f"{command} {line}")
     wrapped = textwrap.wrap(words, _columns() - 8, break_long_words=False, break_on_hyphens=False)
-    return (f"  # {does}\n" if does else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
+    return (f"  # {comment}\n" if comment else "") + "  " + " \\\n      ".join(wrapped).replace("\0", " ")
 
 
 _SCENARIO_COMPLETION = "_soft_gripper_scenarios"
@@ -268,11 +269,11 @@ def _add_completion(parser: argparse.ArgumentParser) -> None:
     shtab.add_argument_to(parser, "--print-completion", help=help_, preamble=preamble)
 
 
-def _complete(action: argparse.Action, declared: Option) -> None:
+def _complete(action: argparse.Action, option: Option) -> None:
     """Sets how a shell completes an option."""
-    if declared.read is scenario_name:
+    if option.read is scenario_name:
         action.complete = {"bash": _SCENARIO_COMPLETION, "zsh": _SCENARIO_COMPLETION}  # type: ignore[attr-defined]
-    elif declared.read in (path, urdf):
+    elif option.read in (path, urdf):
         action.complete = shtab.FILE  # type: ignore[attr-defined]
 
 
@@ -286,8 +287,8 @@ def parse_options(arguments: Sequence[str] | None = None, program: Program = SOF
     _check_name(sys.argv[1:] if arguments is None else arguments, program)
     options = command_parser(program).parse_args(arguments)
     command: Command = options.command
-    for declared in command.options:
-        _read_option(options, command, declared)
+    for entry in command.options:
+        _read_option(options, command, entry)
     command.check(options)
     return options
 
@@ -299,18 +300,18 @@ def _check_name(words: Sequence[str], program: Program) -> None:
         raise InputError("command line", "COMMAND", first, suggestion(first, names))
 
 
-def _read_option(options: argparse.Namespace, command: Command, declared: Option) -> None:
+def _read_option(options: argparse.Namespace, command: Command, option: Option) -> None:
     """Replaces the text of an option with its value."""
-    name = declared.names[-1]
-    key = declared.settings.get("dest", name.lstrip("-").replace("-", "_"))
+    name = option.names[-1]
+    key = option.settings.get("dest", name.lstrip("-").replace("-", "_"))
     raw = getattr(options, key)
     texts = raw if isinstance(raw, list) else [raw]
-    if declared.read is None or not all(isinstance(text, str) for text in texts):
+    if option.read is None or not all(isinstance(text, str) for text in texts):
         return  # a default
     values = []
     for text in texts:
         try:
-            values.append(declared.read(text))
+            values.append(option.read(text))
         except InputError:
             raise
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""Prints what runs found to the terminal."""
+"""Prints results of runs to the terminal: grasps, slips, phases, truth and agreement."""
 
 import math
 import textwrap
@@ -31,18 +31,18 @@ def print_poses(rows: Sequence[PoseRow]) -> None:
     steps = {} if has_pressures else {"step": "d"}
     cells = [
         [row.finger, *([] if has_pressures else [step]), *(getattr(row, name) for name in names)]
-        for _, of_finger in groupby(rows, attrgetter("finger"))
-        for step, row in enumerate(of_finger, 1)
+        for _, finger_rows in groupby(rows, attrgetter("finger"))
+        for step, row in enumerate(finger_rows, 1)
     ]
     print_table({"finger": "", **steps, **headings(PoseRow, names)}, cells)
 
 
 def print_truth(row: Judged) -> None:
     """Prints the ground truth of a task: where the object ended up."""
-    squeezed = "" if np.isnan(row.squeeze_mm) else f", squeezed by up to {row.squeeze_mm:.2f} mm"
+    squeeze = "" if np.isnan(row.squeeze_mm) else f", squeezed by up to {row.squeeze_mm:.2f} mm"
     _print_sentence(
         f"Ground truth: {row.placed_error_mm:.1f} mm and {row.placed_angle_deg:.1f} degrees from the goal,"
-        f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N{squeezed}"
+        f" slip in the fingers {row.slip_mm:.1f} mm, normal force of a finger up to {row.peak_force_n:.2f} N{squeeze}"
     )
 
 
@@ -63,8 +63,8 @@ def print_grasps(grasps: Sequence[ObjectGrasp], grips: Sequence[ObjectGrip], ins
             print()
             _print_sentence(f"Grasp of {grasp.object}: {grasp.grasp}{instead and f'; {instead}'}")
             continue
-        held = [grip for grip in grips if grip.object == grasp.object]
-        print_rows(held, f"Grasp of {grasp.object}: {grasp.grasp}", leave=("object",))
+        object_grips = [grip for grip in grips if grip.object == grasp.object]
+        print_rows(object_grips, f"Grasp of {grasp.object}: {grasp.grasp}", leave=("object",))
         if not math.isnan(grasp.slip_ratio):
             _print_sentence(
                 f"It slips below {grasp.least_force_n:.2f} N of {grasp.normal_force_n:.2f} N ({grasp.slip_ratio:.0%})"
@@ -98,39 +98,39 @@ def print_slips(slips: Sequence[ObjectSlip]) -> None:
         if slip.predicted:
             takes = f"its weight takes {slip.weight_share:.0%} of the friction available"
             _print_sentence(f"Before {slip.object} is lifted, {takes}: it {slip.predicted}")
-        lost = "" if math.isnan(slip.lost_s) else f"is lost at {slip.lost_s:.2f} s"
+        loss = "" if math.isnan(slip.lost_s) else f"is lost at {slip.lost_s:.2f} s"
         if not math.isnan(slip.slips_s):
-            where = f" in '{slip.slips_in}'" if slip.slips_in else ""
+            phase = f" in '{slip.slips_in}'" if slip.slips_in else ""
             _print_sentence(
-                f"{slip.object} slips from {slip.slips_s:.2f} s{where} on {slip.slips_on}{lost and f', and {lost}'}"
+                f"{slip.object} slips from {slip.slips_s:.2f} s{phase} on {slip.slips_on}{loss and f', and {loss}'}"
             )
             if math.isnan(slip.used_share):
                 print("  The fingers did not grip it before")
             else:
-                used = f"  Before, {slip.used_share:.0%} of the friction available was used."
-                _print_sentence(f"{used} {_would_have_held(slip)}")
-        elif lost:
-            print(f"{slip.object} {lost}, and does not slide before")
+                use = f"  Before, {slip.used_share:.0%} of the friction available was used."
+                _print_sentence(f"{use} {_would_have_held(slip)}")
+        elif loss:
+            print(f"{slip.object} {loss}, and does not slide before")
 
 
 def _would_have_held(slip: ObjectSlip) -> str:
     """The force or friction that would have held an object that slips, in words."""
     if slip.needed_force_n <= slip.present_force_n:
         return "The fingers could carry its weight: a motion or a turn took it out of them"
-    raised = f": models.{slip.object}.friction of {slip.least_object_friction:.2f}"
+    remedy = f": models.{slip.object}.friction of {slip.least_object_friction:.2f}"
     return (
         f"Its weight takes {slip.needed_force_n:.2f} N a finger ({slip.present_force_n:.2f} N then), or a coefficient"
         f" of friction of {slip.least_friction:.2f} ({slip.present_friction:.2f} here)"
-        f"{raised if math.isfinite(slip.least_object_friction) else ''}"
+        f"{remedy if math.isfinite(slip.least_object_friction) else ''}"
     )
 
 
 def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig, lost: Sequence[str] = ()) -> None:
     """Prints a line for each phase of a task, and its outcome, beside which objects are not held in truth."""
     print_rows(rows, "Phases, with the opening, the torque and the pressure at the end of each")
-    late = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
+    timeout = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     truth = f"; in truth: {', '.join(lost)}" if lost else ""
-    print(f"\nOutcome, as estimated: {outcome.words}{late}{truth}")
+    print(f"\nOutcome, as estimated: {outcome.words}{timeout}{truth}")
 
 
 AGREEMENT = "agreement.csv"

@@ -64,9 +64,9 @@ def run(options: argparse.Namespace) -> int:
     scenario = station.scenario
     check_closed(station)
     out = run_folder(options.out, name, scenario)
-    read = files_read(options.scenario, scenario)
-    _check_files(options, read)
-    lock_folder(out, [] if fits(out, scenario) else ["scenario.yaml"], read)
+    input_files = files_read(options.scenario, scenario)
+    _check_files(options, input_files)
+    lock_folder(out, [] if fits(out, scenario) else ["scenario.yaml"], input_files)
     meshcat = None
     if options.meshcat or options.html:
         from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
@@ -98,22 +98,22 @@ def _run_and_write(
     reports = (report(station, recording) for report in registered("REPORTS").values())
     for line in (*chain.from_iterable(reports), *drift_lines(station, recording)):
         print(line)
-    written = [out / file for file in _write(out, name, station, recording, console)]
+    paths = [out / file for file in _write(out, name, station, recording, console)]
     if options.mcap is not None:
         recording.save(options.mcap)
-        written.append(options.mcap)
+        paths.append(options.mcap)
     if meshcat is not None and options.html is not None:
         from soft_gripper.diagrams.view.meshcat_view import write_animation
 
         write_animation(meshcat, options.html)
-        written.append(options.html)
+        paths.append(options.html)
     if options.video is not None:
         from soft_gripper.pictures.video import write_video
 
         with console.progress("film", float(recording.data["time"][-1])) as progress:
             write_video(options.video, scenario, recording, progress)
-        written.append(options.video)
-    console.wrote(*written)
+        paths.append(options.video)
+    console.wrote(*paths)
     return recording
 
 
@@ -127,7 +127,7 @@ def drift_lines(station: Station, recording: Recording) -> list[str]:
 
 
 def observability_lines(station: Station) -> list[str]:
-    """Lines on the ways of yielding that the sensors of fingers in space observe, and those that they do not."""
+    """Lines on the deformations that the sensors of fingers in space observe, and on the others."""
     scenario = station.scenario
     names_by_observability: dict[tuple[str, ...], list[str]] = {}
     for finger in station.fingers:
@@ -136,21 +136,21 @@ def observability_lines(station: Station) -> list[str]:
             layout = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
             names_by_observability.setdefault(tuple(map(str, observability(layout, noise))), []).append(finger.name)
     return [
-        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(observed)}"
-        for observed, names in names_by_observability.items()
+        f"note: what the sensors of {', '.join(names)} observe of each section: {', '.join(is_observed)}"
+        for is_observed, names in names_by_observability.items()
     ]
 
 
-def run_folder(asked: Path | None, name: str, scenario: Scenario) -> Path:
+def run_folder(folder_option: Path | None, name: str, scenario: Scenario) -> Path:
     """The folder for the results of a scenario.
 
     By default, results/NAME, or the first of results/NAME-2, -3 ... that is free or holds this very scenario. In a
     folder that was requested, other results are replaced, with a note.
     """
-    if asked is not None:
-        if not fits(asked, scenario):
-            print(f"note: {asked} held results of another scenario or of other settings", file=sys.stderr)
-        return asked
+    if folder_option is not None:
+        if not fits(folder_option, scenario):
+            print(f"note: {folder_option} held results of another scenario or of other settings", file=sys.stderr)
+        return folder_option
     base = Path("results") / name
     folder = next(f for f in (base if i == 1 else base.with_name(f"{name}-{i}") for i in count(1)) if fits(f, scenario))
     if folder != base:
@@ -170,7 +170,7 @@ def fits(folder: Path, scenario: Scenario) -> bool:
     return text == dump_scenario(scenario, folder)
 
 
-def _check_files(options: argparse.Namespace, read: Sequence[str]) -> None:
+def _check_files(options: argparse.Namespace, input_files: Sequence[str]) -> None:
     """Checks, before the run starts, that all requested files can be written and that no input file is overwritten."""
     if options.video is not None:
         from soft_gripper.pictures.video import check_video
@@ -178,7 +178,7 @@ def _check_files(options: argparse.Namespace, read: Sequence[str]) -> None:
         check_video(options.video)
     for file in (options.video, options.html, options.mcap):
         if file is not None:
-            check_file(file, read)
+            check_file(file, input_files)
 
 
 def _write(out: Path, name: str, station: Station, recording: Recording, console: Console) -> list[str]:
@@ -202,10 +202,10 @@ def _write_forces(out: Path, station: Station, recording: Recording, console: Co
         return []
     rows = contact_rows(station, recording)
     console.table("contact_forces", rows, out / "contact_forces.csv")
-    until = end_of_hold(rows, station, recording)
-    held = [row for row in rows if row.time_s == until]
-    print(f"\n{forces_text(held, estimator_of_forces(station, recording))}")
-    for row in held:
+    end = end_of_hold(rows, station, recording)
+    end_rows = [row for row in rows if row.time_s == end]
+    print(f"\n{forces_text(end_rows, estimator_of_forces(station, recording))}")
+    for row in end_rows:
         if row.most_n - row.least_n > WIDE * row.transverse_n:
             print(narrower_text(row.finger, band_widths(station, recording, row)), end="")
     return ["contact_forces.csv"]

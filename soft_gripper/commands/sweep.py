@@ -21,36 +21,36 @@ def run(options: argparse.Namespace) -> int:
     """Runs the command."""
     axes = [read_axis(text) for text in options.vary]
     points = sweep_points(axes, options.method, options.sample or 0, options.seed)
-    fixed = dict(map(read_override, options.set))
-    given = {"sensor.sections": options.sections, "engine": options.engine}
-    fixed |= {key: value for key, value in given.items() if value is not None}
+    fixed_changes = dict(map(read_override, options.set))
+    option_values = {"sensor.sections": options.sections, "engine": options.engine}
+    fixed_changes |= {key: value for key, value in option_values.items() if value is not None}
     executor = open_executor(options.jobs, options.scheduler)
-    kept = f"their results are in {options.out / TABLE}; --resume runs the others"
-    with options.console.jobs(len(points), "runs", kept) as report, executor as opened:
+    note = f"their results are in {options.out / TABLE}; --resume runs the others"
+    with options.console.jobs(len(points), "runs", note) as report, executor as opened:
         rows = run_sweep(
             options.scenario,
             points,
             options.out,
             opened,
-            fixed=fixed,
+            fixed=fixed_changes,
             own=options.measure,
             check_step=options.check_step,
             resume=options.resume,
             report=report,
         )
-        runs = [(row, {**fixed, **point}) for row, point in zip(rows, points, strict=True)]
-        agreed = agreement_with_drake(options.scenario, runs, options.check, options.seed, opened, options.measure)
-    files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreed else [])]
+        runs = [(row, {**fixed_changes, **point}) for row, point in zip(rows, points, strict=True)]
+        agreements = agreement_with_drake(options.scenario, runs, options.check, options.seed, opened, options.measure)
+    files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreements else [])]
     print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
-    predicted = [row for row in rows if row.get("predicted")]
-    if predicted:
-        right = sum(as_predicted(row["predicted"], row["grasp"]) for row in predicted)
-        print(f"Held or lost as predicted before the lift: {right} of {len(predicted)} runs")
+    predicted_rows = [row for row in rows if row.get("predicted")]
+    if predicted_rows:
+        correct = sum(as_predicted(row["predicted"], row["grasp"]) for row in predicted_rows)
+        print(f"Held or lost as predicted before the lift: {correct} of {len(predicted_rows)} runs")
     if options.check_step:
         flagged = sorted({name for row in rows for name in row[DEPENDS].split()})
         print(f"With half the time step, {', '.join(flagged) if flagged else 'nothing'} changes by more than 5 %")
-    if agreed:
-        print_agreement(agreed, options.console, options.out)
+    if agreements:
+        print_agreement(agreements, options.console, options.out)
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
     return 0
@@ -59,9 +59,9 @@ def run(options: argparse.Namespace) -> int:
 def _draw(rows: list[dict[str, str]], points: list[SweepPoint], options: argparse.Namespace) -> list[str]:
     """Draws the figure, if the sweep has one; returns its files."""
     keys, columns = list(points[0]), {name: [row[name] for row in rows] for name in rows[0]}
-    measured = {name: cells for name, cells in columns.items() if name not in (NUMBER, DEPENDS, ERROR, *keys)}
+    measure_cells = {name: cells for name, cells in columns.items() if name not in (NUMBER, DEPENDS, ERROR, *keys)}
     title = f"{Path(options.scenario).stem}: {len(points)} runs"
-    figure = sweep_figure({key: columns[key] for key in keys}, measured, title)
+    figure = sweep_figure({key: columns[key] for key in keys}, measure_cells, title)
     if figure is None:
         return []
     save_figure(figure, options.out / FIGURE)

@@ -58,17 +58,17 @@ def solve_posture(
     """
     context = plant.CreateDefaultContext()
     law = coupled or no_couplings(plant)
-    moving = _moves_tool(plant, context, tool, seed, law)
-    nearest, distance = None, np.inf
+    movable = _moves_tool(plant, context, tool, seed, law)
+    best_posture, distance = None, np.inf
     for number, start in enumerate(_starts(plant, seed)):
         q = _solve(plant, context, tool, X_WTool, seed, law.follow_leaders(start), law)
-        q = law.follow_leaders(np.where(moving, _unwind(plant, q, seed), seed))
+        q = law.follow_leaders(np.where(movable, _unwind(plant, q, seed), seed))
         plant.SetPositions(context, q)
         if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
-            nearest, distance = q, float(np.linalg.norm(q - seed))
-        if distance < NEAR_SEED or (nearest is not None and number + 1 >= NEAR_STARTS):
+            best_posture, distance = q, float(np.linalg.norm(q - seed))
+        if distance < NEAR_SEED or (best_posture is not None and number + 1 >= NEAR_STARTS):
             break
-    return nearest
+    return best_posture
 
 
 def movable_joints(plant: MultibodyPlant) -> list[Joint]:
@@ -86,8 +86,8 @@ def _starts(plant: MultibodyPlant, seed: Array) -> Iterator[Array]:
     """The seed, from which most are found, and random postures around it, NEAR_STARTS of them spread ever wider."""
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     yield np.clip(_unwind(plant, seed, seed), lower, upper)
-    spread = np.pi * np.minimum(np.arange(MAX_STARTS) / NEAR_STARTS, 1.0)[:, None]
-    starts = seed + spread * np.random.default_rng(0).uniform(-1.0, 1.0, (MAX_STARTS, len(seed)))
+    radius = np.pi * np.minimum(np.arange(MAX_STARTS) / NEAR_STARTS, 1.0)[:, None]
+    starts = seed + radius * np.random.default_rng(0).uniform(-1.0, 1.0, (MAX_STARTS, len(seed)))
     yield from np.clip(_unwind(plant, starts, starts), lower, upper)[1:]
 
 
@@ -127,9 +127,9 @@ def _solve(
 def _unwind(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
     """Turns revolute joints of q (..., n) by whole turns to within limits, and as near to the seed as these allow."""
     turn = 2 * np.pi
-    fewest = np.ceil((plant.GetPositionLowerLimits() - q) / turn)
-    most = np.floor((plant.GetPositionUpperLimits() - q) / turn)
-    turns = np.clip(np.round((seed - q) / turn), fewest, most)
+    min_turns = np.ceil((plant.GetPositionLowerLimits() - q) / turn)
+    max_turns = np.floor((plant.GetPositionUpperLimits() - q) / turn)
+    turns = np.clip(np.round((seed - q) / turn), min_turns, max_turns)
     is_revolute = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
     return q + np.where(is_revolute, turns * turn, 0.0)
 
@@ -190,9 +190,9 @@ class ArmLimits:
             actuator = plant.get_joint_actuator(index)
             effort[actuator.joint().velocity_start()] = actuator.effort_limit()
         velocity = np.minimum(-plant.GetVelocityLowerLimits(), plant.GetVelocityUpperLimits())
-        for what, limits in (("velocity", velocity), ("effort", effort)):
+        for quantity, limits in (("velocity", velocity), ("effort", effort)):
             for i in np.flatnonzero(limits <= 0):
-                raise LimitError(f"joint '{movable_joints(plant)[i].name()}': a limit of {what} of {limits[i]:g}")
+                raise LimitError(f"joint '{movable_joints(plant)[i].name()}': a limit of {quantity} of {limits[i]:g}")
         lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
         return ArmLimits(lower, upper, velocity, np.minimum(plant.GetAccelerationUpperLimits(), acceleration), effort)
 
@@ -255,10 +255,10 @@ def timed(
     q, v, vdot = np.split(np.unique(np.hstack([q, v, vdot]), axis=0), 3, axis=1)  # one state if the arm stays
     rest, linear, quadratic = map(law.leader_efforts, _efforts(plant, q, v, vdot))
     _check_inside(plant, law, "effort at rest", rest, LIMIT_TOLERANCE - limits.effort, limits.effort - LIMIT_TOLERANCE)
-    none = np.zeros_like(v)
+    zeros = np.zeros_like(v)
     rate = min(
-        _highest_rate(np.array([v, -v]), none, limits.velocity),
-        _highest_rate(none, np.array([vdot, -vdot]), limits.acceleration),
+        _highest_rate(np.array([v, -v]), zeros, limits.velocity),
+        _highest_rate(zeros, np.array([vdot, -vdot]), limits.acceleration),
         _highest_rate(linear, quadratic, limits.effort - rest),
         _highest_rate(-linear, -quadratic, limits.effort + rest),
     )
@@ -303,14 +303,15 @@ def _highest_rate(linear: Array, quadratic: Array, margin: Array) -> float:
     return float(rates.min(initial=np.inf, where=denominator > 0))
 
 
-def _check_inside(plant: MultibodyPlant, law: Couplings, what: str, values: Array, lower: Array, upper: Array) -> None:
+def _check_inside(plant: MultibodyPlant, law: Couplings, name: str, values: Array, lower: Array, upper: Array) -> None:
     """Raises LimitError for the value, of (K, n), that lies furthest outside."""
     excess = np.maximum(lower - values, values - upper)
     k, i = np.unravel_index(excess.argmax(), excess.shape)
     if excess[k, i] > 0:
-        names, leader = [joint.name() for joint in movable_joints(plant)], law.leads[abs(law.matrix[i]).argmax()]
+        names = [joint.name() for joint in movable_joints(plant)]
+        leader = law.leads[abs(law.matrix[i]).argmax()]
         limits = f"{lower[i]:.4g} to {upper[i]:.4g}" + (f"; it follows '{names[leader]}'" if i != leader else "")
-        raise LimitError(f"joint '{names[i]}': {what} {values[k, i]:.4g} is outside of its limits, {limits}")
+        raise LimitError(f"joint '{names[i]}': {name} {values[k, i]:.4g} is outside of its limits, {limits}")
 
 
 _PROBE_STATES = 3
@@ -325,8 +326,8 @@ def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
     n, limits = plant.num_velocities(), ArmLimits.of_plant(plant, np.inf)
     q, v, vdot = np.random.default_rng(0).uniform(-1.0, 1.0, (3, _PROBE_STATES, n))
     poses = [tool_pose(plant, tool, posture).GetAsMatrix34() for posture in q]
-    turning = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
-    numbers = (*vars(limits).values(), *_efforts(plant, q, v, vdot), *poses, np.array(turning))
+    is_revolute = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
+    numbers = (*vars(limits).values(), *_efforts(plant, q, v, vdot), *poses, np.array(is_revolute))
     return b"".join(np.ascontiguousarray(array).tobytes() for array in numbers)
 
 
@@ -378,8 +379,8 @@ class ToolFollower(LeafSystem):
             velocity = self._joint_velocities(missing, positions, velocities, velocity)
         values.set_value(np.concatenate([positions + self._period * velocity, velocity]))
 
-    def _joint_velocities(self, missing: Array, positions: Array, velocities: Array, otherwise: Array) -> Array:
-        """Joint velocities that move the tool by a desired velocity; `otherwise` where there are none."""
+    def _joint_velocities(self, missing: Array, positions: Array, velocities: Array, fallback: Array) -> Array:
+        """Joint velocities that move the tool by a desired velocity; `fallback` where there are none."""
         world, leads = self._arm.world_frame(), self._law.leads
         jacobian = self._arm.CalcJacobianSpatialVelocity(
             self._scratch, JacobianWrtVariable.kV, self._tool, [0, 0, 0], world, world
@@ -388,7 +389,7 @@ class ToolFollower(LeafSystem):
             positions[leads], velocities[leads], missing, jacobian @ self._law.matrix, self._parameters
         )
         if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
-            return otherwise
+            return fallback
         return np.asarray(self._law.matrix @ result.joint_velocities)
 
     def _pose_error(self, X_WGoal: RigidTransform) -> Array:

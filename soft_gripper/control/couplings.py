@@ -18,10 +18,10 @@ class Couplings:
     matrix: Array  # (n, k)
     offset: Array  # (n,) rad or m
 
-    def full(self, leading: Array) -> Array:
+    def full(self, leader_positions: Array) -> Array:
         """Positions of all joints, (..., n), from those of the joints that follow no other, (..., k)."""
-        positions = leading @ self.matrix.T + self.offset
-        positions[..., self.leads] = leading  # free of rounding, and of what is wrong with others
+        positions = leader_positions @ self.matrix.T + self.offset
+        positions[..., self.leads] = leader_positions  # free of rounding, and of what is wrong with others
         return positions
 
     def follow_leaders(self, positions: Array) -> Array:
@@ -38,12 +38,12 @@ class Couplings:
 def couplings(joints: Sequence[str], mimics: Sequence[Mimic] = ()) -> Couplings:
     """Couplings of joints by their names; none follows itself through others."""
     laws = {mimic.joint: mimic for mimic in mimics}
-    leading = [name for name in joints if name not in laws]
-    matrix, offset = np.zeros((len(joints), len(leading))), np.zeros(len(joints))
+    leader_names = [name for name in joints if name not in laws]
+    matrix, offset = np.zeros((len(joints), len(leader_names))), np.zeros(len(joints))
     for i, name in enumerate(joints):
         factor = 1.0
         while (law := laws.get(name)) is not None:
             offset[i] += factor * law.offset
             factor, name = factor * law.multiplier, law.leader
-        matrix[i, leading.index(name)] = factor
-    return Couplings(np.array([joints.index(name) for name in leading], dtype=int), matrix, offset)
+        matrix[i, leader_names.index(name)] = factor
+    return Couplings(np.array([joints.index(name) for name in leader_names], dtype=int), matrix, offset)

@@ -9,7 +9,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import CLOSING
 from soft_gripper.estimators.force_posterior import INTERVAL
-from soft_gripper.run_begin import since_begin
+from soft_gripper.run_begin import declare_run_time
 from soft_gripper.signals import describe
 
 
@@ -54,8 +54,8 @@ class GripTorque(ArrayBlock):
 def _mean_opening(*torques: Array) -> Array:
     """Mean opening torque, (...) N m, from the torques of each finger, (..., N) N m, positive where they close it."""
     total = torques[0][..., 0]
-    for others in torques[1:]:
-        total = total + others[..., 0]
+    for torque in torques[1:]:
+        total = total + torque[..., 0]
     return -total / len(torques)
 
 
@@ -82,8 +82,8 @@ class GripForce(ArrayBlock):
 def _mean_closing(*forces: Array) -> Array:
     """Mean closing force, (...) N, from the forces on the fingers, (..., 3) N in the frames of their bases."""
     total = forces[0]
-    for others in forces[1:]:
-        total = total + others
+    for force in forces[1:]:
+        total = total + force
     return np.asarray(total @ CLOSING / len(forces))
 
 
@@ -133,12 +133,12 @@ class SampledSteps(LeafSystem):
     def __init__(self, values: Sequence[float], duration: float, period: float):
         """Holds each value for `duration` s from the beginning of a run, the last forever; samples every `period` s."""
         super().__init__()
-        self._values, self._duration, self._since_begin = tuple(values), duration, since_begin(self)
+        self._values, self._duration, self._run_time = tuple(values), duration, declare_run_time(self)
         self._value = self.DeclareDiscreteState([values[0]])
         self.DeclareStateOutputPort("value", self._value)
         if len(values) > 1:
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        step = int((self._since_begin(context) + 1e-9) / self._duration)
+        step = int((self._run_time(context) + 1e-9) / self._duration)
         values.set_value(self._value, [self._values[min(step, len(self._values) - 1)]])

@@ -12,7 +12,7 @@ from soft_gripper.files.document import check_config
 from soft_gripper.quantity import quantity, valid
 
 
-class Step(NamedTuple):
+class PidStep(NamedTuple):
     """Result of one sample."""
 
     memory: list[float]  # after it, before back-calculation: I, d, y, u
@@ -94,27 +94,27 @@ class PidController(ArrayBlock):
         )
         self.put_out("output", lambda step: step.memory[3], "step")
 
-    def step(self, before: Array, set_points: Array, measurements: Array) -> Step:
+    def step(self, before: Array, set_points: Array, measurements: Array) -> PidStep:
         """The result of a sample, from the memory of the one before, (4,), and both inputs, (1,)."""
         memory = before.tolist()
-        integral, derivative, last, held = memory
+        integral, derivative, last, last_output = memory
         (set_point,), (measurement,) = set_points.tolist(), measurements.tolist()
         error = set_point - measurement
         gains, period = self._gains, self._period
         if isnan(last):  # the first measurement
-            integral, last = held - gains.kp * error, measurement
+            integral, last = last_output - gains.kp * error, measurement
         smoothing = gains.derivative_filter + period
         derivative = (gains.derivative_filter * derivative + gains.kd * (measurement - last)) / smoothing
         unlimited = gains.kp * error + integral - derivative
         integral += period * gains.ki * error
         if not _is_sizeable(unlimited + integral):
-            return Step(memory, nan)
-        given = min(max(unlimited, self._limits[0]), self._limits[1])
-        return Step([integral, derivative, measurement, given], unlimited)
+            return PidStep(memory, nan)
+        output = min(max(unlimited, self._limits[0]), self._limits[1])
+        return PidStep([integral, derivative, measurement, output], unlimited)
 
-    def _anti_windup_memory(self, step: Step, applied: Array | None) -> Array:
+    def _anti_windup_memory(self, step: PidStep, applied: Array | None) -> Array:
         """The memory after a sample, by back-calculation from the output that was applied."""
-        integral, derivative, measurement, given = step.memory
-        chosen = given if applied is None else float(applied[0])
-        unwound = integral + self._period * (chosen - step.unlimited) / self._gains.tracking_time
-        return np.array([unwound if _is_sizeable(unwound) else integral, derivative, measurement, given])
+        integral, derivative, measurement, output = step.memory
+        applied_output = output if applied is None else float(applied[0])
+        unwound = integral + self._period * (applied_output - step.unlimited) / self._gains.tracking_time
+        return np.array([unwound if _is_sizeable(unwound) else integral, derivative, measurement, output])

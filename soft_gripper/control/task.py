@@ -92,22 +92,22 @@ class Rules:
     timeout: float  # s, maximum wait after the motion
     quiet_band: float = QUIET_BAND  # m
 
-    def step(self, progress: Progress, observed: GripObservation) -> Progress:
+    def step(self, progress: Progress, observation: GripObservation) -> Progress:
         """The progress after one more sample."""
         if progress.phase == len(self.phases):
             return progress
         phase = self.phases[progress.phase]
-        progress = self._update_observations(progress, observed)
+        progress = self._update_observations(progress, observation)
         if progress.outcome == Outcome.RUNNING:
-            progress = progress._replace(outcome=self._judge(phase, progress, observed))
-        follower = self._follower(phase, progress, observed)
+            progress = progress._replace(outcome=self._judge(phase, progress, observation))
+        follower = self._follower(phase, progress, observation)
         if follower is None:
             return progress
         if follower == len(self.phases) and progress.outcome == Outcome.RUNNING:
             progress = progress._replace(outcome=Outcome.DONE)
-        grasped = observed.opening if phase.until == "grasped" else progress.grasped
-        began = observed.time
-        return Progress(follower, progress.outcome, began, since=began, gripped=began, grasped=grasped)
+        grasped = observation.opening if phase.until == "grasped" else progress.grasped
+        begin = observation.time
+        return Progress(follower, progress.outcome, begin, since=begin, gripped=begin, grasped=grasped)
 
     def opening(self, progress: Progress) -> float:
         """The set point of the opening, m; a failure opens the fingers at once."""
@@ -116,48 +116,48 @@ class Rules:
             return self.phases[phase.rescue].opening
         return phase.opening
 
-    def _update_observations(self, progress: Progress, observed: GripObservation) -> Progress:
+    def _update_observations(self, progress: Progress, observation: GripObservation) -> Progress:
         """Progress with rest and grip of a sample; values that are not finite count as motion and as no grip."""
-        if not abs(observed.opening - progress.quiet_opening) <= self.quiet_band:
-            progress = progress._replace(quiet_opening=observed.opening, since=observed.time)
-        has_grip = observed.torque > self.threshold and observed.opening > progress.grasped - CLOSING_ALLOWANCE
-        return progress._replace(gripped=observed.time) if has_grip else progress
+        if not abs(observation.opening - progress.quiet_opening) <= self.quiet_band:
+            progress = progress._replace(quiet_opening=observation.opening, since=observation.time)
+        has_grip = observation.torque > self.threshold and observation.opening > progress.grasped - CLOSING_ALLOWANCE
+        return progress._replace(gripped=observation.time) if has_grip else progress
 
-    def _judge(self, phase: Phase, progress: Progress, observed: GripObservation) -> Outcome:
+    def _judge(self, phase: Phase, progress: Progress, observation: GripObservation) -> Outcome:
         """The outcome after a sample: a failure of the phase, or none."""
-        if phase.holds and observed.time - progress.gripped > GRIP_GAP:
+        if phase.holds and observation.time - progress.gripped > GRIP_GAP:
             return Outcome.OBJECT_LOST
-        waited = observed.time - progress.began - phase.duration
-        if phase.until is not None and waited > self.timeout:
+        waiting_time = observation.time - progress.began - phase.duration
+        if phase.until is not None and waiting_time > self.timeout:
             return NOT_REACHED[phase.until]
-        at_rest = waited >= 0 and self._is_quiet(progress, observed)
-        empty = phase.until == "grasped" and at_rest and not observed.torque > self.threshold
+        is_at_rest = waiting_time >= 0 and self._is_quiet(progress, observation)
+        empty = phase.until == "grasped" and is_at_rest and not observation.torque > self.threshold
         return Outcome.NOTHING_GRASPED if empty else Outcome.RUNNING
 
-    def _follower(self, phase: Phase, progress: Progress, observed: GripObservation) -> int | None:
+    def _follower(self, phase: Phase, progress: Progress, observation: GripObservation) -> int | None:
         """The phase that starts now, if any."""
-        waited = observed.time - progress.began - phase.duration
-        if waited < 0:
+        waiting_time = observation.time - progress.began - phase.duration
+        if waiting_time < 0:
             return None
         if progress.outcome != Outcome.RUNNING and phase.rescue is not None:
             return phase.rescue
         if not phase.until:
-            return phase.follower if waited >= phase.rest else None
-        given_up = phase.rescue is None and waited > self.timeout
-        return phase.follower if given_up or self._is_complete(phase, progress, observed) else None
+            return phase.follower if waiting_time >= phase.rest else None
+        given_up = phase.rescue is None and waiting_time > self.timeout
+        return phase.follower if given_up or self._is_complete(phase, progress, observation) else None
 
-    def _is_complete(self, phase: Phase, progress: Progress, observed: GripObservation) -> bool:
+    def _is_complete(self, phase: Phase, progress: Progress, observation: GripObservation) -> bool:
         """Whether the fingers are at rest: at the commanded opening, closed on an object, or on nothing."""
-        if not self._is_quiet(progress, observed):
+        if not self._is_quiet(progress, observation):
             return False
         if phase.until == "opened":
-            return abs(observed.opening - phase.opening) <= OPENED_BAND
+            return abs(observation.opening - phase.opening) <= OPENED_BAND
         if phase.until == "grasped":
-            return observed.torque > self.threshold
-        return abs(observed.torque) < self.threshold
+            return observation.torque > self.threshold
+        return abs(observation.torque) < self.threshold
 
-    def _is_quiet(self, progress: Progress, observed: GripObservation) -> bool:
-        return observed.time - progress.since >= QUIET_TIME
+    def _is_quiet(self, progress: Progress, observation: GripObservation) -> bool:
+        return observation.time - progress.since >= QUIET_TIME
 
 
 # Entries of the state of a task.
@@ -246,8 +246,8 @@ class TaskMachine(ArrayBlock):
         before = _progress(state)
         begin = float(state[_BEGIN_ENTRY])
         time = float(times[0]) - begin
-        observed = GripObservation(time, *(np.nan if u is None else float(u[0]) for u in (opening, torque)))
-        progress = self.rules.step(before, observed)
+        observation = GripObservation(time, *(np.nan if u is None else float(u[0]) for u in (opening, torque)))
+        progress = self.rules.step(before, observation)
         if progress.phase == self._over:
             return np.concatenate([progress, state[_PROGRESS_ENTRIES.stop :]])
         desired = _desired_state(self.phases[progress.phase], time + self._period - progress.began)
@@ -262,8 +262,8 @@ class TaskMachine(ArrayBlock):
 
 
 def _progress(state: Array) -> Progress:
-    phase, outcome, *others = state[_PROGRESS_ENTRIES].tolist()
-    return Progress(int(phase), int(outcome), *others)
+    phase, outcome, *numbers = state[_PROGRESS_ENTRIES].tolist()
+    return Progress(int(phase), int(outcome), *numbers)
 
 
 def _desired_state(phase: Phase, since: float) -> Array:

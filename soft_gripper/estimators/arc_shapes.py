@@ -67,7 +67,9 @@ class BendSharing:
 
     def _solve_elastic_law(self, theta: Array, torque_without_load: Array) -> Array:
         """Newton's method for the loads of the sections, from none."""
-        finger, torque, q = self.layout.finger, np.zeros_like(theta), self.layout.finger.angle(torque_without_load)
+        finger = self.layout.finger
+        torque = np.zeros_like(theta)
+        q = self.layout.finger.angle(torque_without_load)
         for _ in range(_MAX_ITERATIONS):
             compliance = 1 / finger.joint_law.slope(q)
             bends = self.layout.matrix @ (compliance[..., None] * self.interpolation)
@@ -75,7 +77,7 @@ class BendSharing:
             torques = torque + np.multiply.outer(_STEP_FRACTIONS, step)
             shapes = finger.angle(torques @ self.interpolation.T + torque_without_load)
             best = np.linalg.norm(theta - self.layout.sums(shapes), axis=-1).argmin(axis=0)[None, ..., None]
-            torque, q = (np.take_along_axis(tried, best, axis=0)[0] for tried in (torques, shapes))
+            torque, q = (np.take_along_axis(values, best, axis=0)[0] for values in (torques, shapes))
         return q + self.layout.shared_equally(theta - self.layout.sums(q))
 
     @cached_property
@@ -87,8 +89,8 @@ class BendSharing:
     @cached_property
     def _torque_gain(self) -> Array:
         """Joint angles per known torque, rad/(N m), with zero bend of every section, (N, N)."""
-        free = np.diag(1 / self.layout.finger.stiffness)
-        return free - self._bend_gain @ self.layout.matrix @ free
+        compliance = np.diag(1 / self.layout.finger.stiffness)
+        return compliance - self._bend_gain @ self.layout.matrix @ compliance
 
     @cached_property
     def interpolation(self) -> Array:
@@ -123,7 +125,7 @@ class ArcShape:
         return ArcCurve(self.layout, *bends_from_readings(self.layout, readings))
 
     def shape(self, curve: ArcCurve, driving: Array, gravity: Array) -> ShapeEstimate:
-        """Joint angles that share the bends of a curve, and the curve; other arguments as of ShapeFunction."""
+        """Joint angles that share the bends of a curve, and the curve; other arguments as in ShapeFunction."""
         q = self._sharing.joint_angles(curve.theta, driving, as_planar(gravity[..., ::2])[..., None])
         return ShapeEstimate(q, curve=curve)
 
@@ -134,7 +136,7 @@ class ArcShape:
 
 @dataclass(frozen=True)
 class ConstantCurvatureShape:
-    """The estimator `constant_curvature` of one finger, that of the paper; a ShapeFunction."""
+    """The estimator `constant_curvature` of one finger, as published; a ShapeFunction."""
 
     layout: SensorLayout
 

@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.kinematics import in_plane, rotated
+from soft_gripper.fingers.kinematics import planar_vector, rotated
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _TINY = 1e-100  # lost in any other number; added to 0 it makes sin(x) / x exactly 1
@@ -114,7 +114,7 @@ def points_on_arcs(
     length = arcs.length.take(section, axis=-1) * fraction
     heading, start = arcs.heading.take(section, axis=-1), arcs.start.take(section, axis=-1)
     points = start + chord(theta, length, heading)
-    return points if offset is None else points + rotated(in_plane(offset, 0.0), heading + theta)
+    return points if offset is None else points + rotated(planar_vector(offset, 0.0), heading + theta)
 
 
 def arcs_from_readings(layout: SensorLayout, readings: Array) -> Arcs:

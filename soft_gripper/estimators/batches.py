@@ -49,9 +49,9 @@ def map_batches(function: Any, sample: Array, *arrays: Array) -> Any:
     All arrays have the leading axes of the first one, whose samples are vectors.
     """
     shape = sample.shape[:-1]
-    flat = [values.reshape(-1, *values.shape[len(shape) :]) for values in (sample, *arrays)]
-    begins = range(0, max(len(flat[0]), 1), _BATCH_SIZE)
-    results = (function(*(values[begin : begin + _BATCH_SIZE] for values in flat)) for begin in begins)
+    flat_arrays = [values.reshape(-1, *values.shape[len(shape) :]) for values in (sample, *arrays)]
+    begins = range(0, max(len(flat_arrays[0]), 1), _BATCH_SIZE)
+    results = (function(*(values[begin : begin + _BATCH_SIZE] for values in flat_arrays)) for begin in begins)
     return _join([*results] if len(begins) == 1 else [_force_lazy(result) for result in results], shape)
 
 
@@ -69,6 +69,6 @@ def _join(parts: list[Any], shape: tuple[int, ...]) -> Any:
     if isinstance(parts[0], LazyArray):
         return LazyArray(lambda: _join([part.value for part in parts], shape))
     if isinstance(parts[0], np.ndarray):
-        joined = np.concatenate(parts)
-        return joined.reshape((*shape, *joined.shape[1:]))
+        whole = np.concatenate(parts)
+        return whole.reshape((*shape, *whole.shape[1:]))
     return type(parts[0])(*(_join(list(values), shape) for values in zip(*parts, strict=True)))

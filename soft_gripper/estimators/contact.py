@@ -151,8 +151,8 @@ class SurfaceContact:
         W = whitening_matrix(linearized.covariance)
         cells = self.cells(linearized.q, linearized.bent, W @ linearized.slopes)
         r = (W @ linearized.residual[..., None])[..., 0]
-        refined = not self.mechanics.is_planar  # there, friction has cells of its own
-        cell_fits = fit_cells(r, cells, self._force_prior.max_force, refined)
+        refines = not self.mechanics.is_planar  # there, friction has cells of its own
+        cell_fits = fit_cells(r, cells, self._force_prior.max_force, refines)
         posterior = cell_posterior(cell_fits, linearized.read_count, self._force_prior)
         heaviest = LazyArray(lambda: self._heaviest_cells(linearized, cell_fits, posterior))
         return SingleForceFit(linearized, cell_fits, posterior, heaviest)
@@ -176,14 +176,14 @@ class SurfaceContact:
     def _tip_force_std(self, posterior: CellPosterior) -> Array:
         """Standard deviation of a force on the tip, N, (...): the force that is overlooked first."""
         surface = self.surface
-        smooth = np.flatnonzero(surface.on_face & ~surface.rough & (surface.place == surface.place.max()))
-        return np.asarray(posterior.std[..., smooth].max(axis=-1))
+        tip_cells = np.flatnonzero(surface.on_face & ~surface.rough & (surface.place == surface.place.max()))
+        return np.asarray(posterior.std[..., tip_cells].max(axis=-1))
 
     def posterior(self, fit: SingleForceFit) -> ContactPosterior:
         """Posterior of the contact."""
         linearized, cell_fits, posterior, heaviest = fit
         length = self.mechanics.layout.finger.length
-        nearest = self.mechanics.uncertainty.nearest_contact * length
+        min_location = self.mechanics.uncertainty.nearest_contact * length
         transverse = LazyArray(lambda: weighted_posterior(*transverse_forces(heaviest.value), heaviest.value.weights))
         return contact_posterior(
             cell_fits,
@@ -192,7 +192,7 @@ class SurfaceContact:
             linearized.read_count,
             length,
             self._force_prior,
-            nearest,
+            min_location,
             linearized.moving,
             self._cone_cells(cell_fits.cells),
         )
@@ -209,7 +209,8 @@ class SurfaceContact:
         terms = np.swapaxes(compliant, -1, -2)[..., :, None, :] * posture.screws[..., None]  # (..., D, 6, S)
         sums = np.concatenate([np.zeros_like(terms[..., :1, :, :]), terms.cumsum(axis=-3)], axis=-3)
         moments, forces = np.split(sums[..., links, :, :], 2, axis=-2)
-        R, origins = np.swapaxes(posture.rotations[..., links, :, :], -1, -2), posture.origins[..., links, :]
+        R = np.swapaxes(posture.rotations[..., links, :, :], -1, -2)
+        origins = posture.origins[..., links, :]
         shifts = vector_product(np.swapaxes(moments, -1, -2), origins[..., None, :])  # forces act at the links' origins
         forces = forces + np.swapaxes(shifts, -1, -2)
         wrench_effects = [np.concatenate([R @ moments, R @ forces], axis=-2)]  # (..., L, 6, S)
@@ -305,7 +306,8 @@ class SurfaceContact:
         """Fits force, (...) N, and deviations, (..., D), in the most probable cell, whose place is free."""
         usual_force, max_force = self._force_prior
         place_index = self.surface.tangents
-        place_changes, other_changes = deviations[..., place_index, :], np.delete(deviations, place_index, axis=-2)
+        place_changes = deviations[..., place_index, :]
+        other_changes = np.delete(deviations, place_index, axis=-2)
         for _ in range(_ITERATIONS):  # deviations other than that of the place follow the force
             U = force[..., None, None] * other_changes
             weights = np.linalg.inv(np.swapaxes(U, -1, -2) @ U + np.eye(r.shape[-1]))
@@ -351,10 +353,10 @@ class SurfaceContact:
         """
         contact, torque = ContactForce(*(np.array(values) for values in contact)), torque.copy()
         for k in np.flatnonzero(is_chosen & np.isin(side, self.surface.side[self._smooth_places])):
-            several = self._fit_several_forces(int(k), int(side[k]), fit)
-            if several.chi_squared <= fit.cell_fits.chi_squared[k].min():
-                torque[k] = several.torque
-                for name, value in several.fields.items():
+            forces_fit = self._fit_several_forces(int(k), int(side[k]), fit)
+            if forces_fit.chi_squared <= fit.cell_fits.chi_squared[k].min():
+                torque[k] = forces_fit.torque
+                for name, value in forces_fit.fields.items():
                     getattr(contact, name)[k] = value
         return contact, torque
 
@@ -363,27 +365,27 @@ class SurfaceContact:
         from scipy.optimize import nnls
 
         linearized, cell_fits, _, _ = fit
-        surface, assumed = self.surface, self.mechanics.uncertainty
-        smooth = np.flatnonzero(self._smooth_places & (surface.side == side))
-        responses = cell_fits.cells.response[k, smooth].T
+        surface, uncertainty = self.surface, self.mechanics.uncertainty
+        cells = np.flatnonzero(self._smooth_places & (surface.side == side))
+        responses = cell_fits.cells.response[k, cells].T
         usual_force, tangents = self._force_prior.usual_force, surface.tangents
-        rows = np.vstack([responses, np.eye(len(smooth)) / usual_force])
-        forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(smooth))))
-        friction_stds = assumed.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
-        friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, smooth, :tangents]
+        rows = np.vstack([responses, np.eye(len(cells)) / usual_force])
+        forces, _ = nnls(rows, np.append(cell_fits.r[k], np.zeros(len(cells))))
+        friction_stds = uncertainty.friction / math.sqrt(3) / SMOOTH_FRICTION * forces
+        friction = friction_stds[:, None, None] * cell_fits.cells.deviations[k, cells, :tangents]
         friction = friction.reshape(-1, len(responses))
         noise = np.eye(len(responses)) + friction.T @ friction
         residual = cell_fits.r[k] - responses @ forces
         covariance = _several_covariance(responses, noise, forces, usual_force)
-        total, s = forces.sum(), surface.arc_length[smooth]
+        total, s = forces.sum(), surface.arc_length[cells]
         divisor = total if total > 0 else np.nan
         center = forces @ s / divisor
-        directions = surface.directions[smooth, 0]
-        frames = self.mechanics.links[surface.link[smooth]]
+        directions = surface.directions[cells, 0]
+        frames = self.mechanics.links[surface.link[cells]]
         bent = linearized.bent.posture
         base_directions = (bent.rotations[k, frames] @ directions[..., None])[..., 0]
-        posture = Posture(*(np.broadcast_to(part[k], (len(smooth), *part.shape[1:])) for part in bent))
-        wrenches = forces[:, None] * surface.wrenches[smooth, 0]
+        posture = Posture(*(np.broadcast_to(part[k], (len(cells), *part.shape[1:])) for part in bent))
+        wrenches = forces[:, None] * surface.wrenches[cells, 0]
         vector, vector_covariance = forces @ base_directions, base_directions.T @ covariance @ base_directions
         (point,) = self._axis_points(bent.frames[k], np.array([center if total > 0 else 0.0]))
         transverse_direction, transverse = _transverse(vector, point)
@@ -397,15 +399,15 @@ class SurfaceContact:
             "transverse_force": transverse,
             "transverse_force_std": np.sqrt(transverse_direction @ vector_covariance @ transverse_direction),
         }
-        torque = self._torques(posture, surface.link[smooth][:, None], wrenches).sum(axis=0)
+        torque = self._torques(posture, surface.link[cells][:, None], wrenches).sum(axis=0)
         return _SeveralForces(fields, torque, float(residual @ np.linalg.solve(noise, residual)))
 
     @cached_property
     def _smooth_places(self) -> NDArray[np.bool_]:
         """Mask of the cells that are smooth, on faces, and where a contact may be, (C)."""
         surface, length = self.surface, self.mechanics.layout.finger.length
-        nearest = self.mechanics.uncertainty.nearest_contact * length
-        return surface.on_face & ~surface.rough & (nearest <= surface.arc_length) & (surface.arc_length < length)
+        min_location = self.mechanics.uncertainty.nearest_contact * length
+        return surface.on_face & ~surface.rough & (min_location <= surface.arc_length) & (surface.arc_length < length)
 
     def _torques(self, posture: Posture, link: NDArray[np.int_], wrench: Array) -> Array:
         """Torques at the joints, (..., D), of a wrench in the frame of a link, (..., 6) and (..., 1)."""
@@ -426,9 +428,9 @@ class SurfaceContact:
         """
         surface = self.surface
         if self.mechanics.is_planar:
-            rough = np.flatnonzero(surface.rough)
-            begins = np.diff(surface.arc_length[rough], prepend=np.nan, append=np.nan) != 0
-            numbers = rough[begins[:-1] | begins[1:]]
+            rough_cells = np.flatnonzero(surface.rough)
+            begins = np.diff(surface.arc_length[rough_cells], prepend=np.nan, append=np.nan) != 0
+            numbers = rough_cells[begins[:-1] | begins[1:]]
             response = cells.response[..., numbers, :]
         else:
             numbers = np.flatnonzero(surface.rough & surface.on_face & (cells.place % 2 == 1))
@@ -498,9 +500,9 @@ class ContactShape:
     def _map_batches(
         self, function: Any, readings: Array, driving: Array, gravity: Array, lag: Lag, std: Array | None
     ) -> Any:
-        leading = readings.shape[:-1]
+        leading_shape = readings.shape[:-1]
         arrays = driving, gravity, np.full(1, self.uncertainty.any_reading()) if std is None else std, *lag
-        inputs = (np.broadcast_to(values, (*leading, values.shape[-1])) for values in arrays)
+        inputs = (np.broadcast_to(values, (*leading_shape, values.shape[-1])) for values in arrays)
         return map_batches(function, readings, *inputs)
 
     def _shape(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ShapeEstimate:
@@ -553,7 +555,8 @@ class ContactShape:
         std: Array | None,
     ) -> Array:
         """Joint positions under torques of a contact, (..., D); their residual is distributed as by `gaussian`."""
-        mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
+        mechanics = self._gaussian.mechanics
+        errors = self._gaussian.extrapolation(readings, driving, gravity)
         variance = self._gaussian.read(readings, std, errors).variance
         load_change = mechanics.compliance(linearized.q) * torque
         residual = linearized.residual - (linearized.slopes @ load_change[..., None])[..., 0]
@@ -574,7 +577,8 @@ class ContactShape:
 
         The stiffness may err as the bend per driving torque does; then every bend errs by this fraction.
         """
-        mechanics, errors = self._gaussian.mechanics, self._gaussian.extrapolation(readings, driving, gravity)
+        mechanics = self._gaussian.mechanics
+        errors = self._gaussian.extrapolation(readings, driving, gravity)
         values, variance = self._gaussian.read(readings, std, errors)
         bent, (prediction, A) = mechanics.bent_finger(q), self.layout.values_at(q)
         q_free = mechanics.linearized_positions(q, driving + mechanics.weight(bent, gravity))
@@ -585,8 +589,8 @@ class ContactShape:
         covariance = covariance + variance[..., None] * np.eye(A.shape[-2])
         read_count = (variance < UNKNOWN / 2).sum(axis=-1, dtype=float)
         motion = lag.reading_covariance(A)
-        moving = may_exceed(motion, covariance, _noise_threshold(read_count))
-        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, moving), q_free
+        exceeds = may_exceed(motion, covariance, _noise_threshold(read_count))
+        return LinearizedResidual(q, bent, A, read_count, residual, covariance + motion, exceeds), q_free
 
     @cached_property
     def contact(self) -> SurfaceContact:
@@ -617,8 +621,8 @@ def _rank_cells(posterior: CellPosterior) -> tuple[Array, NDArray[np.int_]]:
 def _take_cells(values: Array, numbers: NDArray[np.int_]) -> Array:
     """Values chosen for each sample, (..., C, ...), by their numbers, (..., K)."""
     samples = np.arange(numbers.size // numbers.shape[-1]).reshape(*numbers.shape[:-1], 1)
-    flat = values.reshape(-1, *values.shape[numbers.ndim :])
-    return np.asarray(flat[numbers + values.shape[numbers.ndim - 1] * samples])
+    rows = values.reshape(-1, *values.shape[numbers.ndim :])
+    return np.asarray(rows[numbers + values.shape[numbers.ndim - 1] * samples])
 
 
 def _deviation_posterior(r: Array, force: Array, response: Array, deviations: Array) -> tuple[Array, Array, Array]:
@@ -656,7 +660,8 @@ def _force_vectors(
     See `_deviation_posterior` for z and its derivative, `SurfaceCells` for the directions.
     """
     T = directions.shape[-2] - 1
-    unit, sizes = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :], force[..., None, None]
+    unit = directions[..., :1, :] + z[..., None, :T] @ directions[..., 1:, :]
+    sizes = force[..., None, None]
     friction = np.swapaxes(np.linalg.cholesky(z_covariance[..., :T, :T]), -1, -2) @ directions[..., 1:, :]
     size_slopes = unit + sizes * z_slopes[..., None, :T] @ directions[..., 1:, :]
     return np.concatenate([sizes * unit, sizes * friction, std[..., None, None] * size_slopes], axis=-2)
@@ -699,7 +704,7 @@ def _direction_std(vector: Array, covariance: Array) -> Array:
 
 
 def _several_covariance(responses: Array, noise: Array, forces: Array, usual_force: float) -> Array:
-    """The covariance of the forces in M cells, (M, M) N^2, each of which may equally press on the adjacent cell.
+    """Covariance of the forces in M cells, (M, M) N^2; each force may equally press on the adjacent cell.
 
     `responses` are whitened, (S, M), and `noise` is the covariance of what they leave, friction included, (S, S).
     """
@@ -742,7 +747,7 @@ def _sparse(rows: Array, blocks: NDArray[np.int_], count: int) -> "csr_array":
 
 def _product(matrix: "csr_array", values: Array, cells: int) -> Array:
     """A sparse matrix, (M C, B), times (..., B, S), as (M, S, ..., C)."""
-    flat = np.moveaxis(values, (-2, -1), (0, 1))
-    products = np.asarray(matrix @ flat.reshape(matrix.shape[1], -1))
+    columns = np.moveaxis(values, (-2, -1), (0, 1))
+    products = np.asarray(matrix @ columns.reshape(matrix.shape[1], -1))
     products = np.ascontiguousarray(np.swapaxes(products.reshape(-1, cells, products.shape[-1]), -1, -2))
-    return products.reshape(-1, *flat.shape[1:], cells)
+    return products.reshape(-1, *columns.shape[1:], cells)

@@ -61,8 +61,8 @@ def _wrenches(surfaces: Sequence[_Surface]) -> Array:
     point, normal = (np.array([surface[i] for surface in surfaces])[:, None] for i in range(2))
     tangents = [zip(*surface.tangents, strict=True) for surface in surfaces]
     direction, extent, friction, friction_mean = (np.array(column) for column in zip(*tangents, strict=True))
-    pushing = (friction_mean[..., None] * direction).sum(axis=-2, keepdims=True) - normal
-    forces = np.concatenate([pushing, friction[..., None] * direction], axis=-2)
+    total_force = (friction_mean[..., None] * direction).sum(axis=-2, keepdims=True) - normal
+    forces = np.concatenate([total_force, friction[..., None] * direction], axis=-2)
     wrenches = np.concatenate([vector_product(point, forces), forces], axis=-1)
     place_moments = vector_product(extent[..., None] / math.sqrt(12) * direction, -normal)
     return np.concatenate([wrenches, np.concatenate([place_moments, np.zeros_like(place_moments)], axis=-1)], axis=-2)
@@ -94,12 +94,12 @@ class SurfaceCells:
 
     @property
     def tangents(self) -> int:
-        """T."""
+        """Number of tangents, T."""
         return self.directions.shape[-2] - 1
 
     @classmethod
     def from_finger(cls, finger: Finger, deformations: Sequence[str], friction: float) -> "SurfaceCells":
-        """Cells of a finger that yields in some ways, whose contacts have friction of coefficients up to `friction`."""
+        """Cells of a finger with some deformations, for contacts with coefficients of friction up to `friction`."""
         columns = map(list, zip(*_cells(finger, deformations, friction), strict=True))
         place, side, face, probability, s, surfaces = columns
         wrenches, tangents = _wrenches(surfaces), len(surfaces[0].tangents)
@@ -136,16 +136,21 @@ class _Cell(NamedTuple):
 def _cells(finger: Finger, deformations: Sequence[str], friction: float) -> Iterator[_Cell]:
     """Yields all cells, by sides and places; if the finger only bends, on the outer face, -1, and the inner one, 1."""
     count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
-    s, begins = (np.arange(count) + 0.5) / count * finger.length, np.append(0.0, finger.joint_arc_lengths)
+    s = (np.arange(count) + 0.5) / count * finger.length
+    begins = np.append(0.0, finger.joint_arc_lengths)
     section, extent = finger.section(s), finger.length / count
     sizes = np.broadcast_arrays(section.outer_face, section.inner_face, section.width, s)[:3]
     outlines = [_Outline(*size) for size in zip(*sizes, strict=True)]
     heights, end = s - begins[np.searchsorted(begins, s) - 1], finger.length - begins[-1]
     sides: Iterable[tuple[int, int]]
     if tuple(deformations) == ("bending",):
-        sides, make_faces, make_tips = ((-1, _CELLS_AROUND // 2), (1, 0)), _planar_face_surfaces, _planar_tip_surfaces
+        sides = ((-1, _CELLS_AROUND // 2), (1, 0))
+        make_faces = _planar_face_surfaces
+        make_tips = _planar_tip_surfaces
     else:
-        sides, make_faces, make_tips = enumerate(range(_CELLS_AROUND), start=1), _face_surfaces, _tip_surfaces
+        sides = enumerate(range(_CELLS_AROUND), start=1)
+        make_faces = _face_surfaces
+        make_tips = _tip_surfaces
     for side, face in sides:
         for i, outline in enumerate(outlines):
             for probability, surface in make_faces(face, outline, heights[i], extent, friction):
@@ -163,11 +168,11 @@ class _Outline(NamedTuple):
 
     def patch(self, side: int) -> tuple[Array, Array, float, float]:
         """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
-        normal, crosswise = _normal(side)
+        normal, across = _normal(side)
         half_sizes = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
         middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
         point = middle + np.round(normal * math.sqrt(2)).clip(-1, 1) * half_sizes
-        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(crosswise) @ half_sizes)
+        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(across) @ half_sizes)
 
 
 def _normal(side: int) -> tuple[Array, Array]:
@@ -181,13 +186,13 @@ _Surfaces = Iterator[tuple[float, _Surface]]  # with relative probabilities
 
 def _face_surfaces(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """Yields a face, or the edge between two, at a height above the origin of its link, smooth and rough."""
-    (point, normal, _, reach), crosswise, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
+    (point, normal, _, reach), across, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
     fraction = _EDGE_PROBABILITY if is_edge else (1 - _EDGE_PROBABILITY * _CELLS_AROUND / 2) / (_CELLS_AROUND / 2)
     kinds = (False, SMOOTH_FRICTION, _SMOOTH_PROBABILITY), (True, friction, 1 - _SMOOTH_PROBABILITY)
     for is_rough, friction_std, probability in kinds:
-        tilted = _Tangent(crosswise, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
-        other = tilted if is_edge else _Tangent(crosswise, reach, friction_std)
-        tangents = _Tangent(_Z_AXIS, extent, friction_std), other
+        tilt_tangent = _Tangent(across, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
+        cross_tangent = tilt_tangent if is_edge else _Tangent(across, reach, friction_std)
+        tangents = _Tangent(_Z_AXIS, extent, friction_std), cross_tangent
         yield probability * fraction, _Surface(point + height * _Z_AXIS, normal, tangents, is_rough=is_rough)
 
 
@@ -196,10 +201,10 @@ def _tip_surfaces(face: int, outline: _Outline, height: float, friction: float) 
     if face % 2 == 1:
         return
     point, normal, depth, reach = outline.patch(face)
-    rim, up = (normal + _Z_AXIS) / math.sqrt(2), (_Z_AXIS - normal) / math.sqrt(2)
+    rim, edge_axis = (normal + _Z_AXIS) / math.sqrt(2), (_Z_AXIS - normal) / math.sqrt(2)
     rim_tangent = _Tangent(_normal(face)[1], reach, friction)
-    tilted = _Tangent(up, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
-    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(point + height * _Z_AXIS, rim, (rim_tangent, tilted))
+    tilt_tangent = _Tangent(edge_axis, 0.0, math.hypot(friction, _EDGE_NORMAL_STD))
+    yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(point + height * _Z_AXIS, rim, (rim_tangent, tilt_tangent))
     middle = point - depth / 2 * normal + height * _Z_AXIS
     yield _TIP_PROBABILITY / _CELLS_AROUND, _Surface(middle, _Z_AXIS, (rim_tangent, _Tangent(normal, depth, friction)))
 

@@ -49,8 +49,8 @@ def later_bend(finger: Finger, bend: Array, q: Array, pressure: Array | float, p
         period: s.
     """
     effective = q / finger.softening(pressure)[..., None]
-    crept = advance(finger.creep, bend[..., :-1, :], effective, effective, period)
-    next_bend = np.concatenate([crept, q[..., None, :]], axis=-2)
+    branch_bend = advance(finger.creep, bend[..., :-1, :], effective, effective, period)
+    next_bend = np.concatenate([branch_bend, q[..., None, :]], axis=-2)
     return np.where(np.isfinite(effective)[..., None, :], next_bend, bend)
 
 
@@ -124,11 +124,12 @@ def recorded_driving(
         period: of the samples, s.
         apparent_gravity: gravity less the acceleration of the base, likewise; None: the base is at rest.
     """
-    driving, settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
-    while not settled:
-        q, last_driving = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q, driving
+    driving, is_settled = finger.pressure_torque(pressure), not depends_on_bend(finger)
+    while not is_settled:
+        q = function(*recorded_inputs(function, readings, driving, gravity, apparent_gravity)).q
+        last_driving = driving
         driving = driving_torques(finger, q, pressure, period)
-        settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
+        is_settled = np.allclose(driving, last_driving, rtol=0, atol=_TORQUE_TOLERANCE, equal_nan=True)
     return driving
 
 
@@ -185,5 +186,5 @@ class DrivingTorque(ArrayBlock):
 
 
 def _pressure_of_law(finger: Finger, *pressure: Array) -> Array | float:
-    """Pressure that a pressure law goes by, Pa: that of the one chamber of a finger, (..., 1), if it has a law."""
+    """Input of the pressure law, Pa: the pressure of the one chamber of a finger, (..., 1), if it has a law."""
     return 0.0 if finger.pressure_law is None else pressure[0][..., 0]

@@ -2,6 +2,8 @@
 
 An estimator of this project is a function of arrays whose leading axes are free, so that a block calls it for one
 sample and an evaluation once for a whole recording, or for many of them.
+
+Another estimator is such a function and its name in `named_estimators.SHAPE_FUNCTIONS`.
 """
 
 from typing import Any, NamedTuple, Protocol

@@ -120,7 +120,7 @@ class FingerShape(ArrayBlock):
 
 
 def put_out_places(block: ArrayBlock, finger: Finger, deformations: Sequence[str], q: str) -> None:
-    """Declares the step "places", and outputs as of FingerShape, of a block with the input X_WB.
+    """Declares the step "places" and the outputs of FingerShape in a block with the input X_WB.
 
     `q` is the step with the joint positions, (..., D).
     """

@@ -95,7 +95,7 @@ class Cells(NamedTuple):
 
 
 class ContactPosterior(NamedTuple):
-    """Posterior of one contact; forces are absolute values, but for those of modes."""
+    """Posterior of one contact; forces are absolute values, except in the modes."""
 
     probability: Array  # (...) of a contact
     answer: Array  # (...) NOTHING, SOMEWHERE or HERE, or MOVING: nothing is detected, but might not be in motion
@@ -162,20 +162,20 @@ def whiten(bends: Array, covariance: Array, cells: Cells) -> tuple[Array, Cells]
     return (W @ bends[..., None])[..., 0], cells._replace(response=response, deviations=deviations)
 
 
-def fit_cells(r: Array, cells: Cells, max_force: float, refined: bool = False) -> CellFits:
+def fit_cells(r: Array, cells: Cells, max_force: float, refines: bool = False) -> CellFits:
     """Fits the most likely force in every cell.
 
     Args:
         r: unexplained bends of the sections, whitened, (..., S).
         cells: possible contacts, whitened.
         max_force: possible force, N.
-        refined: see below.
+        refines: see below.
 
-    If `refined`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R. Where
+    If `refines`, F_0 is the best force under the covariance that 1 N has in the cell, instead of under R. Where
     deviations within a cell change the bends as much as the force does, such as friction on the side of a finger, the
     best force under R is far too small.
     """
-    fits = _fits(r, cells, max_force, refined)
+    fits = _fits(r, cells, max_force, refines)
     return CellFits(r, cells, fits, _chi_squared(fits, max_force))
 
 
@@ -186,7 +186,7 @@ def contact_posterior(
     read_count: Array,
     length: float,
     forces: ForcePrior,
-    nearest: float,
+    min_location: float,
     is_moving: Array,
     cells_of_several: Cells,
 ) -> ContactPosterior:
@@ -199,7 +199,7 @@ def contact_posterior(
         read_count: number of sections that are read, (...).
         length: of the finger, m.
         forces: their prior.
-        nearest: place from which the second bound holds, m.
+        min_location: place from which the second bound holds, m.
         is_moving: 1 where a free finger in motion may have the bends, else 0, (...).
         cells_of_several: possible contacts of several forces, whitened.
     """
@@ -212,15 +212,16 @@ def contact_posterior(
     distribution = _distribution(posterior, max_force)
     probability = _probability(cell_fits, posterior, distribution, forces, np.maximum(misfit, 1.0))
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
-    is_anywhere, is_beyond = ends[:, 1] > 0, ends[:, 1] > nearest
-    arc_length_set, (mode_forces, mode_cells) = _arc_length_set(chi_squared, ends), modes(cell_fits, max_force)
+    is_anywhere, is_beyond = ends[:, 1] > 0, ends[:, 1] > min_location
+    arc_length_set = _arc_length_set(chi_squared, ends)
+    mode_forces, mode_cells = modes(cell_fits, max_force)
     is_explained, is_detected = misfit <= 1, probability > DETECTION_PROBABILITY
     is_located = is_explained & (np.ptp(arc_length_set, axis=-1) < MAX_LOCATED_SPAN * length)
     has_range, has_place = is_explained[..., None], (is_explained & is_detected)[..., None]
     answer = np.where(is_detected, np.where(is_located, HERE, SOMEWHERE), np.where(is_moving > 0, MOVING, NOTHING))
     is_known = has_range & (answer != MOVING)[..., None]
-    reported = np.take_along_axis(posterior.force, posterior.best_cell[..., None], axis=-1).clip(0, max_force)
-    interval = LazyArray(lambda: np.where(is_known, _force_interval(distribution, reported), np.nan))
+    best_force = np.take_along_axis(posterior.force, posterior.best_cell[..., None], axis=-1).clip(0, max_force)
+    interval = LazyArray(lambda: np.where(is_known, _force_interval(distribution, best_force), np.nan))
 
     def transverse_interval() -> Array:
         forces, *_ = transverse.value
@@ -258,22 +259,20 @@ def one_contact_misfit(bends: Array, covariance: Array, cells: Cells, max_force:
     return fit_cells(*whiten(bends, covariance, cells), max_force).chi_squared.min(axis=-1)
 
 
-def _fits(r: Array, cells: Cells, max_force: float, refined: bool) -> Fits:
+def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
     """The force in every cell, all whitened."""
-    leading = np.broadcast_shapes(r.shape[:-1], cells.response.shape[:-2])
+    leading_shape = np.broadcast_shapes(r.shape[:-1], cells.response.shape[:-2])
     r, c, deviations = (
-        np.broadcast_to(array, (*leading, *array.shape[array.ndim - axes :]))
+        np.broadcast_to(array, (*leading_shape, *array.shape[array.ndim - axes :]))
         for array, axes in ((r, 1), (cells.response, 2), (cells.deviations, 3))
     )
     # (S, ..., 1), (S, ..., C) and (D, S, ..., C): sums over short first axes are quick
-    r, c, deviations = (
-        np.moveaxis(r, -1, 0)[..., None],
-        np.moveaxis(c, -1, 0),
-        np.moveaxis(deviations, (-2, -1), (0, 1)),
-    )
+    r = np.moveaxis(r, -1, 0)[..., None]
+    c = np.moveaxis(c, -1, 0)
+    deviations = np.moveaxis(deviations, (-2, -1), (0, 1))
     vectors = [*deviations, c, r]
     products = [[_dot(vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)]
-    if not refined:
+    if not refines:
         return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, max_force), max_force)
     first = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)
     return _fit(products, np.clip(first.force, 0, max_force), max_force)
@@ -295,10 +294,10 @@ def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
             ratio = rows[i][k] / pivot
             for j in range(k + 1, i + 1):
                 rows[i][j] -= ratio * rows[j][k]
-    (*_, information), (*_, explained, misfit) = rows[-2:]
+    (*_, information), (*_, projection, misfit) = rows[-2:]
     information += (1e-3 / max_force) ** 2  # where nothing bends, any force is equally likely
-    force = explained / information
-    return Fits(force, information**-0.5, np.maximum(misfit - force * explained, 0), np.log(determinant))
+    force = projection / information
+    return Fits(force, information**-0.5, np.maximum(misfit - force * projection, 0), np.log(determinant))
 
 
 def _dot(x: Array, y: Array) -> Array:
@@ -317,19 +316,17 @@ def _force_range(fits: Fits, chi_squared: Array, mask: NDArray[np.bool_], level:
     limit = np.where(mask, chi_squared, np.inf).min(axis=-1, keepdims=True) + level
     is_inside = mask & (chi_squared <= limit)
     reach = fits.std * np.sqrt(np.maximum(limit - fits.misfit, 0))
-    least = np.where(is_inside, np.clip(fits.force - reach, 0, max_force), np.inf).min(axis=-1)
-    most = np.where(is_inside, np.clip(fits.force + reach, 0, max_force), -np.inf).max(axis=-1)
-    return np.stack([least, most], axis=-1)
+    lowest = np.where(is_inside, np.clip(fits.force - reach, 0, max_force), np.inf).min(axis=-1)
+    highest = np.where(is_inside, np.clip(fits.force + reach, 0, max_force), -np.inf).max(axis=-1)
+    return np.stack([lowest, highest], axis=-1)
 
 
 def _arc_length_set(chi_squared: Array, ends: Array) -> Array:
     """Ends of the likelihood set along the finger, (..., 2) m, from those of the cells, (C, 2)."""
     is_likely = chi_squared <= chi_squared.min(axis=-1, keepdims=True) + _SET_CHI_SQUARED
-    least, most = (
-        np.where(is_likely, ends[:, 0], np.inf).min(axis=-1),
-        np.where(is_likely, ends[:, 1], 0.0).max(axis=-1),
-    )
-    return np.stack([least, most], axis=-1)
+    begin = np.where(is_likely, ends[:, 0], np.inf).min(axis=-1)
+    end = np.where(is_likely, ends[:, 1], 0.0).max(axis=-1)
+    return np.stack([begin, end], axis=-1)
 
 
 def _sum_bound(r: Array, cells: Cells, mask: NDArray[np.bool_], noise_threshold: Array, max_force: float) -> Array:
@@ -342,25 +339,25 @@ def _sum_bound(r: Array, cells: Cells, mask: NDArray[np.bool_], noise_threshold:
     for sample in np.ndindex(bound.shape):
         columns = [side[sample].T for side in sides]
         best = [nnls(side, r[sample]) for side in columns]
-        least = min(residual_norm for _, residual_norm in best) ** 2
-        level = least + _BOUND_CHI_SQUARED * max(1.0, least / float(noise_threshold[sample]))
+        min_misfit = min(residual_norm for _, residual_norm in best) ** 2
+        level = min_misfit + _BOUND_CHI_SQUARED * max(1.0, min_misfit / float(noise_threshold[sample]))
         for i, (forces, residual_norm) in enumerate(best):
             if residual_norm**2 <= level:
                 # Those of the sample before are often the right ones.
-                pressing = previous[i] if previous[i].any() else forces > 0
-                total, previous[i] = _largest_sum(columns[i], pressing, r[sample], level, max_force)
+                is_active = previous[i] if previous[i].any() else forces > 0
+                total, previous[i] = _largest_sum(columns[i], is_active, r[sample], level, max_force)
                 bound[sample] = max(float(bound[sample]), total)
     return bound
 
 
 def _largest_sum(
-    columns: Array, active: NDArray[np.bool_], r: Array, level: float, max_force: float
+    columns: Array, is_active: NDArray[np.bool_], r: Array, level: float, max_force: float
 ) -> tuple[float, NDArray[np.bool_]]:
     """The largest sum of forces with a misfit of up to `level`, N, not more than `max_force`, and which are above zero.
 
     Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
-    least squares with this m; those that are `active` are tried first.
+    least squares with this m; those that are `is_active` are tried first.
     """
     from scipy.optimize import nnls
 
@@ -369,20 +366,20 @@ def _largest_sum(
     padded_columns, padded_r = np.empty((len(r) + 1, len(sizes))), np.append(r, 0.0)
     padded_columns[:-1] = columns
     for _ in range(_MAX_ACTIVE_SETS):
-        active = active if active.any() else sizes <= sizes.min()
-        m, total, is_largest = _sum_at_level(columns, columns[:, active], r, level)
+        is_active = is_active if is_active.any() else sizes <= sizes.min()
+        m, total, is_largest = _sum_at_level(columns, columns[:, is_active], r, level)
         if is_largest or abs(m - multiplier) <= _MULTIPLIER_TOLERANCE * m:  # not best: several sets have these forces
             break
         m = m if low < m < high else (low + high) / 2
         weight = min(math.sqrt(m / (2 * max_force - min(max(total, 0.0), max_force))), max_weight)
         padded_columns[-1], padded_r[-1] = weight, 2 * weight * max_force
         forces, _ = nnls(padded_columns, padded_r)
-        active = forces > 0
+        is_active = forces > 0
         residual, multiplier = r - columns @ forces, weight**2 * max(2 * max_force - forces.sum(), 0.0)
         low, high = (multiplier, high) if residual @ residual <= level else (low, multiplier)
         if low == multiplier and forces.sum() >= max_force:
-            return max_force, active
-    return min(total, max_force), active
+            return max_force, is_active
+    return min(total, max_force), is_active
 
 
 def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float) -> tuple[float, float, bool]:
@@ -391,10 +388,10 @@ def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float)
     right_sides[:, 0] = r @ active_columns
     solutions = _solve(active_columns.T @ active_columns, right_sides)
     first, slope = solutions.T
-    explained, slope_residual = (active_columns @ solutions).T
-    least = r - explained
-    m = math.sqrt(max(level - least @ least, 0.0) / max(slope_residual @ slope_residual, _TINY))
-    forces, gradients = first + m * slope, columns.T @ (least - m * slope_residual) + m
+    fit, slope_residual = (active_columns @ solutions).T
+    min_residual = r - fit
+    m = math.sqrt(max(level - min_residual @ min_residual, 0.0) / max(slope_residual @ slope_residual, _TINY))
+    forces, gradients = first + m * slope, columns.T @ (min_residual - m * slope_residual) + m
     is_largest = (forces >= 0).all() and gradients.max() <= _GRADIENT_TOLERANCE * m
     return m, float(forces.sum()), bool(is_largest)
 
@@ -441,13 +438,13 @@ def modes(cell_fits: CellFits, max_force: float) -> Modes:
 def _extend_piece(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_], wraps: bool) -> NDArray[np.bool_]:
     """Extends a piece by the likely places connected to it along the finger, and around it, (..., sides, places)."""
     while True:
-        extended = _connect_toward_base(piece, is_likely)
-        extended |= _connect_toward_base(piece[..., ::-1], is_likely[..., ::-1])[..., ::-1]
+        longer_piece = _connect_toward_base(piece, is_likely)
+        longer_piece |= _connect_toward_base(piece[..., ::-1], is_likely[..., ::-1])[..., ::-1]
         if wraps:
-            extended |= is_likely & (np.roll(extended, 1, axis=-2) | np.roll(extended, -1, axis=-2))
-        if not wraps or (extended == piece).all():
-            return extended
-        piece = extended
+            longer_piece |= is_likely & (np.roll(longer_piece, 1, axis=-2) | np.roll(longer_piece, -1, axis=-2))
+        if not wraps or (longer_piece == piece).all():
+            return longer_piece
+        piece = longer_piece
 
 
 def _connect_toward_base(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -469,7 +466,7 @@ class CellPosterior(NamedTuple):
 
     @property
     def heights(self) -> Array:
-        """Logarithm of the integral of each cell's density of log F, but for a factor, (..., C)."""
+        """Logarithm of the integral of each cell's density of log F, up to a common factor, (..., C)."""
         return np.asarray(self.peak + np.log(self.std))
 
     @property
@@ -530,7 +527,7 @@ class _ForceDensities(NamedTuple):
         return np.pad(increments.cumsum(axis=0), ((1, 0), (0, 0))).T
 
     def _cumulative_integrals(self, force: Array) -> Array:
-        """Integrals of a sample's densities, but for the factor 1 / F, up to forces, (E, N)."""
+        """Integrals of a sample's densities up to forces, without the factor 1 / F, (E, N)."""
         fractions = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
         return np.add.reduceat(self.weights * fractions, self.begins, axis=-1)
 
@@ -568,7 +565,9 @@ def _probability(
     """The probability of contact, (...), with variances scaled, (...)."""
     from scipy.special import exp1
 
-    chi_squared, max_force, peak = (cell_fits.r**2).sum(axis=-1), forces.max_force, posterior.heights.max(axis=-1)
+    chi_squared = (cell_fits.r**2).sum(axis=-1)
+    max_force = forces.max_force
+    peak = posterior.heights.max(axis=-1)
     evidence = np.sqrt(2 * np.pi) * distribution.total.reshape(peak.shape)
     ratios = np.array([max_force / 10**_FORCE_DECADES, max_force]) / forces.usual_force
     prior_integral = -np.diff(exp1(ratios**2 / 2))[0] / 2
@@ -576,11 +575,11 @@ def _probability(
     return 1 / (1 + np.exp(np.clip(-log_odds, -700, 700)))
 
 
-def _force_interval(distribution: _Distribution, reported: Array) -> Array:
+def _force_interval(distribution: _Distribution, best_force: Array) -> Array:
     """The interval of the force, (..., 3) N; it encloses the reported one, (..., 1) N."""
-    intervals = _finer_interval(distribution).reshape(*reported.shape[:-1], len(INTERVAL))
-    intervals[..., :1] = np.minimum(intervals[..., :1], reported)
-    intervals[..., -1:] = np.maximum(intervals[..., -1:], reported)
+    intervals = _finer_interval(distribution).reshape(*best_force.shape[:-1], len(INTERVAL))
+    intervals[..., :1] = np.minimum(intervals[..., :1], best_force)
+    intervals[..., -1:] = np.maximum(intervals[..., -1:], best_force)
     return intervals
 
 
@@ -611,10 +610,8 @@ _QUANTILE_FRACTIONS = np.concatenate([_LOWER_FRACTIONS, _LOWER_FRACTIONS + _INTE
 def _interval(cumulative: Array, edges: Array) -> Array:
     """Least, median and largest force, (N, 3) N, of the intervals of 95 %, from the fractions up to each edge."""
     fractions = np.clip(_QUANTILE_FRACTIONS, cumulative[:, :1], cumulative[:, -1:])
-    rows, offsets = (
-        np.arange(len(cumulative)),
-        2.0 * np.arange(len(cumulative))[:, None],
-    )  # one sample follows the other
+    rows = np.arange(len(cumulative))
+    offsets = 2.0 * np.arange(len(cumulative))[:, None]  # one sample follows the other
     quantiles = np.interp((fractions + offsets).ravel(), (cumulative + offsets).ravel(), edges.ravel()).reshape(
         fractions.shape
     )

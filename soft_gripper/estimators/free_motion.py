@@ -84,7 +84,7 @@ class FreeMotion:
         equilibrium, rest = map(mechanics.positions_under, torques)
         return np.stack(np.broadcast_arrays(np.where(is_first, rest, q), rate, equilibrium, rest), axis=-2)
 
-    def over_time(self, driving: Array, gravity: Array, apparent_gravity: Array, first: int = 0) -> Array:
+    def motion_over_time(self, driving: Array, gravity: Array, apparent_gravity: Array, first: int = 0) -> Array:
         """Motion at all samples of a recording, (T, ..., 4, D); samples before the `first` leave no trace."""
         motions: list[Array] = []
         for i, sample in enumerate(zip(driving, gravity, apparent_gravity, strict=True)):
@@ -162,7 +162,7 @@ def recorded_lag(function: object, driving: Array, gravity: Array, apparent_grav
         apparent_gravity: gravity less the acceleration of the base, likewise.
     """
     motion = motion_of(function)
-    return () if motion is None else (motion.lag(motion.over_time(driving, gravity, apparent_gravity)),)
+    return () if motion is None else (motion.lag(motion.motion_over_time(driving, gravity, apparent_gravity)),)
 
 
 def motion_of(function: object) -> FreeMotion | None:

@@ -107,7 +107,7 @@ class GaussianShape:
         return linear if errors is None else LinearReadings(linear.values, linear.variance + errors.values**2)
 
     def extrapolation(self, readings: Array, driving: Array, gravity: Array) -> ExtrapolationStd | None:
-        """See `Mechanics.extrapolation`."""
+        """Extrapolation error, see `Mechanics.extrapolation`."""
         return memoized(Mechanics.extrapolation, self.mechanics, readings, driving, gravity)
 
     @cached_property

@@ -118,8 +118,8 @@ class Mechanics:
 
     def to_position_order(self, joint_matrices: Array) -> Array:
         """Reorders matrices of the chain's joints, (..., J, 3, 4), to flat ones by deformation, (..., D, 12)."""
-        flat = joint_matrices.reshape(*joint_matrices.shape[:-2], 12)
-        return flat if self.is_planar else flat[..., self.from_chain, :]
+        rows = joint_matrices.reshape(*joint_matrices.shape[:-2], 12)
+        return rows if self.is_planar else rows[..., self.from_chain, :]
 
     def weight(self, bent: BentFinger, gravity: Array) -> Array:
         """Torques of the weight in a posture, (..., D)."""
@@ -139,12 +139,14 @@ class Mechanics:
 
     def _inner_covariance(self, bent: BentFinger) -> Array:
         """Covariance of load torques, (..., D, D); correct where the row's joint is the inner one."""
-        points, motions, N = self._forces.positions(bent.posture), bent.posture.motions, self.layout.finger.segments
+        points = self._forces.positions(bent.posture)
+        motions = bent.posture.motions
+        N = self.layout.finger.segments
         products = (points[..., :, None] * points[..., None, :]).reshape(*points.shape[:-1], 16)
         outer_products = (self._outer_weights @ products).reshape(*products.shape[:-2], N, 4, 4)
         segment_motions = motions.reshape(*motions.shape[:-3], N, motions.shape[-3] // N * 3, 4)
-        carried = self.to_position_order((segment_motions @ outer_products).reshape(motions.shape))
-        return np.asarray(bent.motions @ np.swapaxes(carried, -1, -2))
+        torque_products = self.to_position_order((segment_motions @ outer_products).reshape(motions.shape))
+        return np.asarray(bent.motions @ np.swapaxes(torque_products, -1, -2))
 
     def load_modes(self, bent: BentFinger) -> Array:
         """Torques of the strongest modes of a load in a posture, (..., D, M) or (D, M).
@@ -292,8 +294,8 @@ class Mechanics:
         states = self.layout.calibrated
         if states is None:
             return None
-        measured = self.layout.measured(readings)
-        return self.extrapolation_at(states, memoized(CalibratedStates.distances, states, measured, driving, gravity))
+        quantities = self.layout.measured(readings)
+        return self.extrapolation_at(states, memoized(CalibratedStates.distances, states, quantities, driving, gravity))
 
     def extrapolation_at(self, states: CalibratedStates, distances: StateDistances) -> "ExtrapolationStd":
         """Extrapolation error at distances from the states."""

@@ -56,7 +56,7 @@ IN_SPACE = "gaussian", "contact", "recursive", "constant_curvature"
 
 
 def find_estimator(name: str, uncertainty: Uncertainty | None = None, field: str = "estimator.type") -> MakeEstimator:
-    """The estimator of a name.
+    """Finds an estimator by its name.
 
     Args:
         name: a built-in one, or "module:function".

@@ -12,7 +12,7 @@ from soft_gripper.fingers.kinematics import as_planar
 
 
 def pose_entries(X_WB: RigidTransform) -> Array:
-    """The 12 numbers by which ports carry a pose."""
+    """A pose as the 12 numbers that ports carry."""
     entries: Array = X_WB.GetAsMatrix34().ravel()
     return entries
 
@@ -29,7 +29,7 @@ def to_base(X_WB: Array, vector: Array) -> Array:
 
 
 def planar_gravity(X_WB: Array, gravity: Array) -> Planar:
-    """Gravity in the bending planes of base poses, z + i x, m/s^2; arguments as of `to_base`."""
+    """Gravity in the bending planes of base poses, z + i x, m/s^2; arguments as in `to_base`."""
     return as_planar(to_base(X_WB, gravity)[..., ::2])
 
 

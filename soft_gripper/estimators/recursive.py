@@ -39,7 +39,7 @@ Away from the states of a calibration (`Mechanics.extrapolation`) errors of driv
 finger stays there. They are never averaged: a free finger may differ from the predicted one by as much, little is
 learnt of it, and shape and contact are as much less certain.
 
-V follows the bent chain where it leaves its plane, and as that couples the ways in which its joints yield, readings
+V follows the bent chain where it leaves its plane, and as that couples the deformations of its joints, readings
 are linearized about the finger under the load that is known; what the load adds to the readings is the difference
 between that finger and the free one. The contact is that which explains the change of the values by the load
 (`SurfaceContact`), r = A C V z , with the uncertainty of all states. There may be more values than a load changes
@@ -147,10 +147,10 @@ class RecursiveShape:
 
     def at(self, rows: NDArray[np.int_], readings: Array, driving: Array, gravity: Array) -> ShapeEstimate:
         """Estimates at some of the samples, by increasing indices; all samples are processed."""
-        gravity, wanted = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
+        gravity, row_set = np.broadcast_to(gravity, (*driving.shape[:-1], 3)), set(rows.tolist())
         states = self._filter_samples(0, readings, driving, gravity)
-        chosen = _stack_states(state for i, state in enumerate(states) if i in wanted)
-        return self.estimate(chosen, driving[rows])
+        chosen_states = _stack_states(state for i, state in enumerate(states) if i in row_set)
+        return self.estimate(chosen_states, driving[rows])
 
     def over_time(self, readings: Array, driving: Array, gravity: Array) -> FilterState:
         """State of knowledge after each sample of a recording, (T, ...); the first of them leaves no trace."""
@@ -330,12 +330,13 @@ class RecursiveShape:
 
     @cached_property
     def _values(self) -> int:
-        """S."""
+        """Number of values, S."""
         return self.layout.sensitivity.shape[-1]
 
     def changes(self, state: FilterState) -> Changes:
         """Changes of finger and sensors, as learnt in free motion."""
-        readings, std = self.layout.readings, np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
+        readings = self.layout.readings
+        std = np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
         M = self._modes
         gains, offsets = (slice(M + 2 + begin, M + 2 + begin + readings) for begin in (0, readings))
         parts = M, M + 1, gains, offsets
@@ -371,7 +372,7 @@ class RecursiveShape:
 
     @property
     def _modes(self) -> int:
-        """M."""
+        """Number of load modes, M."""
         return len(self.mechanics.load_variances)
 
     @property
@@ -384,7 +385,7 @@ class RecursiveShape:
         return self.layout.readings if self.uncertainty.drift else 0
 
     def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
-        """Declares what a block around it computes; see `shape_estimator.Filter`.
+        """Declares the steps of a block around this filter; see `shape_estimator.Filter`.
 
         Beside the shape it puts out `effective_driving_torque` (N) N m in bending, `loaded` (1) 0 or 1: something bends
         the finger, `innovation` (1) above 1: the readings are not those predicted, and the fields of `Changes`.
@@ -392,7 +393,7 @@ class RecursiveShape:
         start, joints, layout = self.begin(), range(self.layout.finger.segments), self.layout
         block.remember(
             "state",
-            lambda before, *sample: self.step(_unflatten(before, start), *sample),
+            lambda memory, *sample: self.step(_unflatten(memory, start), *sample),
             *(layout.quantity, driving, "gravity"),
             begin=_flatten(start),
             keep=_flatten,
@@ -425,19 +426,19 @@ class RecursiveShape:
     def _initial_variances(self) -> Array:
         """Variances of the states before the first sample, (n,)."""
         uncertainty, readings = self.uncertainty, self.layout.readings
-        slow = [uncertainty.bend_per_pressure, uncertainty.pressure]
-        slow += [uncertainty.gain] * readings + [uncertainty.offset] * readings
-        slow += [uncertainty.drift / math.sqrt(MINUTE)] * self._rates
-        return np.concatenate([self.mechanics.load_variances, np.square(slow)])
+        slow_stds = [uncertainty.bend_per_pressure, uncertainty.pressure]
+        slow_stds += [uncertainty.gain] * readings + [uncertainty.offset] * readings
+        slow_stds += [uncertainty.drift / math.sqrt(MINUTE)] * self._rates
+        return np.concatenate([self.mechanics.load_variances, np.square(slow_stds)])
 
     @cached_property
     def _walk_variances(self) -> Array:
         """Variances added per period, (n,)."""
         uncertainty, readings = self.uncertainty, self.layout.readings
-        slow = [math.hypot(_SLOW_BEND, uncertainty.creep), 0.0]
-        slow += [_SLOW_GAIN] * readings + [0.0] * readings
-        slow += [uncertainty.drift / math.sqrt(MINUTE * _DRIFT_RATE_TIME)] * self._rates
-        variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow)])
+        slow_stds = [math.hypot(_SLOW_BEND, uncertainty.creep), 0.0]
+        slow_stds += [_SLOW_GAIN] * readings + [0.0] * readings
+        slow_stds += [uncertainty.drift / math.sqrt(MINUTE * _DRIFT_RATE_TIME)] * self._rates
+        variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow_stds)])
         return variances * self.period
 
     @property
@@ -454,8 +455,8 @@ class RecursiveShape:
         excess = np.diagonal(covariance, axis1=-2, axis2=-1) / self._max_variances
         if (excess <= 1).all():
             return mean, covariance
-        shrunk = np.sqrt(np.maximum(excess, 1.0))
-        return mean, covariance / (shrunk[..., :, None] * shrunk[..., None, :])
+        ratio = np.sqrt(np.maximum(excess, 1.0))
+        return mean, covariance / (ratio[..., :, None] * ratio[..., None, :])
 
     @cached_property
     def _max_variances(self) -> Array:
@@ -497,7 +498,7 @@ class RecursiveShape:
         return jacobian
 
     def _predict_readings(self, mean: Array, driving: Array, weight: Array, modes: Array) -> tuple[Array, Array, Array]:
-        """Strains of the free finger, (..., R), what the load adds to the readings, (..., R), and their Jacobian."""
+        """Strains of the free finger, (..., R), the load's change of the readings, (..., R), and their Jacobian."""
         torque = self.effective_driving(self._drive_errors(mean), driving) + weight
         strain = self.layout.predict(self.mechanics.positions_under(torque))
         bent = self.mechanics.positions_under(torque + self._torque(modes, mean))
@@ -532,8 +533,8 @@ class RecursiveShape:
         bias_covariance: Array,
     ) -> NDArray[np.bool_]:
         """Whether noise, slow states and biases fail to explain the readings, recently or suddenly."""
-        slow, identity = jacobian * self._is_slow, np.eye(noise.shape[-1])
-        difference_covariance = slow @ covariance @ np.swapaxes(slow, -1, -2) + bias_covariance
+        slow_jacobian, identity = jacobian * self._is_slow, np.eye(noise.shape[-1])
+        difference_covariance = slow_jacobian @ covariance @ np.swapaxes(slow_jacobian, -1, -2) + bias_covariance
         noises = noise[..., None] * identity
         recent_square = _normalized_square(
             average, difference_covariance + _AVERAGE_WEIGHT / (2 - _AVERAGE_WEIGHT) * noises
@@ -617,8 +618,8 @@ def _stack_states(states: Iterable[FilterState]) -> FilterState:
 
 def _flatten(state: FilterState) -> Array:
     """Puts all fields in a row, (..., n)."""
-    leading = state.loaded.shape
-    return np.concatenate([np.reshape(part, (*leading, -1)).astype(float) for part in state], axis=-1)
+    leading_shape = state.loaded.shape
+    return np.concatenate([np.reshape(part, (*leading_shape, -1)).astype(float) for part in state], axis=-1)
 
 
 def _unflatten(numbers: Array, like: FilterState) -> FilterState:

@@ -152,7 +152,7 @@ class ShapeEstimator(ArrayBlock):
             self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
 
     def _take_driving(self, layout: MeasurementModel) -> None:
-        """Takes the driving torques of all driven deformations, and derives that of all joints, (D)."""
+        """Takes the driving torques of all driven deformations, and joins them to one vector, (D)."""
         names = {"bending", *layout.finger.driven_deformations}
         driven_deformations = [name for name in layout.deformations if name in names]
         ports = [driving_port(deformation) for deformation in driven_deformations]
@@ -160,7 +160,8 @@ class ShapeEstimator(ArrayBlock):
             self.take(port, layout.finger.segments)
 
         def driving(*torques: Array) -> Array:
-            torque_of, zeros = dict(zip(driven_deformations, torques, strict=True)), np.zeros_like(torques[0])
+            torque_of = dict(zip(driven_deformations, torques, strict=True))
+            zeros = np.zeros_like(torques[0])
             return np.concatenate([torque_of.get(deformation, zeros) for deformation in layout.deformations], axis=-1)
 
         self.driving = ports[0]  # the port or step with it
@@ -197,7 +198,7 @@ class ShapeEstimator(ArrayBlock):
             *("motion", motion.step, self.driving, "gravity", "apparent_gravity"),
             begin=motion.begin,
             keep=lambda motion: motion,
-            over_time=partial(motion.over_time, first=1),
+            over_time=partial(motion.motion_over_time, first=1),
         )
         self.derive("lag", motion.lag, "motion")
         return ("lag",)
@@ -212,11 +213,11 @@ class ShapeEstimator(ArrayBlock):
             return (layout.quantity,)
         self.remember(
             "zeros",
-            lambda before, *sample: zeroing.step(Zeros(*np.moveaxis(before, -2, 0)), *sample),
+            lambda memory, *sample: zeroing.step(Zeros(*np.moveaxis(memory, -2, 0)), *sample),
             *(layout.quantity, self.driving, "gravity"),
             begin=np.stack(zeroing.begin(), axis=-2),
             keep=lambda zeros: np.stack(zeros, axis=-2),
-            over_time=partial(zeroing.over_time, first=1),
+            over_time=partial(zeroing.zeros_over_time, first=1),
         )
         self.derive("zeroed", zeroing.correct, "zeros", layout.quantity)
         if zeroing.mechanics.uncertainty.free_pressure > 0:
@@ -334,10 +335,10 @@ def straight_shape(function: ShapeFunction, layout: MeasurementModel) -> ShapeEs
     Raises:
         InputError: if that is no shape of this finger, or one sample and two do not give one shape and two.
     """
-    readings, driving, twice = layout.read(layout.straight), layout.straight, np.zeros((2, 1))
+    readings, driving, two_times = layout.read(layout.straight), layout.straight, np.zeros((2, 1))
     estimate = function(readings, driving, np.zeros(3))
     _check_shape(function, estimate, driving.shape)
-    _check_shape(function, function(readings + twice, driving + twice, np.zeros((2, 3))), (2, driving.size))
+    _check_shape(function, function(readings + two_times, driving + two_times, np.zeros((2, 3))), (2, driving.size))
     return estimate
 
 

@@ -33,20 +33,21 @@ class SpatialCurvatureShape:
     period: float = 0.01  # s, between samples of sensors whose zeros are followed
 
     def __call__(self, readings: Array, driving: Array, gravity: Array, std: Array | None = None) -> ShapeEstimate:
-        """The joint positions, and their covariance within what is assumed; driving torque and gravity are ignored.
+        """Joint positions, and their covariance under the weak prior; driving torque and gravity are ignored.
 
         For `std` see GaussianShape.
         """
         layout, shared_bends = self.layout, self._shared
-        measured = layout.measured(readings)
-        is_finite, sections = np.isfinite(measured), np.zeros((*readings.shape[:-1], shared_bends.shape[-1]))
+        quantities = layout.measured(readings)
+        is_finite = np.isfinite(quantities)
+        sections = np.zeros((*readings.shape[:-1], shared_bends.shape[-1]))
         noise = self.uncertainty.any_reading() if std is None else std
         variance = np.where(is_finite, noise**2, UNKNOWN)
         for _ in range(_ITERATIONS):
             q = sections @ shared_bends.T
             slopes = layout.slopes(q) @ shared_bends
             gain, covariance = condition(slopes, self._prior, variance)
-            residual = np.where(is_finite, measured - layout.predict(q), 0.0) + (slopes @ sections[..., None])[..., 0]
+            residual = np.where(is_finite, quantities - layout.predict(q), 0.0) + (slopes @ sections[..., None])[..., 0]
             sections = (gain @ residual[..., None])[..., 0]
         return ShapeEstimate(sections @ shared_bends.T, shared_bends @ covariance @ shared_bends.T)
 

@@ -18,10 +18,8 @@ from soft_gripper.quantity import quantity
 from soft_gripper.sensors.pressure_errors import PressureErrors
 from soft_gripper.sensors.strain_errors import MINUTE, StrainErrors
 
-_VARIATION_RATIO, _QUADRATIC_RATIO = (
-    0.6,
-    0.6,
-)  # standard deviations of degree 1 over degree 0, and of degree 2 over degree 1
+_VARIATION_RATIO = 0.6  # standard deviations, of degree 1 over degree 0
+_QUADRATIC_RATIO = 0.6  # standard deviations, of degree 2 over degree 1
 EXACT = 0.005  # bend per pressure, as a share: that of a nominal model which is exact, but for the discretization
 
 

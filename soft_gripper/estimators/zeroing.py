@@ -68,25 +68,26 @@ class Zeroing:
     ) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Updates offset and mean at a sample at which a finger rests; also returns a mask of the zeros found."""
         readings, driving, gravity = inputs
-        layout, resting = self.mechanics.layout, self._resting_time(free_time)
+        layout, resting_time = self.mechanics.layout, self._resting_time(free_time)
         differences = layout.measured(readings) - layout.measured(free_readings(self.mechanics, driving, gravity))
-        is_read = np.isfinite(differences) & (resting > 0)
-        weight = self.period / np.clip(resting, self.period, max(_MAX_AVERAGING_TIME, self.period))
+        is_read = np.isfinite(differences) & (resting_time > 0)
+        weight = self.period / np.clip(resting_time, self.period, max(_MAX_AVERAGING_TIME, self.period))
         mean = np.where(is_read, mean + weight * (differences - mean), mean)
-        is_found = is_read & (resting >= _MIN_AVERAGING_TIME)
+        is_found = is_read & (resting_time >= _MIN_AVERAGING_TIME)
         return np.where(is_found, mean, offset), mean, is_found
 
-    def over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
+    def zeros_over_time(self, readings: Array, driving: Array, gravity: Array, first: int = 0) -> Zeros:
         """The zeros at all samples of a recording, (T, ...), by `step`; those before the `first` leave no trace."""
         gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
         inputs = readings, driving, gravity
-        parts = [self._over_time(*(array[part] for array in inputs)) for part in _split_at(first)]
+        parts = [self._zeros_over_time(*(array[part] for array in inputs)) for part in _split_at(first)]
         return Zeros(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def _over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
+    def _zeros_over_time(self, readings: Array, driving: Array, gravity: Array) -> Zeros:
         if not len(readings):
             return self.begin(readings.shape[:-1])
-        shape, is_free = (*readings.shape[:-1], self.mechanics.layout.readings), self._is_known_free(driving)[..., None]
+        shape = (*readings.shape[:-1], self.mechanics.layout.readings)
+        is_free = self._is_known_free(driving)[..., None]
         free_time = self._elapsed(np.broadcast_to(~is_free, shape))
         rests = np.flatnonzero((self._resting_time(free_time) > 0).reshape(len(free_time), -1).any(axis=1))
         offset, mean = np.zeros((2, len(rests) + 1, *shape[1:]))  # before the first sample at which any finger rests
@@ -140,7 +141,8 @@ def free_readings(mechanics: Mechanics, driving: Array, gravity: Array) -> Array
     """
     q = mechanics.positions_under(driving)
     for _ in range(_MAX_ITERATIONS):
-        last, q = q, mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
+        last = q
+        q = mechanics.positions_under(driving + mechanics.weight(mechanics.bent_finger(q), gravity))
         if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return mechanics.layout.read(q)
@@ -162,5 +164,5 @@ def recorded_zeros(
     zeroing = zeroing_of(function)
     if zeroing is None:
         return readings, ()
-    zeros = zeroing.over_time(readings, driving, gravity)
+    zeros = zeroing.zeros_over_time(readings, driving, gravity)
     return zeroing.correct(zeros, readings), (zeroing.std(zeros, readings),)

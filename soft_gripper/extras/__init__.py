@@ -15,18 +15,18 @@ from typing import Any
 
 def names() -> list[str]:
     """Names of the extras that are there."""
-    return sorted(found.name for found in pkgutil.iter_modules(__path__))
+    return sorted(module.name for module in pkgutil.iter_modules(__path__))
 
 
 def command_modules() -> list[Any]:
     """The modules that declare the commands of extras; folders without are not imported, since that takes long."""
-    of_folders = (f"{extra}.commands" for extra in names() if Path(__path__[0], extra, "commands").is_dir())
-    of_files = (found.name for found in pkgutil.iter_modules(__path__) if not found.ispkg)
-    return [import_module(f"{__name__}.{module}") for module in (*of_folders, *of_files)]
+    folder_names = (f"{extra}.commands" for extra in names() if Path(__path__[0], extra, "commands").is_dir())
+    file_names = (entry.name for entry in pkgutil.iter_modules(__path__) if not entry.ispkg)
+    return [import_module(f"{__name__}.{module}") for module in (*folder_names, *file_names)]
 
 
 def added(name: str) -> list[Any]:
-    """Collects what extras add to the core under a name of their modules `adds`; see docs/howto/own_extra.md.
+    """Collects the additions of extras to the core under a name in their modules `adds`; see docs/howto/own_extra.md.
 
     These modules are imported whenever a scenario is read, after the packages that they are in: both import nothing
     that takes long, or that an installation may lack.

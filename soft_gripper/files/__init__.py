@@ -1,4 +1,4 @@
-"""Files: what comes in and goes out.
+"""Reads and writes files: text, YAML, JSON, XML, tables and folders of results.
 
 Input is checked where it enters, and only there: bytes and text in `text` (regular files, bounded in size), YAML in
 `yaml_text` and JSON in `json_text` (plain data, bounded in length, depth and count), both in `document` (finite

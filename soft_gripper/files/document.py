@@ -17,7 +17,7 @@ import numpy as np
 from pydrake.common.schema import Rotation, Transform
 from pydrake.multibody.parsing import ModelDirective
 
-from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, near_names, suggestion
+from soft_gripper.errors import InputError, did_you_mean, first_line, is_near, similar_names, suggestion
 from soft_gripper.extras import added
 from soft_gripper.files.number import CHANGE, changed, is_number
 from soft_gripper.quantity import Rule, rules, violations
@@ -25,9 +25,9 @@ from soft_gripper.quantity import Rule, rules, violations
 _T = TypeVar("_T")
 
 
-def require(fine: bool, where: Path | str, field: str, value: object, expected: str) -> None:
-    """Raises an InputError unless `fine`."""
-    if not fine:
+def require(is_valid: bool, where: Path | str, field: str, value: object, expected: str) -> None:
+    """Raises an InputError unless `is_valid`."""
+    if not is_valid:
         raise InputError(where, field, value, expected)
 
 
@@ -59,7 +59,7 @@ class Place(NamedTuple):
     document: Any = None  # the whole
     strict: bool = False  # numbers given as text, as YAML reads 1e3, are refused
 
-    def below(self, key: object) -> "Place":
+    def key(self, key: object) -> "Place":
         """The place of a key of a mapping."""
         return Place(self.where, f"{self.field}.{key}" if self.field else str(key), *self[2:])
 
@@ -118,7 +118,7 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
         if rule.paths and inner is str:
             return _read_changes(value, rule.paths, place)
         names = value if Any in (inner, *get_args(inner)) else sorted(value, key=str)  # plain data stay as they are
-        result = {name: read(value[name], inner, rule, place.below(name)) for name in names}
+        result = {name: read(value[name], inner, rule, place.key(name)) for name in names}
     elif kind is np.ndarray:
         return np.array(read(value.tolist() if isinstance(value, np.ndarray) else value, list[float], rule, place))
     elif kind is Transform and isinstance(value, Transform):
@@ -132,7 +132,7 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
 
 
 def dotted_changes(changes: Any, paths: Mapping[str, Rule]) -> Any:
-    """Changes by dotted keys, without those that are None; anything but a mapping is returned as it is."""
+    """Changes by dotted keys, without None; anything but a mapping is returned as it is."""
     if not isinstance(changes, dict):
         return changes
     return {key: _as_text(change) for key, change in _dotted_items(changes, paths) if change is not None}
@@ -157,10 +157,10 @@ def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place
     """Changes as `dotted_changes` has them, each under one of the `paths`, and by its rule."""
     changes = dict[str, str]()
     for key, change in _dotted_items(value, paths):
-        key_place = place.below(key)
+        key_place = place.key(key)
         if key not in paths:
             first_names = ", ".join(dict.fromkeys(path.partition(".")[0] for path in paths))
-            key_place.must(f"no such key; {did_you_mean(near_names(key, paths)) or f'known: {first_names}'}", change)
+            key_place.must(f"no such key; {did_you_mean(similar_names(key, paths)) or f'known: {first_names}'}", change)
         key_place.must("appears more than once" if key in changes else None, change)
         if change is not None:
             changes[key] = _as_text(change)
@@ -190,7 +190,7 @@ def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
 
 
 def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
-    """A number, text, true or false."""
+    """Reads a number, text, true or false."""
     base, words = _PRIMITIVE_KINDS[kind]
     is_one = type(value) is kind or (isinstance(value, base) and (kind is bool or not isinstance(value, bool)))
     if not is_one and (place.strict or not _converts(value, kind)):
@@ -212,7 +212,7 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
     values = dict[str, Any]()
     inside = strict if is_object else place
     for name, item in document.items():
-        field_place = inside.below(name)
+        field_place = inside.key(name)
         if name not in fields:
             field_place.must(f"no such key; {_hint(place, name, item, fields)}", item)
         part_rule = field_rules.get(name, _FRAMED_RULE if rule.framed else _ANY_RULE)
@@ -226,16 +226,16 @@ def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, plac
             try:
                 setattr(base, name, item)
             except RuntimeError as error:  # Drake's own rule
-                inside.below(name).must(first_line(error), document[name])
+                inside.key(name).must(first_line(error), document[name])
         return base
     for name in missing:
-        values[name] = read(getattr(base, name), fields[name], field_rules[name], strict.below(name))
+        values[name] = read(getattr(base, name), fields[name], field_rules[name], strict.key(name))
     try:
         result = value if is_object else kind(**values)
     except InputError as error:  # it asks its rules itself
-        raise InputError(place.where, place.below(error.field).field, error.value, error.expected) from None
+        raise InputError(place.where, place.key(error.field).field, error.value, error.expected) from None
     for name, item, expected in violations(result):
-        place.below(name).must(expected, item)
+        place.key(name).must(expected, item)
     return result
 
 
@@ -245,12 +245,12 @@ def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
         return suggestion(key, fields)
     schema, document = place.schema, place.document
     kinds = {"models": "a scenario"} | {
-        name: what for declared in added("DOCUMENTS") for name, what in declared.items()
+        name: form for additions in added("DOCUMENTS") for name, form in additions.items()
     }
-    others = [what for name, what in kinds.items() if name in document and name not in _fields(schema)]
-    if others:
-        return f"this seems to be {others[0]}"
-    return did_you_mean(_suggested_places(schema, place.below(key).field, value)) or f"known: {', '.join(fields)}"
+    other_kinds = [form for name, form in kinds.items() if name in document and name not in _fields(schema)]
+    if other_kinds:
+        return f"this seems to be {other_kinds[0]}"
+    return did_you_mean(_suggested_places(schema, place.key(key).field, value)) or f"known: {', '.join(fields)}"
 
 
 def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
@@ -259,12 +259,12 @@ def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
     Those in the part of the document that has the field come alone.
     """
     key, part, places = field.rpartition(".")[2], _FIRST_KEY.match(field), _places(schema)
-    below = [name for name in value if name in places] if isinstance(value, dict) else []
-    for names in ([key] if key in places else [], near_names(key, places), below):
+    value_keys = [name for name in value if name in places] if isinstance(value, dict) else []
+    for names in ([key] if key in places else [], similar_names(key, places), value_keys):
         matches = [place for name in names for place in places[name]]
-        beside = [place for place in matches if part and place.startswith(part[0])]
-        if 0 < len(beside or matches) <= _MAX_PLACES:
-            return beside or matches
+        local_places = [place for place in matches if part and place.startswith(part[0])]
+        if 0 < len(local_places or matches) <= _MAX_PLACES:
+            return local_places or matches
     return []
 
 
@@ -273,18 +273,18 @@ _FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
 
 
 @cache
-def _places(schema: Any, deepest: int = 4) -> dict[str, list[str]]:
+def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
     """Places of each key in a schema, with dots; an entry of a list or mapping is NAME."""
     _, kind, inner = unwrap_optional(schema)
     if kind in (list, tuple, dict):
-        return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, deepest).items()}
-    fields, is_own = _fields(kind) if deepest else {}, is_dataclass(kind)
+        return {key: [f"NAME.{place}" for place in places] for key, places in _places(inner, depth).items()}
+    fields, is_own = _fields(kind) if depth else {}, is_dataclass(kind)
     by_key = {name: [name] for name in fields}
     for name, part in fields.items():
         paths = rules(kind)[name].paths if is_own else ()
         inside = f"{name}.NAME" if get_origin(get_args(part)[-1:] and get_args(part)[-1]) is dict else name
         by_key |= {path: [*by_key.get(path, []), f"{inside}.{path}"] for path in paths}
-        for key, places in _places(part, deepest - 1).items():
+        for key, places in _places(part, depth - 1).items():
             by_key.setdefault(key, []).extend(f"{name}.{place}" for place in places)
     return by_key
 
@@ -303,20 +303,20 @@ _ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Ide
 def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, Any]:
     """Poses are fixed: not random and, unless they are framed, not in a frame, which Drake would ignore here."""
     if not rule.framed and value.get("base_frame") is not None:
-        place.below("base_frame").must("leave it out; `parent` of a model names a frame", value["base_frame"])
-    translation = _three(value.get("translation", [0, 0, 0]), place.below("translation"), "must be three numbers, m")
+        place.key("base_frame").must("leave it out; `parent` of a model names a frame", value["base_frame"])
+    translation = _three(value.get("translation", [0, 0, 0]), place.key("translation"), "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
     parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG_KEY: None}
     kind: Any
     kind = _ROTATION_KINDS.get(parts.pop(_TAG_KEY, "!Identity"))
-    rotation_place = place.below("rotation")
+    rotation_place = place.key("rotation")
     rotation_place.must(None if kind is not None and parts.keys() == _fields(kind).keys() else expected, rotation)
     for name, part in parts.items():
         is_angle = name == "angle_deg"
-        numbers = _three([part, 0, 0] if is_angle else part, rotation_place.below(name), expected)
+        numbers = _three([part, 0, 0] if is_angle else part, rotation_place.key(name), expected)
         parts[name] = numbers[0] if is_angle else numbers
     if not any(parts.get("axis", [1])):
-        rotation_place.below("axis").must("must not be zero", rotation["axis"])
+        rotation_place.key("axis").must("must not be zero", rotation["axis"])
     return value | {"translation": translation, "rotation": kind(**parts)}
 
 

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from soft_gripper.errors import InputError, first_line, in_one_line
+from soft_gripper.errors import InputError, first_line, single_line
 from soft_gripper.files.text import read_bytes
 
 _MAX_BYTES = 2**26
@@ -34,21 +34,21 @@ def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any
     try:
         if isinstance(text, bytes):
             text = text.decode(json.detect_encoding(text))
-        parts = text.count("[") + text.count("{")
-        count = parts + text.count(",")
+        value_count = text.count("[") + text.count("{")
+        count = value_count + text.count(",")
         if count > _MAX_VALUES:
             raise InputError(where, "size", count, f"give no more than {_MAX_VALUES} values")
         data = (_FINITE_DECODER if finite else _DECODER).decode(text)
         if "\\u" in text:
             json.dumps(data, ensure_ascii=False).encode()
     except RecursionError:
-        parts, data = _MAX_VALUES, None
+        value_count, data = _MAX_VALUES, None
     except InputError:
         raise
     except ValueError as error:
-        reason = f"cannot be read as JSON: {in_one_line(first_line(error))}"
+        reason = f"cannot be read as JSON: {single_line(first_line(error))}"
         raise InputError(where, "file", Path(where).name, reason) from None
-    if parts > _MAX_DEPTH and (data is None or not _is_shallow(data)):
+    if value_count > _MAX_DEPTH and (data is None or not _is_shallow(data)):
         raise InputError(where, "depth", f"more than {_MAX_DEPTH}", "give fewer lists or objects in each other")
     return data
 
@@ -57,7 +57,7 @@ def _is_shallow(data: Any) -> bool:
     """Whether data are no more than _MAX_DEPTH deep; works without recursion."""
     level = [data]
     for _ in range(_MAX_DEPTH):
-        parts = (part for whole in level for part in (whole.values() if isinstance(whole, dict) else whole))
+        parts = (part for entry in level for part in (entry.values() if isinstance(entry, dict) else entry))
         level = [part for part in parts if isinstance(part, list | dict)]
     return not level
 

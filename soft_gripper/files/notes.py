@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
-from soft_gripper.errors import in_one_line, shortened
+from soft_gripper.errors import shortened, single_line
 
 _LOGGER = logging.getLogger(__name__)
 READ, MENDED, LEFT_OUT = "read", "mended", "left out"
@@ -21,7 +21,7 @@ _LONGEST_VALUE = 60  # characters of a value
 
 
 class Note(NamedTuple):
-    """Note on an element of a file: it was read in a way that should be known, mended, or left out."""
+    """Note on an element of a file: it was read as an assumption, mended, or left out."""
 
     outcome: str  # READ, MENDED or LEFT_OUT
     file: str
@@ -43,7 +43,7 @@ _open: ContextVar[list[Note] | None] = ContextVar("open", default=None)  # the i
 
 def make_note(outcome: str, file: Path | str, element: str, value: object, why: str) -> Note:
     """A note in one line, with its value shortened as in a message."""
-    return Note(outcome, str(file), in_one_line(element), shortened(in_one_line(str(value)), _LONGEST_VALUE), why)
+    return Note(outcome, str(file), single_line(element), shortened(single_line(str(value)), _LONGEST_VALUE), why)
 
 
 def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:
@@ -67,16 +67,16 @@ def collect_notes() -> Iterator[list[Note]]:
 
     At the end they go to the collection around it, or to the log; none do if an error ends it.
     """
-    notes, around = list[Note](), _open.get()
+    notes, outer_notes = list[Note](), _open.get()
     token = _open.set(notes)
     try:
         yield notes
     finally:
         _open.reset(token)
-    if around is None:
+    if outer_notes is None:
         _log(notes)
     else:
-        around += [entry for entry in notes if entry not in around]
+        outer_notes += [entry for entry in notes if entry not in outer_notes]
 
 
 def as_text(notes: Iterable[Note]) -> str:
@@ -91,13 +91,13 @@ def _log(notes: Iterable[Note]) -> None:
 
 def summarize(notes: Iterable[Note]) -> list[str]:
     """A line for all notes that differ only in the element, which names the first of these."""
-    alike: dict[tuple[str, str, str], list[str]] = {}
+    subjects_by_note: dict[tuple[str, str, str], list[str]] = {}
     for entry in notes:
-        alike.setdefault((entry.file, entry.outcome, entry.why), []).append(entry.subject)
+        subjects_by_note.setdefault((entry.file, entry.outcome, entry.why), []).append(entry.subject)
     return [
         f"{Path(file).name}: {outcome} {', '.join(subjects[:_MAX_SUBJECTS])}"
         f"{_more(len(subjects) - _MAX_SUBJECTS)}: {why}"
-        for (file, outcome, why), subjects in alike.items()
+        for (file, outcome, why), subjects in subjects_by_note.items()
     ]
 
 

@@ -28,7 +28,7 @@ def number(text: str) -> float:
 CHANGE = 'or a change such as "+10 %"'  # for messages
 
 
-def changed(text: str, before: float) -> float:
+def changed(text: str, old_value: float) -> float:
     """The number after a change of the one before, such as "+10 %" with its sign; or the number in a text.
 
     Raises:
@@ -39,4 +39,4 @@ def changed(text: str, before: float) -> float:
     is_wrong = sign not in "+-" if percent else sign == "+"
     if is_wrong or rest.strip() or not math.isfinite(value):
         raise ValueError(f"neither a number nor a change: {text[:30]!r}")
-    return before * (1 + value / 100) if percent else value
+    return old_value * (1 + value / 100) if percent else value

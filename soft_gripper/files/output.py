@@ -31,8 +31,8 @@ def write_checksums(folder: Path) -> None:
 def is_whole(folder: Path) -> bool:
     """Whether a folder still has all files that `write_checksums` found, unchanged."""
     try:
-        written = read_text(folder / SUMS).splitlines()
-        return bool(written) and set(written) <= set(_checksums(folder).splitlines())
+        lines = read_text(folder / SUMS).splitlines()
+        return bool(lines) and set(lines) <= set(_checksums(folder).splitlines())
     except (OSError, InputError):
         return False
 
@@ -83,8 +83,8 @@ def _write_to_device(target: Path, name: str) -> Iterator[Path]:
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         partial = Path(folder) / name
         yield partial
-        with partial.open("rb") as written, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
-            shutil.copyfileobj(written, file)
+        with partial.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
+            shutil.copyfileobj(content, file)
 
 
 def _is_device(path: Path) -> bool:
@@ -241,16 +241,16 @@ def _require_name(path: Path) -> None:
 _made: list[Path] = []  # folders that this process has made for output, each after those inside it
 
 
-def _try_writing(field: str, asked: Path, folder: Path, name: str) -> None:
+def _try_writing(field: str, output: Path, folder: Path, name: str) -> None:
     try:
-        absolute = folder.absolute()
-        _made[:0] = [path for path in (absolute, *absolute.parents) if not path.exists()]
+        absolute_folder = folder.absolute()
+        _made[:0] = [path for path in (absolute_folder, *absolute_folder.parents) if not path.exists()]
         folder.mkdir(parents=True, exist_ok=True)
         probe = _partial(folder / name)
         probe.touch()
         probe.unlink()
     except (OSError, ValueError) as error:
-        raise InputError("output", field, str(asked), f"cannot be written to: {_reason(error)}") from None
+        raise InputError("output", field, str(output), f"cannot be written to: {_reason(error)}") from None
 
 
 def _reason(error: Exception) -> str:
@@ -289,7 +289,7 @@ def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[P
 
 
 def release_folders() -> None:
-    """Removes the folders that this process has made and left empty, and unlocks those that it has locked."""
+    """Removes the empty folders that this process has made, and unlocks its locked ones."""
     for folder in _made:
         with suppress(OSError):  # not empty, or gone
             folder.rmdir()

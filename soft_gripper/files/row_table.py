@@ -96,7 +96,7 @@ def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title
 
 
 def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Sequence[Any]], title: str = "") -> str:
-    """Rows of cells below the headings of their columns, in WIDTH columns of text; units are in a line of their own.
+    """Rows of cells below their headings, in WIDTH columns of text; units have a separate line.
 
     If it is wider, headings are in several lines; if it still is, further columns are below, beside the names again.
 
@@ -188,8 +188,8 @@ def _cell_text(cell: Any, form: str) -> str:
 def print_rows(rows: Sequence[Any], title: str = "", leave: Collection[str] = ()) -> None:
     """Prints rows of one dataclass under the headings of its fields, without the fields `leave`."""
     kind = type(rows[0])
-    shown = [name for name in columns(kind) if name not in leave]
-    print_table(headings(kind, shown), ([getattr(row, name) for name in shown] for row in rows), title)
+    names = [name for name in columns(kind) if name not in leave]
+    print_table(headings(kind, names), ([getattr(row, name) for name in names] for row in rows), title)
 
 
 def headings(row: type[Any], names: Sequence[str]) -> dict[str, str]:

@@ -71,8 +71,8 @@ def _repair(where: Path | str, text: str) -> str:
         expected = f"is one of more than {_MAX_PREFIXES} prefixes without a declaration; declare them by xmlns"
         raise InputError(where, "prefix", prefixes[0], expected)
     uris = {"drake": DRAKE.strip("{}")}
-    declared = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
-    return _ROOT_PATTERN.sub(lambda root: root[0] + declared, text, count=1)
+    declarations = "".join(f' xmlns:{prefix}="{uris.get(prefix, prefix)}"' for prefix in prefixes)
+    return _ROOT_PATTERN.sub(lambda root: root[0] + declarations, text, count=1)
 
 
 class _Builder(ET.TreeBuilder):
@@ -129,9 +129,9 @@ def check_counts(where: object, model: ET.Element) -> None:
         InputError: if it has too many links, joints or shapes.
     """
     counts = Counter(element.tag for element in model.iter() if isinstance(element.tag, str))
-    for tag, most in _MAX_COUNTS.items():
-        if counts[tag] > most:
-            raise InputError(where, f"<{tag}>", counts[tag], f"give at most {most} of them")
+    for tag, max_count in _MAX_COUNTS.items():
+        if counts[tag] > max_count:
+            raise InputError(where, f"<{tag}>", counts[tag], f"give at most {max_count} of them")
     for link in [element for element in model.iter() if element.tag in ("link", "body")]:
         if (count := sum(shape.tag in ("collision", "geom") for shape in link)) > _MAX_SHAPES:
             raise InputError(
@@ -193,7 +193,7 @@ def number(where: object, element: ET.Element | None, name: str, default: str = 
     return value
 
 
-def joint_end(joint: ET.Element, which: str) -> str:
+def joint_end(joint: ET.Element, end: str) -> str:
     """The link at the `parent` or `child` of a joint: an attribute in URDF, a text in SDFormat, else empty."""
-    element = joint.find(which)
+    element = joint.find(end)
     return "" if element is None else (element.get("link") or element.text or "").strip()

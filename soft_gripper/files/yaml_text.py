@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from soft_gripper.errors import InputError, first_line, in_one_line
+from soft_gripper.errors import InputError, first_line, single_line
 from soft_gripper.files.number import is_number
 from soft_gripper.files.text import read_text
 
@@ -49,7 +49,7 @@ def _parse(where: Path | str, text: str) -> Any:
     except InputError:
         raise
     except (ValueError, OverflowError) as error:  # of numbers and dates
-        raise InputError(where, "file", name, f"holds what is no value: {in_one_line(first_line(error))}") from None
+        raise InputError(where, "file", name, f"holds what is no value: {single_line(first_line(error))}") from None
     _check_plain(where, data, "")
     return {key: data[key] for key in data if not key.startswith("_")} if isinstance(data, dict) else data
 
@@ -101,8 +101,8 @@ class _Loader(yaml.SafeLoader):
         count = max(size, len(self._sizes))
         self._require(count <= _MAX_VALUES, "size", count, f"{_MAX_VALUES} values")
 
-    def _require(self, fine: bool, field: str, number: int, limit: str) -> None:
-        if not fine:
+    def _require(self, is_valid: bool, field: str, number: int, limit: str) -> None:
+        if not is_valid:
             raise InputError(self._where, field, number, f"give no more than {limit}")
 
 

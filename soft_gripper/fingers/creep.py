@@ -42,32 +42,33 @@ from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 
 class Recursion(NamedTuple):
-    """z after a period = kept * z + before * q before it + after * q after it; (B, 1) each."""
+    """z after a period = decay * z + old_gain * q before it + new_gain * q after it; (B, 1) each."""
 
-    kept: Array
-    before: Array
-    after: Array
+    decay: Array
+    old_gain: Array
+    new_gain: Array
 
 
 def recursion(branches: Sequence[CreepBranch], period: float) -> Recursion:
     """Gains of the recursion over a period, s; exact for angles that are linear over it."""
     periods = period / np.array([branch.time for branch in branches])[:, None]
-    decay, mean = np.exp(-periods), -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
+    decay = np.exp(-periods)
+    mean = -np.expm1(-periods) / periods  # the mean of exp(-t / time) over the period
     return Recursion(decay, mean - decay, 1 - mean)
 
 
-def advance(branches: Sequence[CreepBranch], z: Array, before: Array, after: Array, period: float) -> Array:
+def advance(branches: Sequence[CreepBranch], z: Array, old_angle: Array, new_angle: Array, period: float) -> Array:
     """Internal angles a period (s) later, (..., B, N) rad.
 
     Args:
         branches: B of them.
         z: internal angles, (..., B, N) rad.
-        before, after: joint angles at the beginning and at the end of the period, (..., N) rad, linear between; give
-            the same twice for constant angles. Those of a finger with a pressure law divided by its softening.
+        old_angle, new_angle: joint angles at the beginning and at the end of the period, (..., N) rad, linear between;
+            give the same twice for constant angles. A finger with a pressure law has them divided by its softening.
         period: s.
     """
-    decay, before_gain, after_gain = recursion(branches, period)
-    next_z: Array = decay * z + before_gain * before[..., None, :] + after_gain * after[..., None, :]
+    decay, old_gain, new_gain = recursion(branches, period)
+    next_z: Array = decay * z + old_gain * old_angle[..., None, :] + new_gain * new_angle[..., None, :]
     return next_z
 
 
@@ -95,9 +96,9 @@ class CreepTorque(LinearSystem):
                                      +-------------+
 
     With a continuous plant the state is z. With a discrete one it is the part of z that does not depend on the present
-    joint angles q, w = z - after q; then z is exact for angles that are linear over each step, and nothing is late:
+    joint angles q, w = z - new_gain q; then z is exact for angles that are linear over each step, and nothing is late:
 
-        w' = kept w + (before + kept after) q ,    z = w + after q .
+        w' = decay w + (old_gain + decay new_gain) q ,    z = w + new_gain q .
 
     It is one of Drake's linear systems, which run in C++. It begins with z = 0: straight, or just bent.
     """
@@ -106,11 +107,11 @@ class CreepTorque(LinearSystem):
         """The finger is in a finalized plant."""
         branches, time_step = finger.finger.creep, finger.plant.time_step()
         if time_step > 0:
-            decay, before_gain, self._after = recursion(branches, time_step)
-            follow = before_gain + decay * self._after
+            decay, old_gain, self._new_gain = recursion(branches, time_step)
+            follow = old_gain + decay * self._new_gain
         else:
             times = np.array([branch.time for branch in branches])[:, None]
-            decay, follow, self._after = -1 / times, 1 / times, 0 * times
+            decay, follow, self._new_gain = -1 / times, 1 / times, 0 * times
         joints, angles = finger.finger.segments, finger.position_selector()
         stiffness = np.diag(finger.finger.stiffness)
         torques = finger.actuator_selector().T @ np.hstack([fraction * stiffness for fraction in shares(finger.finger)])
@@ -118,7 +119,7 @@ class CreepTorque(LinearSystem):
             A=np.diag(np.repeat(decay, joints)),
             B=np.vstack([gain * angles for gain in follow]),
             C=torques,
-            D=torques @ np.vstack([gain * angles for gain in self._after]),
+            D=torques @ np.vstack([gain * angles for gain in self._new_gain]),
             time_period=time_step,
         )
 
@@ -130,7 +131,7 @@ class CreepTorque(LinearSystem):
             z: internal angles, (B, N) rad: q for a finger that has long been so, 0 for one that was straight.
             q: joint angles in the plant's context, (N,) rad; of a finger with a pressure law both by its softening.
         """
-        state = (z - self._after * q).ravel()
+        state = (z - self._new_gain * q).ravel()
         if self.time_period() > 0:
             context.SetDiscreteState(state)
         else:
@@ -152,18 +153,18 @@ class PressureSoftening(Diagram):
     def __init__(self, law: PressureLaw):
         super().__init__()
         effective, pressure = Variable("effective"), Variable("pressure")
-        some = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
-        ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / some)
+        divisor = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
+        ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / divisor)
         builder = DiagramBuilder()
         curve = builder.AddNamedSystem(
             "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
         )
-        joined = builder.AddNamedSystem("both", Multiplexer(2))
+        multiplexer = builder.AddNamedSystem("both", Multiplexer(2))
         softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
         builder.ExportInput(curve.get_input_port(), "pressure")
-        builder.ConnectInput("pressure", joined.get_input_port(1))
-        builder.Connect(curve.get_output_port(), joined.get_input_port(0))
-        builder.Connect(joined.get_output_port(), softening.get_input_port())
+        builder.ConnectInput("pressure", multiplexer.get_input_port(1))
+        builder.Connect(curve.get_output_port(), multiplexer.get_input_port(0))
+        builder.Connect(multiplexer.get_output_port(), softening.get_input_port())
         builder.ExportOutput(softening.get_output_port(), "softening")
         builder.BuildInto(self)
 
@@ -184,10 +185,10 @@ class SoftenedProduct(Diagram):
         factors = [Variable(f"factor_{i}") for i in range(size)]
         products = [factor / softening if divides else factor * softening for factor in factors]
         builder = DiagramBuilder()
-        joined = builder.AddNamedSystem("both", Multiplexer([1, size]))
+        multiplexer = builder.AddNamedSystem("both", Multiplexer([1, size]))
         product = builder.AddNamedSystem("product", SymbolicVectorSystem(input=[softening, *factors], output=products))
-        builder.Connect(joined.get_output_port(), product.get_input_port())
-        builder.ExportInput(joined.get_input_port(0), "softening")
-        builder.ExportInput(joined.get_input_port(1), "factor")
+        builder.Connect(multiplexer.get_output_port(), product.get_input_port())
+        builder.ExportInput(multiplexer.get_input_port(0), "softening")
+        builder.ExportInput(multiplexer.get_input_port(1), "factor")
         builder.ExportOutput(product.get_output_port(), "product")
         builder.BuildInto(self)

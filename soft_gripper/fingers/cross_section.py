@@ -197,7 +197,7 @@ class CrossSection:
 
 @dataclass(frozen=True)
 class PiercedSection(CrossSection):
-    """A section with chambers that are given along the finger, instead of one of its own; mirrored in y."""
+    """A section pierced by the finger's chambers, in place of one chamber of the section; mirrored in y."""
 
     bores: tuple[Hole, ...] = ()
 

@@ -152,7 +152,8 @@ class Finger:
     def path_violations(self, path: Path) -> Iterator[Violation]:
         """Yields the first violation, by field, where a path or the chamber along it leaves the section."""
         for s in self._stations(path):
-            section, (x, y) = self.section(s), (float(path.value_at(name, s, self.length)) for name in "xy")
+            section = self.section(s)
+            x, y = (float(path.value_at(name, s, self.length)) for name in "xy")
             t, w = (
                 float(path.value_at(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0
                 for n in _CHAMBER_SIZES
@@ -196,7 +197,7 @@ class Finger:
         return replace(self, base=base, sections=tuple(between), tip=tip, **others)
 
     def section(self, s: Array | float) -> CrossSection:
-        """The cross-section at arc lengths `s` (m), with parameters interpolated linearly between those that are given.
+        """The cross-section at arc lengths `s` (m), with linearly interpolated parameters.
 
         At a step it is the one beyond.
         """
@@ -213,8 +214,8 @@ class Finger:
     def _section_parameters(self) -> tuple[Array, dict[str, Any]]:
         """Positions of the cross-sections, as fractions of the length, and the values of each parameter there."""
         names = [part.name for part in fields(CrossSection)]
-        given = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
-        return np.array(self.places), given
+        section_values = {name: np.array([getattr(section, name) for section in self.cross_sections]) for name in names}
+        return np.array(self.places), section_values
 
     def _holes(self, s: Array | float) -> tuple[Hole, ...]:
         """The chambers at arc lengths `s`, m."""
@@ -222,9 +223,9 @@ class Finger:
         holes = []
         for chamber in self.chambers:
             first, last = (self.length * end for end in (chamber.at[0], chamber.at[-1]))
-            there = (s > first - _LENGTH_TOLERANCE) & (s < last + _LENGTH_TOLERANCE)
+            mask = (s > first - _LENGTH_TOLERANCE) & (s < last + _LENGTH_TOLERANCE)
             numbers = {name: chamber.value_at(name, s, self.length) for name in ("width", "thickness", "x", "y")}
-            holes.append(Hole(there * numbers["width"], there * numbers["thickness"], numbers["x"], numbers["y"]))
+            holes.append(Hole(mask * numbers["width"], mask * numbers["thickness"], numbers["x"], numbers["y"]))
         return tuple(holes)
 
     def on_chain(self, paths: Sequence[Path]) -> PathsOnChain:
@@ -251,7 +252,7 @@ class Finger:
         return middle + self.sensor_spacing / 2, middle - self.sensor_spacing / 2
 
     def deformations(self, segment: int) -> tuple[str, ...]:
-        """Names of the joints in the middle of a segment, from the base to the tip, by the way in which each yields."""
+        """Deformations of the joints in the middle of a segment, from the base to the tip."""
         return ("shear", "bending") if self.shear_factor > 0 else joint_order(self.yields, segment)
 
     @property
@@ -315,7 +316,7 @@ class Finger:
 
     @cached_property
     def laws(self) -> tuple[PressureLaw | None, ...]:
-        """The pressure law of each pressure: that of its chamber, or of the finger; None: neither has one."""
+        """Pressure law of each pressure, from its chamber or the finger; None: neither has one."""
         chamber_laws = [chamber.law for chamber in self.chambers] or [None] * self.pressures
         return tuple(law or self.pressure_law for law in chamber_laws)
 
@@ -441,12 +442,14 @@ class Finger:
     @cached_property
     def links(self) -> LinkInertias:
         """Inertias of the N + 1 rigid links from the base to the tip, the load at the tip included."""
-        middles, lengths, load = (self.link_ends[:-1] + self.link_ends[1:]) / 2, np.diff(self.link_ends), self.tip_load
+        middles = (self.link_ends[:-1] + self.link_ends[1:]) / 2
+        lengths = np.diff(self.link_ends)
+        load = self.tip_load
         section = self.section(middles)
         mass = np.asarray(section.density * section.area * lengths)
         center = np.array([section.mass_center, lengths / 2])
-        bare = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
-        return bare if load is None else bare.with_load(load.mass, np.array([load.x, lengths[-1] + load.z]))
+        bare_links = LinkInertias(mass, center, np.array([*section.gyration, lengths**2 / 12]), np.zeros(lengths.shape))
+        return bare_links if load is None else bare_links.with_load(load.mass, np.array([load.x, lengths[-1] + load.z]))
 
     @property
     def link_masses(self) -> Array:
@@ -498,12 +501,12 @@ class Finger:
         heights = (self.link_ends[:-1] + z)[:, None] - joints
         # From each joint to the links' centres.
         levers = np.stack([x[:, None] + 0 * heights, 0 * heights, heights], axis=-1)
-        turning = [is_moved * (np.array(AXES[name]) * (name not in SLIDES) + 0 * levers) for name in deformations]
-        moving = [
+        rotations = [is_moved * (np.array(AXES[name]) * (name not in SLIDES) + 0 * levers) for name in deformations]
+        translations = [
             is_moved * (AXES[name] + 0 * levers) if name in SLIDES else np.cross(rate, levers)
-            for name, rate in zip(deformations, turning, strict=True)
+            for name, rate in zip(deformations, rotations, strict=True)
         ]
-        v, w = (np.concatenate(rates, axis=1) for rates in (moving, turning))  # (L, W N, 3)
+        v, w = (np.concatenate(rates, axis=1) for rates in (translations, rotations))  # (L, W N, 3)
         link_matrices: Array = v @ (links.mass[:, None, None] * v.swapaxes(1, 2)) + w @ links.tensors @ w.swapaxes(1, 2)
         return link_matrices.sum(axis=0)
 
@@ -515,12 +518,15 @@ class Finger:
         dt^2 (K_explicit - K_implicit) - 2 dt D - 4 M is singular. Where the damping is beta times the stiffness, a mode
         of natural frequency w reaches it at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
         """
-        max_stiffening = 1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken.y)  # by pressure
-        steepest = self.stiffnesses | {"bending": max_stiffening * self.joint_law.slopes.max(axis=-1)}
-        joints = np.diag(np.concatenate(list(steepest.values())))
+        max_stiffening = (
+            1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken_fraction.y)
+        )  # by pressure
+        max_stiffnesses = self.stiffnesses | {"bending": max_stiffening * self.joint_law.slopes.max(axis=-1)}
+        joints = np.diag(np.concatenate(list(max_stiffnesses.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
-        stiffness = self._tendon_stiffness(list(steepest)) + (-joints if implicit else joints)
-        identity, inverse_mass = np.eye(len(joints)), np.linalg.inv(self.mass_matrix(list(steepest)))
+        stiffness = self._tendon_stiffness(list(max_stiffnesses)) + (-joints if implicit else joints)
+        identity = np.eye(len(joints))
+        inverse_mass = np.linalg.inv(self.mass_matrix(list(max_stiffnesses)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
         steps = np.block([[0 * identity, identity], [inverse_mass @ stiffness / 4, -inverse_mass @ damping / 2]])
         longest = float(np.linalg.eigvals(steps).real.max())
@@ -528,8 +534,8 @@ class Finger:
 
     def _tendon_stiffness(self, deformations: Sequence[str]) -> Array:
         """Stiffness that the tendons add at the joints of the straight finger, (W N, W N)."""
-        nothing = np.zeros((len(self.tendons), self.segments))
-        levers = np.concatenate([self.tension_gains.get(deformation, nothing) for deformation in deformations], axis=-1)
+        zeros = np.zeros((len(self.tendons), self.segments))
+        levers = np.concatenate([self.tension_gains.get(deformation, zeros) for deformation in deformations], axis=-1)
         stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
         return stiffness
 

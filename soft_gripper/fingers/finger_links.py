@@ -106,8 +106,8 @@ def finger_to_urdf(
     joints = _joints(finger)
     joint_links = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
     is_implicit = springs == "implicit"
-    sprung = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
-    elastic = [spring for joint in sprung for spring in _springs(joint)]
+    spring_joints = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
+    elastic = [spring for joint in spring_joints for spring in _springs(joint)]
     driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_deformations]
     actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
     frames_and_filters = [
@@ -302,9 +302,9 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
     radius, width = min(_PAD_RADIUS, block.thickness / 5), block.width
     row, stiffness_fraction = (_TIP_ROW, _TIP_SHARE) if block.end == finger.length else (0.5, 1.0)
     stiffness = stiffness_fraction * modulus * width * block.length / (block.thinnest / 2) / points
-    out, height = block.thickness / 2 - radius, block.begin - origin + row * block.length
+    offset, height = block.thickness / 2 - radius, block.begin - origin + row * block.length
     y_positions = ((np.arange(points) + 0.5) / points - 0.5) * width
-    places = [(block.middle + side * out, y, height) for side in (1, -1) for y in y_positions.tolist()]
+    places = [(block.middle + side * offset, y, height) for side in (1, -1) for y in y_positions.tolist()]
     sphere = _element("geometry", _element("sphere", radius=_text(radius)))
     return [
         _element("collision", _element("origin", xyz=_text(*place)), sphere, _touch(finger, stiffness))
@@ -366,7 +366,9 @@ def _springs(joint: _Joint) -> list[ET.Element]:
     k h^2 sin(t) (L / (2 h cos(t/2)) - 1). With L = 8 h that is the same function of the angle, of stiffness 3 k h^2, at
     half the cost. The joints beside those of bending have it; these stay free of its thrust.
     """
-    finger, origin, h = joint.finger, np.array([0.0, 0.0, joint.height]), joint.finger.segment_length / 2
+    finger = joint.finger
+    origin = np.array([0.0, 0.0, joint.height])
+    h = joint.finger.segment_length / 2
     if joint.slides:
         far_end = origin - finger.length * np.array(AXES[joint.deformation])
         return [_spring(joint, far_end, np.zeros(3), finger.length, joint.stiffness)]

@@ -111,10 +111,10 @@ class PressureLaw:
         return PiecewiseLinear(np.array(self.pressure), np.array(self.effective))
 
     @cached_property
-    def taken(self) -> PiecewiseLinear:
+    def taken_fraction(self) -> PiecewiseLinear:
         """Fraction of the stiffness that pressure takes, against pressure, Pa."""
-        nothing = (0.0,) * len(self.pressure)
-        return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or nothing))
+        zeros = (0.0,) * len(self.pressure)
+        return PiecewiseLinear(np.array(self.pressure), np.array(self.stiffness_taken or zeros))
 
     @cached_property
     def widens(self) -> bool:
@@ -123,13 +123,13 @@ class PressureLaw:
         return bool(np.ptp(ratios) > _SOFTENING_TOLERANCE * np.abs(ratios).max())
 
     def softening(self, pressure: Array | float) -> Array:
-        """Ratio of the torque to that of the chamber law alone, at pressures (...) Pa: P(p) / p."""
-        some = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
-        return self.curve(some) / some
+        """Ratio of the torque to the torque of the chamber law alone, at pressures (...) Pa: P(p) / p."""
+        divisor = np.where(np.abs(pressure) < NO_PRESSURE, NO_PRESSURE, pressure)
+        return self.curve(divisor) / divisor
 
     def share_taken(self, pressure: Array | float) -> Array:
         """Fraction of the bending stiffness that pressures (...) Pa take."""
-        return self.taken(np.asarray(pressure, dtype=float))
+        return self.taken_fraction(np.asarray(pressure, dtype=float))
 
     def bend(self, pressure: Array | float) -> Array:
         """Pressure that bends a linear finger of the whole stiffness as far, (...) Pa: P / (1 - fraction)."""

@@ -86,8 +86,8 @@ class Chain(NamedTuple):
 
 def _pick(values: NDArray[Any], number: NDArray[np.int_]) -> NDArray[Any]:
     """Entries of (..., N) by their numbers (..., M); leading axes are broadcast."""
-    leading = np.broadcast_shapes(values.shape[:-1], number.shape[:-1])
-    values, number = (np.broadcast_to(array, (*leading, array.shape[-1])) for array in (values, number))
+    leading_shape = np.broadcast_shapes(values.shape[:-1], number.shape[:-1])
+    values, number = (np.broadcast_to(array, (*leading_shape, array.shape[-1])) for array in (values, number))
     return np.take_along_axis(values, number, axis=-1)
 
 
@@ -107,7 +107,7 @@ def as_planar(points: Array) -> Planar:
     return planar
 
 
-def in_plane(x: Array | float, z: Array | float) -> Planar:
+def planar_vector(x: Array | float, z: Array | float) -> Planar:
     """Planar vectors of their components, (...)."""
     planar: Planar = z + 1j * np.asarray(x)
     return planar
@@ -168,7 +168,7 @@ def sensor_path(chain: Chain, offset: float) -> Planar:
     bisectors = (chain.headings[..., :-1] + chain.headings[..., 1:]) / 2
     path = np.empty((*chain.headings.shape[:-1], 2 * bisectors.shape[-1] + 1), dtype=complex)
     path[..., 0::2] = chain.segment_ends + offset * chain.normals
-    path[..., 1::2] = chain.joints + rotated(in_plane(offset, 0.0), bisectors)
+    path[..., 1::2] = chain.joints + rotated(planar_vector(offset, 0.0), bisectors)
     return path
 
 
@@ -181,5 +181,5 @@ def segment_path_lengths(q: Array, segment_length: float, offset: Array | float)
     """
     half_angle = q / 2
     axial = segment_length / 2 - offset * np.sin(half_angle)
-    crosswise = offset * (1 - np.cos(half_angle))
-    return 2 * np.hypot(axial, crosswise)
+    sagitta = offset * (1 - np.cos(half_angle))
+    return 2 * np.hypot(axial, sagitta)

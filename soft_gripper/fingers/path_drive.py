@@ -42,13 +42,13 @@ class Tendons:
         self._reversal = np.array([tendon.reversal for tendon in tendons])
         self.slide = bool(self._friction.any())  # against friction
 
-    def tensions(self, q: Joints, pulled: Array) -> Array:
+    def tensions(self, q: Joints, pull: Array) -> Array:
         """Tensions of tendons at pulled-in lengths, (..., T) m -> (..., T) N."""
-        return np.maximum(0.0, self.stiffness * self.elongations(q, pulled))
+        return np.maximum(0.0, self.stiffness * self.elongations(q, pull))
 
-    def elongations(self, q: Joints, pulled: Array) -> Array:
+    def elongations(self, q: Joints, pull: Array) -> Array:
         """Elongation of these tendons over their length at rest, (..., T) m; negative where they are slack."""
-        return np.asarray(pulled - self._slack - self._straight + path_lengths(self.paths, q))
+        return np.asarray(pull - self._slack - self._straight + path_lengths(self.paths, q))
 
     def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
         """Torques at the joints, (..., N) N m, and N where they slide, by deformation.
@@ -66,8 +66,8 @@ class Tendons:
     def _capstan(self, q: Joints, sliding: Array) -> Array:
         """Tension in the middle of every segment over that at the pulled end, (..., T, N)."""
         bend = np.hypot(q["bending"], q["sideways"]) if "sideways" in q else np.abs(q["bending"])
-        passed = bend[..., None, :] * self.paths.share
-        angle = passed.cumsum(axis=-1) - passed / 2
+        wrap = bend[..., None, :] * self.paths.share
+        angle = wrap.cumsum(axis=-1) - wrap / 2
         return np.asarray(np.exp(-(self._friction * sliding)[..., None] * angle))
 
     def next_sliding(self, sliding: Array, travel: Array) -> Array:
@@ -119,9 +119,9 @@ class TendonDrive(_PathDriveBlock):
         super().__init__(finger, (finger.plant.time_step() or _FRICTION_PERIOD) if tendons.slide else None)
         self._tendons, self._is_pulled = tendons, command == PULL
         count = self._count = len(self._finger.tendons)
-        commanded = f"{command}_command"
-        self.take(commanded, count)
-        self.put_out(TENSION, self.tension, "state", commanded, unit="N", **self._finger.tendon_axis)
+        command_port = f"{command}_command"
+        self.take(command_port, count)
+        self.put_out(TENSION, self.tension, "state", command_port, unit="N", **self._finger.tendon_axis)
         if tendons.slide:
             self.remember(
                 *("friction", same),
@@ -133,30 +133,30 @@ class TendonDrive(_PathDriveBlock):
             )
         friction = ["friction"] if tendons.slide else []
         actuators = finger.actuator_names
-        self.put_out("actuation", self.actuation, "state", commanded, *friction, unit="N m", actuator=actuators)
+        self.put_out("actuation", self.actuation, "state", command_port, *friction, unit="N m", actuator=actuators)
 
-    def tension(self, state: Array, commanded: Array) -> Array:
+    def tension(self, state: Array, command: Array) -> Array:
         """Tension at the pulled ends, (..., T) N, in plant states, (..., nq + nv), from commands, (..., T)."""
         if self._is_pulled:
-            return self._tendons.tensions(self._joints(state), commanded)
-        return np.maximum(commanded, 0.0)
+            return self._tendons.tensions(self._joints(state), command)
+        return np.maximum(command, 0.0)
 
-    def actuation(self, state: Array, commanded: Array, friction: Array | None = None) -> Array:
+    def actuation(self, state: Array, command: Array, friction: Array | None = None) -> Array:
         """Torques on the joints, (..., nu) N m; `friction` is the state of the friction, (..., 2 T), if any."""
         sliding = None if friction is None else friction[..., : self._count]
-        return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, commanded), sliding))
+        return self._actuation(self._tendons.torques(self._joints(state), self.tension(state, command), sliding))
 
     def initial_friction(self, state: Array) -> Array:
         """The state of the friction where a run begins, (..., 2 T)."""
         lengths = path_lengths(self._tendons.paths, self._joints(state))
         return np.concatenate([np.zeros_like(lengths), lengths], axis=-1)
 
-    def next_friction(self, before: Array, state: Array) -> Array:
+    def next_friction(self, memory: Array, state: Array) -> Array:
         """The state of the friction, (..., 2 T), when the tendons have moved as the plant has."""
         lengths = path_lengths(self._tendons.paths, self._joints(state))
-        sliding, was = np.split(before, 2, axis=-1)
-        after = np.concatenate([self._tendons.next_sliding(sliding, was - lengths), lengths], axis=-1)
-        return np.where(np.isfinite(after), after, before)
+        sliding, last_lengths = np.split(memory, 2, axis=-1)
+        next_memory = np.concatenate([self._tendons.next_sliding(sliding, last_lengths - lengths), lengths], axis=-1)
+        return np.where(np.isfinite(next_memory), next_memory, memory)
 
 
 class BentChambers(_PathDriveBlock):
@@ -180,4 +180,4 @@ class BentChambers(_PathDriveBlock):
         finger, straight = self._finger, self._finger.pressure_gains
         effective = finger.effective_pressure(pressure)[..., None, :]
         gains = finger.chamber_gains(self._joints(state))
-        return self._actuation({way: (effective @ (gain - straight[way]))[..., 0, :] for way, gain in gains.items()})
+        return self._actuation({name: (effective @ (gain - straight[name]))[..., 0, :] for name, gain in gains.items()})

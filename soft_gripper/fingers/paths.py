@@ -63,7 +63,7 @@ class Path:
 
 @dataclass(frozen=True)
 class Chamber(Path):
-    """A chamber under a pressure of its own."""
+    """A chamber with a separate pressure."""
 
     width: Stations = quantity((), "m", above=0, sizes=SIZES)  # along y
     thickness: Stations = quantity((), "m", above=0, sizes=SIZES)  # along x
@@ -79,7 +79,7 @@ class Chamber(Path):
 
     @cached_property
     def law(self) -> PressureLaw | None:
-        """Pressure law of this chamber alone; None: that of the finger."""
+        """Pressure law of this chamber alone; None: the finger's law."""
         if self.law_pressure is None and self.law_effective is None:
             return None
         return PressureLaw(self.law_pressure or (), self.law_effective or ())
@@ -148,15 +148,15 @@ def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: f
     for path in paths:
         first, last = path.at[0] * length, path.at[-1] * length
         low, high = np.clip(ends[:-1], first, last), np.clip(ends[1:], first, last)
-        covered = high - low
+        lengths = high - low
         axis = np.interp([low, high], ends, neutral_axis)
         x = np.array([path.value_at("x", s, length) for s in (low, high)]) - axis
         y = np.array([path.value_at("y", s, length) for s in (low, high)])
-        distance = np.where(covered > 0, covered, 1.0)
+        distance = np.where(lengths > 0, lengths, 1.0)
         slopes = [_zero_rounding(np.diff(coordinate, axis=0)[0] / distance) for coordinate in (x, y)]
-        columns.append((x.mean(axis=0), y.mean(axis=0), *slopes, covered))
-    x, y, x_slope, y_slope, covered = np.array(columns).reshape(len(paths), 5, segments).swapaxes(0, 1)
-    return PathsOnChain(x, y, x_slope, y_slope, covered, segment_length)
+        columns.append((x.mean(axis=0), y.mean(axis=0), *slopes, lengths))
+    x, y, x_slope, y_slope, lengths = np.array(columns).reshape(len(paths), 5, segments).swapaxes(0, 1)
+    return PathsOnChain(x, y, x_slope, y_slope, lengths, segment_length)
 
 
 def _zero_rounding(slope: Array) -> Array:

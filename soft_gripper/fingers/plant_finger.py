@@ -121,10 +121,10 @@ def add_torsion_springs(plant: MultibodyPlant, model: ModelInstanceIndex, finger
     springs of the expanded URDF approximates that, see `finger_links`. Their stiffness is a parameter of the plant's
     context (`RevoluteSpring.SetStiffness`), that of linear springs is not. The plant is not yet finalized.
     """
-    turning = {name: stiffness for name, stiffness in finger.stiffnesses.items() if name not in SLIDES}
+    stiffnesses = {name: stiffness for name, stiffness in finger.stiffnesses.items() if name not in SLIDES}
     springs = [
         RevoluteSpring(joint, 0.0, stiffness)
-        for name in sorted(turning)  # bending first
-        for joint, stiffness in zip(_find_joints(plant, model, finger, name), turning[name], strict=True)
+        for name in sorted(stiffnesses)  # bending first
+        for joint, stiffness in zip(_find_joints(plant, model, finger, name), stiffnesses[name], strict=True)
     ]
     return PlantFinger(finger, plant, model, tuple(plant.AddForceElement(spring) for spring in springs))

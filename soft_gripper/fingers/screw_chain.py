@@ -50,19 +50,19 @@ class ScrewChain(NamedTuple):
 def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
     """The chain from the first to the last of some frames of a finalized plant, and to all those between them."""
     context, base = plant.CreateDefaultContext(), frames[0]
-    moving = [_moving_positions(plant, context, frame, base) for frame in frames]
+    positions = [_moving_positions(plant, context, frame, base) for frame in frames]
     angles = plant.GetPositions(context)
-    angles[moving[-1]] = 0
+    angles[positions[-1]] = 0
     plant.SetPositions(context, angles)
     homes = np.array([frame.CalcPose(context, base).GetAsMatrix34() for frame in frames])
     # Positions are numbered depth first, so those of a chain increase from its base to its tip.
-    rates = _velocity_jacobian(plant, context, frames[-1], base)[:, moving[-1]].T
+    rates = _velocity_jacobian(plant, context, frames[-1], base)[:, positions[-1]].T
     axes = rates[:, :3]
     velocities = (rates[:, 3:] - np.cross(axes, homes[-1, :, 3]))[..., None]
     cross = np.cross(axes[:, None], -np.eye(3))  # (J, 3, 3): across @ v is axis x v
     cross_squared = cross @ cross
     moves = np.concatenate([cross, cross_squared, velocities, cross @ velocities, cross_squared @ velocities], axis=-1)
-    return ScrewChain(moving[-1], moves, homes, list(map(len, moving)))
+    return ScrewChain(positions[-1], moves, homes, list(map(len, positions)))
 
 
 def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> Array:

@@ -53,13 +53,13 @@ class SpatialChain:
 
         A joint lies `heights` along the link before it; there the frame turns, or slides along the axis.
         """
-        axes, turning = self.axes[..., None], self.turns[:, None, None]
+        axes, is_turn = self.axes[..., None], self.turns[:, None, None]
         cross = cross_matrices(self.axes)
         rest = np.zeros((len(self.deformations), 4, 4)) + np.eye(4)
         rest[:, 2, 3] = self.heights
         changes = np.zeros((len(self.deformations), 3, 4, 4))
-        changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -cross @ cross * turning, cross * turning
-        changes[:, 2, :3, 3:] = axes * ~turning
+        changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -cross @ cross * is_turn, cross * is_turn
+        changes[:, 2, :3, 3:] = axes * ~is_turn
         return rest.reshape(-1, 16), changes.reshape(-1, 3, 16)
 
     @cached_property
@@ -126,8 +126,8 @@ class Posture(NamedTuple):
     @property
     def screws(self) -> Array:
         """Screws of the joints, (..., J, 6): turning, and velocity of the point at B's origin."""
-        turning = self.motions[..., [2, 0, 1], [1, 2, 0]]
-        return np.concatenate([turning, self.motions[..., 3]], axis=-1)
+        skew_entries = self.motions[..., [2, 0, 1], [1, 2, 0]]
+        return np.concatenate([skew_entries, self.motions[..., 3]], axis=-1)
 
 
 def posture(chain: SpatialChain, q: Array) -> Posture:
@@ -185,18 +185,18 @@ def _products(steps: Array, joints_per_segment: int) -> Array:
 
     Products within segments come first, then those over segments: over 2, over 4 and so on.
     """
-    in_segment = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
+    segment_steps = steps.reshape(*steps.shape[:-3], steps.shape[-3] // joints_per_segment, joints_per_segment, 4, 4)
     for j in range(1, joints_per_segment):
-        in_segment[..., j, :, :] = in_segment[..., j - 1, :, :] @ in_segment[..., j, :, :]
+        segment_steps[..., j, :, :] = segment_steps[..., j - 1, :, :] @ segment_steps[..., j, :, :]
     products = np.empty((*steps.shape[:-3], steps.shape[-3] + 1, 4, 4))
     products[..., 0, :, :] = np.eye(4)
     segment_products = products[..., :-1:joints_per_segment, :, :]  # of all segments before
-    segment_products[..., 1:, :, :] = in_segment[..., :-1, -1, :, :]
+    segment_products[..., 1:, :, :] = segment_steps[..., :-1, -1, :, :]
     step, segments = 1, segment_products.shape[-3]
     while step < segments:
         segment_products[..., step:, :, :] = segment_products[..., :-step, :, :] @ segment_products[..., step:, :, :]
         step *= 2
-    products[..., 1:, :, :] = (segment_products[..., None, :, :] @ in_segment).reshape(steps.shape)
+    products[..., 1:, :, :] = (segment_products[..., None, :, :] @ segment_steps).reshape(steps.shape)
     return products
 
 
@@ -224,8 +224,8 @@ class Loads(NamedTuple):
 
     def positions(self, bent: Posture) -> Array:
         """Positions of the points, (..., M, 3) m in B."""
-        rotated = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
-        positions: Array = bent.origins[..., self.frames, :] + rotated[..., 0]
+        rotated_points = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
+        positions: Array = bent.origins[..., self.frames, :] + rotated_points[..., 0]
         return positions
 
     def times(self, fraction: float) -> "Loads":
@@ -272,7 +272,7 @@ def torque_slopes(bent: Posture, loads: Loads) -> Array:
 
 
 def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loads: Loads) -> Array:
-    """Joint positions in balance: stiffness times position is driving torque and that of the loads, (..., J).
+    """Joint positions in balance: stiffness times position is the torque of drive and loads, (..., J).
 
     Found by Newton's method, the loads growing in a few steps.
 

@@ -27,8 +27,8 @@ def free_bending_angles(finger: Finger, pressure: Array) -> Array:
 
 def relaxed_law(finger: Finger) -> PiecewiseLinear:
     """Torque against angle of every joint after a long hold: the elastic torque that remains after creep."""
-    law, crept = finger.joint_law, float(shares(finger).sum()) * finger.stiffness
-    return PiecewiseLinear(law.x, law.y - crept[:, None] * law.x)
+    law, creep_stiffness = finger.joint_law, float(shares(finger).sum()) * finger.stiffness
+    return PiecewiseLinear(law.x, law.y - creep_stiffness[:, None] * law.x)
 
 
 class FacePress(NamedTuple):
@@ -50,9 +50,9 @@ class FacePress(NamedTuple):
     def torque(self, finger: Finger, q: Array) -> Array:
         """Torque at the joints in a posture, (..., N) N m."""
         site = forward_kinematics(q, finger.segment_length).sites(self.place[..., None], self.face(finger)[..., None])
-        pushing = -site.normals + self.friction * site.directions
-        axis_component = 1.0 if self.axis is None else (pushing * np.conj(self.axis)).real
-        return site.torques(self.force[..., None] * pushing / axis_component)[..., 0, :]
+        force = -site.normals + self.friction * site.directions
+        axis_component = 1.0 if self.axis is None else (force * np.conj(self.axis)).real
+        return site.torques(self.force[..., None] * force / axis_component)[..., 0, :]
 
 
 def resting_angles(
@@ -64,12 +64,13 @@ def resting_angles(
     iteration, which converges unless the finger buckles under its weight.
     """
     driving, gravity = finger.pressure_torque(pressure), np.asarray(gravity)[..., None]
-    bends, relaxed = relaxed_law(finger).inverse(), 1 - shares(finger).sum()  # fraction of the stiffness
+    bends = relaxed_law(finger).inverse()
+    relaxed = 1 - shares(finger).sum()  # fraction of the stiffness
     bend_factor = (relaxed / (relaxed - finger.share_taken(pressure)))[..., None]  # of a linear finger
     q = bend_factor * bends(driving)
     for _ in range(_MAX_ITERATIONS):
-        pressed = 0.0 if press is None else press.torque(finger, q)
-        last, q = q, bend_factor * bends(driving + gravity_torque(finger, q, gravity) + pressed)
+        press_torque = 0.0 if press is None else press.torque(finger, q)
+        last, q = q, bend_factor * bends(driving + gravity_torque(finger, q, gravity) + press_torque)
         if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return q

@@ -47,12 +47,12 @@ class TakenStiffness(Diagram):
         law = finger.finger.pressure_law
         assert law is not None
         builder = DiagramBuilder()
-        curve = PiecewiseLinear(law.taken.x[None], law.taken.y[None])
+        curve = PiecewiseLinear(law.taken_fraction.x[None], law.taken_fraction.y[None])
         fraction = builder.AddNamedSystem("share", PiecewiseLinearBlock(curve))
         stiffness = finger.finger.stiffness[:, None] * finger.position_selector()
-        whole = np.ascontiguousarray(finger.actuator_selector().T @ stiffness)
-        elastic = builder.AddNamedSystem("elastic", MatrixGain(whole))
-        lost_torque = builder.AddNamedSystem("taken", SoftenedProduct(len(whole), divides=False))
+        stiffness_map = np.ascontiguousarray(finger.actuator_selector().T @ stiffness)
+        elastic = builder.AddNamedSystem("elastic", MatrixGain(stiffness_map))
+        lost_torque = builder.AddNamedSystem("taken", SoftenedProduct(len(stiffness_map), divides=False))
         builder.Connect(fraction.get_output_port(), lost_torque.GetInputPort("softening"))
         builder.Connect(elastic.get_output_port(), lost_torque.GetInputPort("factor"))
         builder.ExportInput(elastic.get_input_port(), "state")

@@ -105,9 +105,10 @@ def _warping_energy(corners: NDArray[np.int_], stiffness: Array, load: Array, ro
 
     places, nodes = np.unique(np.where(corners % rows, corners, -1), return_inverse=True)
     nodes = nodes.reshape(corners.shape) - 1  # -1: where it does not warp
-    free = len(places) - 1
+    unknown_count = len(places) - 1
     indices = [np.broadcast_to(part, stiffness.shape) for part in (nodes[:, :, None], nodes[:, None, :])]
-    used = (indices[0] >= 0) & (indices[1] >= 0)
-    matrix = coo_array((stiffness[used], (indices[0][used], indices[1][used])), shape=(free, free)).tocsc()
-    load_sums = np.bincount(nodes[nodes >= 0], load[nodes >= 0], free)
+    is_inside = (indices[0] >= 0) & (indices[1] >= 0)
+    entries = stiffness[is_inside], (indices[0][is_inside], indices[1][is_inside])
+    matrix = coo_array(entries, shape=(unknown_count, unknown_count)).tocsc()
+    load_sums = np.bincount(nodes[nodes >= 0], load[nodes >= 0], unknown_count)
     return float(load_sums @ spsolve(matrix, load_sums))

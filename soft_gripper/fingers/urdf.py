@@ -105,8 +105,9 @@ def changed_urdf(
     robot = deepcopy(parsed)
     for mesh, filename in zip(robot.iter("mesh"), _meshes(path, robot), strict=True):
         mesh.set("filename", filename)
-    written, guard = map(finger_element, map(change, elements)), [ET.Element("frame", name=GUARD)] if elements else []
-    robot[:] = [*guard, *(next(written) if child.tag == "finger" else child for child in robot)]
+    new_elements = map(finger_element, map(change, elements))
+    guard = [ET.Element("frame", name=GUARD)] if elements else []
+    robot[:] = [*guard, *(next(new_elements) if child.tag == "finger" else child for child in robot)]
     ET.indent(robot)
     return _text(robot)
 
@@ -199,9 +200,9 @@ def _check_links(path: Path, robot: ET.Element, elements: Sequence[FingerElement
     links = [link.get("name") for link in robot.findall("link")]
     names = [element.finger.name for element in elements]
     for element in elements:
-        where = f"{path}: finger '{element.finger.name}'"
+        place = f"{path}: finger '{element.finger.name}'"
         if element.parent not in links:
-            raise InputError(where, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
+            raise InputError(place, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
         if names.count(element.finger.name) > 1:
             raise InputError(path, "finger.name", element.finger.name, "appears more than once")
 

@@ -62,28 +62,28 @@ class ContactDetector(ArrayBlock):
         self.put_out("contact_residual", attrgetter("residual"), "touch", unit="N m")
         self.put_out("contact_time", attrgetter("since"), "touch", unit="s")
 
-    def _touch(self, before: Array, now: Array, torque: Array, tolerance: Array) -> Touch:
+    def _touch(self, memory: Array, time: Array, torque: Array, tolerance: Array) -> Touch:
         """Touch at a sample, after contact and since of the sample before, (..., 2)."""
-        contact, since = before[..., 0], before[..., 1]
-        residual, above, below = self._compare(torque, tolerance)
-        touches = np.where(above, 1.0, np.where(below, 0.0, contact))
-        return Touch(residual, touches, np.where(above & (contact == 0), now[..., 0], since))
+        contact, since = memory[..., 0], memory[..., 1]
+        residual, is_above, is_below = self._compare(torque, tolerance)
+        touches = np.where(is_above, 1.0, np.where(is_below, 0.0, contact))
+        return Touch(residual, touches, np.where(is_above & (contact == 0), time[..., 0], since))
 
-    def _touches(self, now: Array, torque: Array, tolerance: Array) -> Touch:
+    def _touches(self, time: Array, torque: Array, tolerance: Array) -> Touch:
         """Touches at all samples of a recording, (T) each; the first is not remembered."""
-        residual, above, below = self._compare(torque, tolerance)
-        first = self._touch(np.array([0.0, np.nan]), now[0], torque[0], tolerance[0])
+        residual, is_above, is_below = self._compare(torque, tolerance)
+        first = self._touch(np.array([0.0, np.nan]), time[0], torque[0], tolerance[0])
         samples = np.arange(len(residual))
-        decided = np.maximum.accumulate(np.where(above | below, samples, 0))
-        touches = above[decided] & (decided > 0)
+        last_decision = np.maximum.accumulate(np.where(is_above | is_below, samples, 0))
+        touches = is_above[last_decision] & (last_decision > 0)
         begins = touches[1:] & ~touches[:-1]
         last = np.maximum.accumulate(np.where(begins, samples[1:], 0))
-        since = np.where(last > 0, now[last, 0], np.nan)
+        since = np.where(last > 0, time[last, 0], np.nan)
         return Touch(residual, np.append(first.contact, touches[1:]), np.append(first.since, since))
 
     def _compare(self, torque: Array, tolerance: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Residuals, (...), and masks of those above the threshold for certain, and of those that end contact."""
+        """Residuals, (...), and two masks: certainly above the threshold, and low enough to end contact."""
         n = self._base_joints
         residual, allowed = torque[..., :n].sum(axis=-1) / n, tolerance[..., :n].sum(axis=-1) / n
-        above = np.abs(residual) - allowed > self._threshold
-        return residual, above, np.abs(residual) + allowed < _RELEASE_RATIO * self._threshold
+        is_above = np.abs(residual) - allowed > self._threshold
+        return residual, is_above, np.abs(residual) + allowed < _RELEASE_RATIO * self._threshold

@@ -91,7 +91,7 @@ class TorqueBalance:
     def external_torque(
         self, motion: Motion, gravity: Array, period: float, moving: Array | None = None
     ) -> ExternalTorque:
-        """The external torque.
+        """External torque at the middle sample, (..., N) N m.
 
         Args:
             motion: samples `period` s apart.
@@ -119,17 +119,17 @@ class TorqueBalance:
         frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :]
         frames = frames * (_ACCELERATION_FILTER / period**2)[:, None]
         x, z = frames[..., None, :, 0], frames[..., None, :, 2]
-        turning = (z @ cos + x @ sin)[..., 0, :]
+        tangents = (z @ cos + x @ sin)[..., 0, :]
         normals = (x @ cos - z @ sin)[..., 0, :]
         base = np.add.reduce(frames, axis=-2)
         moving = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
-        across, along = self._inertia
-        inertia = normals @ across + turning @ along + moving[..., None] * self._moments
+        normal_levers, tangent_levers = self._inertia
+        inertia = normals @ normal_levers + tangents @ tangent_levers + moving[..., None] * self._moments
         weight = (plane @ gravity)[..., None] * self._moments
         torques = as_points(rotated(np.array([inertia, weight]), -headings[..., DELAY, :]))[..., 0]
         # Sums over each joint and all beyond it.
-        beyond: Array = torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
-        return beyond
+        sums: Array = torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
+        return sums
 
     @cached_property
     def _levers(self) -> Planar:
@@ -137,8 +137,8 @@ class TorqueBalance:
         finger = self.finger
         lengths, centers = np.diff(finger.link_ends)[1:], finger.link_centers[1:]
         radii = np.sqrt(finger.link_gyration[0] + finger.link_gyration[2])[1:]
-        before = np.tril(np.broadcast_to(lengths, (finger.segments,) * 2), -1)
-        return np.concatenate([before + np.diag(centers + radius) for radius in (-radii, radii)])
+        inner_lengths = np.tril(np.broadcast_to(lengths, (finger.segments,) * 2), -1)
+        return np.concatenate([inner_lengths + np.diag(centers + radius) for radius in (-radii, radii)])
 
     @cached_property
     def _masses(self) -> Array:
@@ -159,8 +159,8 @@ class TorqueBalance:
 
 def windows(samples: Array) -> Array:
     """Windows of five successive samples of a recording, (T, ...) -> (T - 4, 5, ...)."""
-    moved = np.lib.stride_tricks.sliding_window_view(samples, SAMPLES, axis=0)
-    return np.moveaxis(moved, -1, 1)
+    views = np.lib.stride_tricks.sliding_window_view(samples, SAMPLES, axis=0)
+    return np.moveaxis(views, -1, 1)
 
 
 class ForceEstimator(ArrayBlock):
@@ -172,7 +172,7 @@ class ForceEstimator(ArrayBlock):
         driving_torque (N) N m -----------> | ForceEstimator | ---> external_torque      (N) N m, positive closes
         X_WB (12) [R | p] ----------------> +----------------+ ---> torque_tolerance     (N) N m
 
-    Torque at the joints, not contact force, from the dynamic balance of `torque_balance`: it belongs to two
+    Torque at the joints, not contact force, from the dynamic balance of `TorqueBalance`: it belongs to two
     samples ago, and `torque_tolerance` says what inertia and steps of the pressure may leave in it without contact.
     NaN until there are five samples, and as long as one of the last five is not finite. Without gravity the
     weight of the finger stays in the result.
@@ -196,8 +196,8 @@ class ForceEstimator(ArrayBlock):
         sizes = {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}
         for name, size in sizes.items():
             self.take(name, size)
-        before = np.full((SAMPLES - 1, sum(sizes.values())), np.nan)
-        self.remember("samples", _append_present, *sizes, begin=before, keep=_drop_oldest, over_time=_recorded_samples)
+        begin = np.full((SAMPLES - 1, sum(sizes.values())), np.nan)
+        self.remember("samples", _append_present, *sizes, begin=begin, keep=_drop_oldest, over_time=_recorded_samples)
         self.derive("external", self._external_torque, "samples")
         self.put_out("free_bending_angles", finger.angle, DRIVING_TORQUE, unit="rad", joint=range(joints))
         for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):
@@ -215,13 +215,13 @@ class ForceEstimator(ArrayBlock):
         """The present shape, moved as the driving torque moves a free finger."""
         if not self._noisy:
             return None
-        free = self._finger.angle(motion.driving)
-        return motion.q[..., DELAY, None, :] + free - free[..., DELAY, None, :]
+        free_angles = self._finger.angle(motion.driving)
+        return motion.q[..., DELAY, None, :] + free_angles - free_angles[..., DELAY, None, :]
 
 
-def _append_present(before: Array, *inputs: Array) -> Array:
+def _append_present(samples: Array, *inputs: Array) -> Array:
     """The samples remembered and the present one, (..., 5, 2 N + 12): joint angles, driving torque, X_WB."""
-    return np.concatenate([before, np.concatenate(inputs, axis=-1)[..., None, :]], axis=-2)
+    return np.concatenate([samples, np.concatenate(inputs, axis=-1)[..., None, :]], axis=-2)
 
 
 def _drop_oldest(samples: Array) -> Array:
@@ -231,7 +231,7 @@ def _drop_oldest(samples: Array) -> Array:
 def _recorded_samples(*inputs: Array) -> Array:
     """Samples that `_append_present` returns along a recording, (T, 5, 2 N + 12); the first is not kept."""
     present = np.concatenate(inputs, axis=-1)
-    before = np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]])
-    samples = windows(before).copy()
+    all_samples = np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]])
+    samples = windows(all_samples).copy()
     samples[:, -1] = present
     return samples

@@ -17,7 +17,7 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import in_plane, in_space, link_directions
+from soft_gripper.fingers.kinematics import in_space, link_directions, planar_vector
 
 _PLANE_TO_SPACE = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, 0, 0]])  # (x, z, heading) @ this is (x, y, z)
 
@@ -32,7 +32,7 @@ def mean_diameter(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class Gripper:
-    """Base poses of two or more fingers on one palm; frame G is that of the first finger's base.
+    """Base poses of two or more fingers on one palm; frame G is the base frame of the first finger.
 
     Raises:
         ValueError: if there are fewer than two fingers.
@@ -81,8 +81,8 @@ class Gripper:
         points = self.points(tips)
         from_middle = points - np.add.reduce(points, axis=-2, keepdims=True) / len(self.X_GB)
         distances = np.sqrt(np.add.reduce(from_middle**2, axis=-1))
-        signed = np.copysign(distances, np.add.reduce(from_middle * self._outward, axis=-1))
-        opening: Array = 2 * (np.add.reduce(signed, axis=-1) / len(self.X_GB))
+        signed_distances = np.copysign(distances, np.add.reduce(from_middle * self._outward, axis=-1))
+        opening: Array = 2 * (np.add.reduce(signed_distances, axis=-1) / len(self.X_GB))
         return opening
 
 
@@ -125,9 +125,9 @@ class InnerSurface:
         """Levers of each point along the direction and the inner normal of each link, m, (N + 1, M)."""
         finger, ends = self.finger, self.finger.link_ends
         s = np.linspace(0.0, finger.length, _POINTS_PER_SEGMENT * finger.segments + 1)
-        along = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
+        link_parts = np.clip(s - ends[:-1, None], 0.0, np.diff(ends)[:, None])
         own_link = np.searchsorted(ends[1:-1], s) == np.arange(finger.segments + 1)[:, None]
-        return in_plane(own_link * finger.section(s).inner_face, along)
+        return planar_vector(own_link * finger.section(s).inner_face, link_parts)
 
     def points(self, q: Array) -> Planar:
         """The points at joint angles (..., N) rad, m in B, (..., M)."""
@@ -142,28 +142,30 @@ def narrowest(curves: Sequence[Array]) -> Array:
     these moves one point at a time.
     """
     shape = curves[0].shape[:-2]
-    flat = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
+    batches = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
     if len(curves) == 2:
-        parts = range(0, len(flat[0]), _SAMPLES_PER_BATCH)
-        gaps = [_gap(*(curve[first : first + _SAMPLES_PER_BATCH] for curve in flat)) for first in parts]
+        parts = range(0, len(batches[0]), _SAMPLES_PER_BATCH)
+        gaps = [_gap(*(curve[first : first + _SAMPLES_PER_BATCH] for curve in batches)) for first in parts]
         return np.concatenate([np.empty(0), *gaps]).reshape(shape)
-    return np.array([_narrowest_of_many(sample_curves) for sample_curves in zip(*flat, strict=True)]).reshape(shape)
+    return np.array([_narrowest_of_many(sample_curves) for sample_curves in zip(*batches, strict=True)]).reshape(shape)
 
 
-def _gap(one: Array, other: Array) -> Array:
+def _gap(points: Array, other_points: Array) -> Array:
     """The least distance of the points of two curves, (..., M, 3) m; (...) m."""
-    middle = one.mean(axis=-2, keepdims=True)  # near both, so that few digits are lost
-    one, other = one - middle, other - middle
-    squares, other_squares = np.add.reduce(one**2, axis=-1), np.add.reduce(other**2, axis=-1)
-    apart = squares[..., :, None] + other_squares[..., None, :] - 2 * one @ np.swapaxes(other, -1, -2)
-    least: Array = np.sqrt(np.maximum(apart.min(axis=(-2, -1)), 0.0))
-    return least
+    middle = points.mean(axis=-2, keepdims=True)  # near both, so that few digits are lost
+    points, other_points = points - middle, other_points - middle
+    squares, other_squares = np.add.reduce(points**2, axis=-1), np.add.reduce(other_points**2, axis=-1)
+    squares_between = (
+        squares[..., :, None] + other_squares[..., None, :] - 2 * points @ np.swapaxes(other_points, -1, -2)
+    )
+    gap: Array = np.sqrt(np.maximum(squares_between.min(axis=(-2, -1)), 0.0))
+    return gap
 
 
 def _narrowest_of_many(curves: Sequence[Array]) -> float:
     """Smallest mean diameter of points of three or more curves at one sample, m, see `narrowest`."""
-    along = np.linspace(0.0, 1.0, max(map(len, curves)))
-    points = np.stack([curve[np.round(along * (len(curve) - 1)).astype(int)] for curve in curves], axis=1)
+    fractions = np.linspace(0.0, 1.0, max(map(len, curves)))
+    points = np.stack([curve[np.round(fractions * (len(curve) - 1)).astype(int)] for curve in curves], axis=1)
     narrowest_points = points[np.argmin(mean_diameter(points))]
     for _ in range(_SEARCH_ROUNDS):
         for i, curve in enumerate(curves):
@@ -204,8 +206,8 @@ class ObjectWidth(ArrayBlock):
         count = len(self._surfaces)
         angles, contacts = inputs[:count], np.concatenate(inputs[count:], axis=-1)
         is_held = contacts.all(axis=-1) & np.logical_and.reduce([np.isfinite(q).all(axis=-1) for q in angles])
-        held = (surface.points(q[is_held]) for surface, q in zip(self._surfaces, angles, strict=True))
-        curves = [self._gripper.curve(i, points) for i, points in enumerate(held)]
+        held_points = (surface.points(q[is_held]) for surface, q in zip(self._surfaces, angles, strict=True))
+        curves = [self._gripper.curve(i, points) for i, points in enumerate(held_points)]
         width = np.full(is_held.shape, np.nan)
         width[is_held] = narrowest(curves)
         return width

@@ -1,1 +1,1 @@
-"""Files that others made, URDF, SDFormat, MJCF and meshes, read into what Drake takes: one door, `read_model`."""
+"""Reads others' files, URDF, SDFormat, MJCF and meshes, for Drake: `read_model` is the one entry."""

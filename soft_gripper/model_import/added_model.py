@@ -42,7 +42,7 @@ class AddedModel:
         return self.plant.GetJointByName(name, self.index)
 
     def geometries(self, role: Role | None = None) -> set[GeometryId]:
-        """All geometries that its file has added, or those with a role."""
+        """Geometries that the file has added, of one role if given."""
         return _geometries(self.parser, role) - self.earlier
 
 

@@ -89,17 +89,17 @@ def _set_limits(plant: MultibodyPlant, joint: Joint, motor: JointActuator | None
 
 def _check(model: AddedModel, joint: Joint, effort: float) -> None:
     name = joint.name()
-    where = f"{model.file.path}: joint '{name}'"
+    place = f"{model.file.path}: joint '{name}'"
     lower, upper, velocity = _limits(joint)
     expected = f"give what the joint can do at most, in the file or in the scenario: arm.limits.{name}: {_LIMITS_FORM}"
     for field, value in (("limit.effort", effort), ("limit.velocity", velocity)):
         if not value > 0:
-            raise InputError(where, field, value, expected)
+            raise InputError(place, field, value, expected)
         if value == math.inf:
             why = f"the file gives none; arm.limits.{name} can"
             model.file.note(READ, f"joint '{name}': {field}", "unlimited", why.replace(name, "JOINT"))
     if not lower < upper:
-        raise InputError(where, "limit.upper", upper, f"is not above limit.lower; {expected}")
+        raise InputError(place, "limit.upper", upper, f"is not above limit.lower; {expected}")
 
 
 def couple(model: AddedModel) -> None:
@@ -138,11 +138,11 @@ def free_followers(model: AddedModel, limits: Mapping[str, JointLimits] = Mappin
         return min(ends), max(ends)
 
     for name, law in laws.items():
-        joint, given = model.joint(name), limits.get(name)
+        joint, given_limits = model.joint(name), limits.get(name)
         (low, high), (lower, upper, velocity) = leader_range(name), _limits(joint)
         is_bounded = math.isfinite(low) and math.isfinite(high)
         contradicts = is_bounded and (low < lower - _LIMIT_TOLERANCE or high > upper + _LIMIT_TOLERANCE)
-        is_given = given is not None and (given.lower is not None or given.upper is not None)
+        is_given = given_limits is not None and (given_limits.lower is not None or given_limits.upper is not None)
         if not is_given and (contradicts or not lower < upper):
             joint.set_position_limits([-math.inf], [math.inf])
             if lower < upper:  # files give limits of zero to what follows
@@ -160,16 +160,16 @@ def exclude_self_contact(model: AddedModel) -> None:
     if scene_graph is None or not model.parser.GetCollisionFilterGroups().empty():
         return
     frames = [plant.GetBodyFrameIdOrThrow(index) for index in plant.GetBodyIndices(model.index)]
-    everything = CollisionFilterDeclaration().ExcludeWithin(GeometrySet(frames))
-    scene_graph.collision_filter_manager().Apply(everything)
+    filter_all = CollisionFilterDeclaration().ExcludeWithin(GeometrySet(frames))
+    scene_graph.collision_filter_manager().Apply(filter_all)
 
 
-def exclude_contact(model: AddedModel, apart: Iterable[tuple[Iterable[str], Iterable[str]]]) -> None:
+def exclude_contact(model: AddedModel, group_pairs: Iterable[tuple[Iterable[str], Iterable[str]]]) -> None:
     """Excludes contact between bodies of a model, in pairs of groups of their names."""
     plant, scene_graph = model.plant, model.parser.scene_graph()
-    for pair in apart if scene_graph is not None else ():
-        one, other = (
+    for pair in group_pairs if scene_graph is not None else ():
+        group, other_group = (
             GeometrySet([plant.GetBodyFrameIdOrThrow(plant.GetBodyByName(name, model.index).index()) for name in names])
             for names in pair
         )
-        scene_graph.collision_filter_manager().Apply(CollisionFilterDeclaration().ExcludeBetween(one, other))
+        scene_graph.collision_filter_manager().Apply(CollisionFilterDeclaration().ExcludeBetween(group, other_group))

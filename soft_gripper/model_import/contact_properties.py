@@ -30,7 +30,9 @@ def set_friction(where: str, friction: float, model: AddedModel) -> None:
     Raises:
         InputError: if there are none.
     """
-    plant, scene_graph, shapes = model.plant, model.parser.scene_graph(), model.geometries(Role.kProximity)
+    plant = model.plant
+    scene_graph = model.parser.scene_graph()
+    shapes = model.geometries(Role.kProximity)
     if not shapes or any(map(scene_graph.model_inspector().IsDeformableGeometry, shapes)):
         raise InputError(where, "friction", friction, "leave it out: the model has no rigid shape that could touch")
     for shape in shapes:

@@ -45,7 +45,7 @@ def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
 
 @lru_cache(maxsize=256)
 def hull_excess(path: Path, modified: int) -> float:
-    """The volume of the convex hull of a mesh over its own; infinite if it is open; args as of `convex_parts`."""
+    """The volume of the convex hull of a mesh over its own; infinite if it is open; arguments as in `convex_parts`."""
     try:
         mesh = _read_mesh(path)
     except InputError:  # a format that Drake alone reads
@@ -55,7 +55,7 @@ def hull_excess(path: Path, modified: int) -> float:
 
 
 def note_hull(model: ModelFile, link: str, mesh: Path, origin: Path) -> None:
-    """Notes how much larger the hull of a mesh is, at which a link is touched, if that is notable.
+    """Notes the excess of a touched mesh's convex hull over the mesh, if it is notable.
 
     Args:
         model: to which the link belongs.
@@ -76,13 +76,13 @@ def _read_mesh(path: Path) -> trimesh.Trimesh:
 
 
 def _join_slabs(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
-    """Slabs, those that follow each other joined as long as they fill their common hull."""
-    parts, filled = [slabs[0]], slabs[0].volume
+    """Joins slabs that follow each other as long as they fill their common hull."""
+    parts, filled_volume = [slabs[0]], slabs[0].volume
     for slab in slabs[1:]:
         hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))
-        is_convex = filled + slab.volume >= _JOINED_FILL * hull.volume
+        is_convex = filled_volume + slab.volume >= _JOINED_FILL * hull.volume
         parts = [*parts[:-1], hull] if is_convex else [*parts, slab]
-        filled = filled + slab.volume if is_convex else slab.volume
+        filled_volume = filled_volume + slab.volume if is_convex else slab.volume
     return parts
 
 
@@ -97,8 +97,8 @@ def _is_solid(points: Array) -> bool:
     """Whether the hull of points has a volume: a slice may only touch a flat face of the mesh."""
     if len(points) < 4:
         return False
-    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[-1] > _MIN_FLATNESS_RATIO * spread[0])
+    singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(singular_values[-1] > _MIN_FLATNESS_RATIO * singular_values[0])
 
 
 def _slice_points(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
@@ -106,9 +106,9 @@ def _slice_points(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) ->
     vertices, edges = np.array(mesh.vertices), np.array(mesh.edges_unique)
     points = [vertices[(vertices[:, axis] >= begin) & (vertices[:, axis] <= end)]]
     for plane in (begin, end):
-        one, other = (vertices[edges[:, i]] for i in range(2))
-        crosses = (one[:, axis] - plane) * (other[:, axis] - plane) < 0
-        one, other = one[crosses], other[crosses]
-        share = (plane - one[:, axis]) / (other[:, axis] - one[:, axis])
-        points.append(one + share[:, None] * (other - one))
+        begins, ends = (vertices[edges[:, i]] for i in range(2))
+        crosses = (begins[:, axis] - plane) * (ends[:, axis] - plane) < 0
+        begins, ends = begins[crosses], ends[crosses]
+        share = (plane - begins[:, axis]) / (ends[:, axis] - begins[:, axis])
+        points.append(begins + share[:, None] * (ends - begins))
     return np.concatenate(points)

@@ -175,8 +175,8 @@ _named: OrderedDict[tuple[Path, str], tuple[str, ...]] = OrderedDict()
 
 
 def _check(path: Path, text: str, root: Callable[[], ET.Element]) -> None:
-    named = get_or_make(_named, (path, text), lambda: _check_and_list_uris(path, root()), _MAX_CACHED_TEXTS)
-    check_uris(path, named)  # what they name may have changed, unlike the text
+    uris = get_or_make(_named, (path, text), lambda: _check_and_list_uris(path, root()), _MAX_CACHED_TEXTS)
+    check_uris(path, uris)  # what they name may have changed, unlike the text
 
 
 def _check_and_list_uris(path: Path, root: ET.Element) -> tuple[str, ...]:
@@ -189,18 +189,18 @@ def _check_and_list_uris(path: Path, root: ET.Element) -> tuple[str, ...]:
 
 def _check_tree(path: Path, model: ET.Element) -> None:
     """Refuses loops of links: Drake simulates trees, and fails only when the plant is finalized."""
-    joined: dict[str, str] = {}  # a link, and another one that is connected to it
+    neighbors: dict[str, str] = {}  # a link, and another one that is connected to it
 
     def first(link: str) -> str:
-        while link in joined:
-            link = joined[link]
+        while link in neighbors:
+            link = neighbors[link]
         return link
 
     for joint in model.findall("joint"):
-        parent, child = (joint_end(joint, which) for which in ("parent", "child"))
+        parent, child = (joint_end(joint, end) for end in ("parent", "child"))
         if not (parent and child):
             continue  # Drake reports what is missing
         if first(parent) == first(child):
             expected = "closes a loop of links; leave it out, since only trees of links are simulated"
             raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)
-        joined[first(child)] = first(parent)
+        neighbors[first(child)] = first(parent)

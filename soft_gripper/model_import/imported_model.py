@@ -1,4 +1,7 @@
-"""A model that is read: what Drake takes, and how a form of files is read into that."""
+"""`ImportedModel`, a model file as Drake takes it, and `Form`, which reads one form of files into it.
+
+Another form is a module of `forms` with a `FORM`.
+"""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
@@ -10,7 +13,7 @@ from soft_gripper.model_import.model_file import ModelFile
 
 
 class Mimic(NamedTuple):
-    """A joint that follows another: its position is multiplier times that of the other, plus offset (rad or m)."""
+    """A joint that follows another: position = multiplier * the other's position + offset (rad or m)."""
 
     joint: str
     leader: str

@@ -25,7 +25,7 @@ class IncludedFiles:
 
     @contextmanager
     def read(self, field: str, name: str, file: Path) -> Iterator[ET.Element]:
-        """Reads the root of a file; those that are read within the context are included in it.
+        """Reads the root of a file; files read within the context are included in it.
 
         Args:
             field, name: where and how the including file names it, for messages.
@@ -34,23 +34,23 @@ class IncludedFiles:
         Raises:
             InputError: if the file cannot be read, is among those that include it, or is one too many or too large.
         """
-        where, chain = self._chain[-1], [*self._chain, file]
+        place, chain = self._chain[-1], [*self._chain, file]
         if not os.path.isfile(file):
-            raise InputError(where, field, name, f"there is no file {file}")
+            raise InputError(place, field, name, f"there is no file {file}")
         if any(os.path.realpath(file) == os.path.realpath(path) for path in self._chain):
             names = " > ".join(path.name for path in chain)
-            raise InputError(where, field, name, f"leave it out: the file would be inside itself: {names}")
+            raise InputError(place, field, name, f"leave it out: the file would be inside itself: {names}")
         if len(self._chain) > _MAX_DEPTH:
-            raise InputError(where, field, name, f"lies in more than {_MAX_DEPTH} files that include each other")
+            raise InputError(place, field, name, f"lies in more than {_MAX_DEPTH} files that include each other")
         self._count += 1
         if self._count > _MAX_FILES:
-            raise InputError(where, field, name, f"is one of more than {_MAX_FILES} included files; include fewer")
+            raise InputError(place, field, name, f"is one of more than {_MAX_FILES} included files; include fewer")
         root = read_xml(file)
         self._elements += sum(1 for _ in root.iter())
         self._characters += os.path.getsize(file)
         if self._elements > MAX_ELEMENTS or self._characters > MAX_CHARACTERS:
-            most = f"{MAX_ELEMENTS} elements or {MAX_CHARACTERS} characters"
-            raise InputError(where, field, name, f"makes a model of more than {most}; include fewer files")
+            limit = f"{MAX_ELEMENTS} elements or {MAX_CHARACTERS} characters"
+            raise InputError(place, field, name, f"makes a model of more than {limit}; include fewer files")
         self._chain = chain
         yield root
         self._chain = chain[:-1]
@@ -68,8 +68,8 @@ def check_files(path: Path) -> ET.Element | None:
     return root
 
 
-def _check_included(path: Path, folder: Path, around: ET.Element, files: IncludedFiles) -> None:
-    for include in around.iter("include"):
+def _check_included(path: Path, folder: Path, parent: ET.Element, files: IncludedFiles) -> None:
+    for include in parent.iter("include"):
         if (name := include.get("file")) is not None:
             field, file = "include.file", folder / name
         else:
@@ -86,8 +86,8 @@ def sdf_file(path: Path, include: ET.Element) -> tuple[str, Path]:
         InputError: if there is no such file.
     """
     uri = (include.findtext("uri") or "").strip()
-    beside = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
-    folders = [folder for folder in (beside, *find_in_packages(uri, path)) if os.path.isdir(folder)]
+    neighbor = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
+    folders = [folder for folder in (neighbor, *find_in_packages(uri, path)) if os.path.isdir(folder)]
     if not folders:
         try:
             return uri, mesh_file(uri, path)

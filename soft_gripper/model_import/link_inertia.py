@@ -33,8 +33,8 @@ def possible_inertia(mass: float, inertia: Array) -> Array:
     if moments[0] >= 0 and moments[0] + moments[1] > 0:
         return inertia
     second_moments = (axes * np.maximum(moments, mass * _MIN_MASS_SPREAD**2)) @ axes.T
-    nearest: Array = np.trace(second_moments) * np.eye(3) - second_moments
-    return nearest
+    mended_inertia: Array = np.trace(second_moments) * np.eye(3) - second_moments
+    return mended_inertia
 
 
 def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
@@ -48,21 +48,21 @@ def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
         InputError: if a mass or a moment is not a number.
     """
     is_sdf = model.root.tag == "model"
-    heavy = _heavy(model, is_sdf)
+    loaded_links = _links_with_load(model, is_sdf)
     for link in model.root.findall("link"):
         name = link.get("name")
         if is_sdf and (link.find("inertial") is None or link.find("inertial[@auto]") is not None):
             continue  # 1 kg and 1 kg m^2, or computed by Drake
         mass, inertia = _read_inertial(f"{model.path}: link '{name}'", link, is_sdf)
         if mass > 0:
-            possible = possible_inertia(mass, inertia)
-            if possible is not inertia:
-                _write_inertial(link, mass, possible, is_sdf)
-                is_rounded = np.abs(possible - inertia).max() <= _ROUNDING_TOLERANCE * np.trace(possible)
+            mended_inertia = possible_inertia(mass, inertia)
+            if mended_inertia is not inertia:
+                _write_inertial(link, mass, mended_inertia, is_sdf)
+                is_rounded = np.abs(mended_inertia - inertia).max() <= _ROUNDING_TOLERANCE * np.trace(mended_inertia)
                 if not (is_rounded and np.linalg.eigvalsh(inertia)[0] > 0):
                     moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
                     model.note(MENDED, f"link '{name}': inertia ixx, iyy, izz", moments, NOT_POSSIBLE)
-        elif name in jointed and name not in heavy:
+        elif name in jointed and name not in loaded_links:
             _write_inertial(link, *SPECK, is_sdf)
             model.note(MENDED, f"link '{name}': mass", "0", SPECK_WHY)
         else:
@@ -88,19 +88,19 @@ def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
             _write_inertial(link, factor * mass, factor * inertia, is_sdf)
 
 
-def _heavy(model: ModelFile, is_sdf: bool) -> set[str]:
-    """The links to which something with a mass is fixed, directly or by way of others."""
+def _links_with_load(model: ModelFile, is_sdf: bool) -> set[str]:
+    """The links that carry a fixed link with a mass, directly or through others."""
     masses = {
         link.get("name", ""): _read_inertial(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
         for link in model.root.findall("link")
     }
-    fixed = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
-    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed}
-    heavy = set[str]()
+    fixed_joints = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
+    parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed_joints}
+    loaded_links = set[str]()
     for name in [name for name, mass in masses.items() if mass > 0]:
-        while (name := parents.get(name, "")) and name not in heavy:
-            heavy.add(name)
-    return heavy
+        while (name := parents.get(name, "")) and name not in loaded_links:
+            loaded_links.add(name)
+    return loaded_links
 
 
 def massless(link: ET.Element, is_sdf: bool) -> ET.Element:

@@ -63,7 +63,7 @@ def drop_unused(model: ModelFile) -> None:
 
 
 def mend_joints(model: ModelFile, options: ImportOptions) -> list[Mimic]:
-    """Makes joints those that Drake has, and takes the couplings out of a model; raises an InputError if it cannot."""
+    """Converts joints to kinds of Drake, and takes couplings out of a model; raises an InputError if it cannot."""
     mimics = _take_mimics(model)
     _drop_friction(model)
     _check_ranges(model)
@@ -94,7 +94,7 @@ def _take_mimics(model: ModelFile) -> list[Mimic]:
 
 
 def check_chains(path: Path, mimics: Sequence[Mimic]) -> None:
-    """Raises an InputError if a joint follows itself by way of others."""
+    """Raises an InputError if a joint follows itself through others."""
     leaders = {mimic.joint: mimic.leader for mimic in mimics}
     for name in leaders:
         leader = leaders[name]
@@ -105,9 +105,9 @@ def check_chains(path: Path, mimics: Sequence[Mimic]) -> None:
 
 
 def _mimic(model: ModelFile, name: str, element: ET.Element) -> Mimic:
-    where = f"{model.path}: joint '{name}'"
+    place = f"{model.path}: joint '{name}'"
     multiplier, offset, reference = (
-        finite_numbers(where, f"mimic.{key}", str(number(where, element, key, default)), 1)[0]
+        finite_numbers(place, f"mimic.{key}", str(number(place, element, key, default)), 1)[0]
         for key, default in (("multiplier", "1"), ("offset", "0"), ("reference", "0"))
     )
     return Mimic(name, element.get("joint", ""), multiplier, offset - multiplier * reference)
@@ -132,19 +132,19 @@ def _check_ranges(model: ModelFile) -> None:
         InputError: if a lower limit is above the upper one.
     """
     for joint in model.root.findall("joint"):
-        where = f"{model.path}: joint '{joint.get('name')}'"
+        place = f"{model.path}: joint '{joint.get('name')}'"
         for limit in [*joint.findall("limit"), *joint.findall("axis/limit")]:
-            ends = {which for which in ("lower", "upper") if limit.get(which) is not None}
+            ends = {end for end in ("lower", "upper") if limit.get(end) is not None}
             if len(ends) == 1:
                 limit.set(({"lower", "upper"} - ends).pop(), "0")
-            lower, upper = (number(where, limit, which, far) for which, far in (("lower", "-inf"), ("upper", "inf")))
-            for which, value in (("lower", lower), ("upper", upper)):
-                if abs(value) > MOST and limit.get(which) is not None:
-                    limit.set(which, repr(math.copysign(MOST, value)))  # as good as none
-                for element in limit.findall(which) if abs(value) > MOST else ():
+            lower, upper = (number(place, limit, end, text) for end, text in (("lower", "-inf"), ("upper", "inf")))
+            for end, value in (("lower", lower), ("upper", upper)):
+                if abs(value) > MOST and limit.get(end) is not None:
+                    limit.set(end, repr(math.copysign(MOST, value)))  # as good as none
+                for element in limit.findall(end) if abs(value) > MOST else ():
                     element.text = repr(math.copysign(MOST, value))  # 1e16 by default in SDFormat
             if lower > upper:
-                raise InputError(where, "limit.upper", upper, f"must be at least limit.lower, {lower:g}")
+                raise InputError(place, "limit.upper", upper, f"must be at least limit.lower, {lower:g}")
 
 
 def _free_from_world(model: ModelFile, free: bool, child: str | None) -> None:
@@ -159,10 +159,10 @@ def _free_from_world(model: ModelFile, free: bool, child: str | None) -> None:
     fix_if_static(model.root)
     joints = [joint for joint in model.root.findall("joint") if joint_end(joint, "parent") == "world"]
     links = [link for link in model.root.findall("link") if link.get("name") == "world"]
-    moving = [joint for joint in joints if joint.get("type") not in ("fixed", "floating")]
-    if moving and (free or child is not None):
+    moving_joints = [joint for joint in joints if joint.get("type") not in ("fixed", "floating")]
+    if moving_joints and (free or child is not None):
         field, value = ("free", True) if free else ("child", child)
-        expected = f"leave it out: joint '{moving[0].get('name')}' of the file joins the model to the world"
+        expected = f"leave it out: joint '{moving_joints[0].get('name')}' of the file joins the model to the world"
         model.refuse(field, value, expected)
     for joint in [joint for joint in joints if free or joint.get("type") == "floating"]:
         model.root.remove(joint)
@@ -198,8 +198,8 @@ def fix_if_static(model: ET.Element) -> None:
                 ET.SubElement(joint, "parent").text, ET.SubElement(joint, "child").text = "world", name
 
 
-def _name_end(joint: ET.Element, which: str, link: str) -> None:
-    for element in joint.findall(which):
+def _name_end(joint: ET.Element, end: str, link: str) -> None:
+    for element in joint.findall(end):
         if element.get("link") is None:
             element.text = link
         else:
@@ -207,7 +207,7 @@ def _name_end(joint: ET.Element, which: str, link: str) -> None:
 
 
 def mend_links(model: ModelFile, options: ImportOptions) -> None:
-    """Makes the shapes and inertias of links those that Drake has; raises an InputError if it cannot."""
+    """Converts the shapes and inertias of links to those that Drake has; raises an InputError if it cannot."""
     _drop_empty_shapes(model)
     joints = [joint for joint in model.root.findall("joint") if joint.get("type") != "fixed"]
     links = [link.get("name", "") for link in model.root.findall("link")]

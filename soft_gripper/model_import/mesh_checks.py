@@ -48,12 +48,12 @@ def _check_content(path: Path, modified: int) -> None:
         _check_gltf(path)
     elif suffix == ".obj":
         content = read_bytes(path)
-        for what, count, most in (
+        for quantity, count, max_count in (
             ("groups", len(_GROUP_PATTERN.findall(content)), _MAX_GROUPS),
             ("longest line", max(map(len, content.splitlines()), default=0), _MAX_LINE),
         ):
-            if count > most:
-                raise InputError(path, what, count, f"must be at most {most}")
+            if count > max_count:
+                raise InputError(path, quantity, count, f"must be at most {max_count}")
         for library in _FILE_PATTERNS[suffix].findall(content):
             if (materials := named_file(path, os.fsdecode(library))).is_file():
                 for name in _FILE_PATTERNS[".mtl"].findall(read_bytes(materials)):
@@ -170,17 +170,17 @@ def _parts(path: Path, data: bytes) -> tuple[bytes, int]:
 
 def _buffer_size(gltf: _Gltf, path: Path, buffer: Mapping[str, Any], binary: int) -> int:
     size, uri = gltf.count(buffer, "byteLength", least=1), buffer.get("uri")
-    present = binary
+    data_size = binary
     if isinstance(uri, str) and uri.startswith("data:"):
         try:
-            present = len(binascii.a2b_base64(uri.partition(",")[2]))
+            data_size = len(binascii.a2b_base64(uri.partition(",")[2]))
         except binascii.Error:
-            present = 0
+            data_size = 0
     elif isinstance(uri, str):
         file = named_file(path, unquote(uri))
-        present = file.stat().st_size if file.is_file() else 0
-    if size > present:
-        gltf.refuse("buffer.byteLength", size, f"its data are {present} bytes")
+        data_size = file.stat().st_size if file.is_file() else 0
+    if size > data_size:
+        gltf.refuse("buffer.byteLength", size, f"its data are {data_size} bytes")
     return size
 
 
@@ -190,7 +190,8 @@ def _check_accessor(gltf: _Gltf, accessor: Mapping[str, Any]) -> None:
         gltf.refuse("accessor.type", [component, kind], "is no type of glTF")
     if "sparse" in accessor:
         gltf.refuse("accessor.sparse", accessor["sparse"], "leave it out, and give all values")
-    view, count = gltf.find_entry(accessor, "bufferView", "bufferViews"), gltf.count(accessor, "count", least=1)
+    view = gltf.find_entry(accessor, "bufferView", "bufferViews")
+    count = gltf.count(accessor, "count", least=1)
     width = _COMPONENT_BYTES[component] * _WIDTHS[kind]
     stride = max(gltf.count(view, "byteStride", 0), width)
     if gltf.count(accessor, "byteOffset", 0) + (count - 1) * stride + width > view["byteLength"]:

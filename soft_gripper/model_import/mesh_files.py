@@ -47,13 +47,13 @@ def read_scene(path: Path) -> trimesh.Scene:
         InputError: if the file is missing, too large, cannot be read, or has no faces.
     """
     check_mesh_file(path)
-    if read := {".msh": read_msh, **registered("MESHES")}.get(path.suffix.lower()):
-        return trimesh.Scene([read(path)])
+    if reader := {".msh": read_msh, **registered("MESHES")}.get(path.suffix.lower()):
+        return trimesh.Scene([reader(path)])
     try:
         scene = trimesh.load_scene(path, resolver=NamedFiles(path))
         if path.suffix.lower() == ".dae" and not _has_faces(scene):  # a material that is missing hides all faces
-            bare = _MATERIALS_PATTERN.sub("", read_text(path))
-            scene = trimesh.load_scene(BytesIO(bare.encode()), file_type="dae")
+            bare_text = _MATERIALS_PATTERN.sub("", read_text(path))
+            scene = trimesh.load_scene(BytesIO(bare_text.encode()), file_type="dae")
     except InputError:
         raise
     except Exception as error:  # trimesh's readers raise errors of many types
@@ -79,17 +79,17 @@ def convert_to_obj(path: Path) -> Path:
     """
     check_mesh_file(path)
     name = _digest(read_bytes(path) + path.suffix.lower().encode() + _OBJ_VERSION.encode())
-    kept = cache_folder() / f"{name}.obj"
-    if not kept.is_file():
+    cached_file = cache_folder() / f"{name}.obj"
+    if not cached_file.is_file():
         text, materials = _to_obj(path, f"{name}.mtl")
         for mtl, content in materials.items():
             keep(mtl, content.decode())
-        keep(kept.name, text)  # written last: it shows that all files are there
-    return kept
+        keep(cached_file.name, text)  # written last: it shows that all files are there
+    return cached_file
 
 
 def outward(model: ModelFile, path: Path, origin: Path) -> Path:
-    """An OBJ file or, if parts of it are inside out, one in which they face outward, with a note on its `origin`.
+    """An OBJ file or, if parts of it are inside out, a copy with outward faces and a note on its `origin`.
 
     Parts that are not closed have no outside, and stay as they are. The notes go to the `model` that has the mesh.
 
@@ -100,19 +100,19 @@ def outward(model: ModelFile, path: Path, origin: Path) -> Path:
 
 
 def weighable(model: ModelFile, path: Path, origin: Path) -> Path:
-    """A file as of `outward` for a mass from the volume: an open mesh is noted."""
-    turned, is_open = _outward(model, path, origin)
+    """The file of `outward` for a mass from the volume; an open mesh is noted."""
+    turned_file, is_open = _outward(model, path, origin)
     if is_open:
         why = "it is open: its volume, and a mass from its density, are uncertain"
         model.notes.append(make_note(READ, origin, "the mesh", "", why))
-    return turned
+    return turned_file
 
 
 def _outward(model: ModelFile, path: Path, origin: Path) -> tuple[Path, bool]:
     check_mesh_file(path)
-    turned, notes, is_open = _turn_outward(path, origin, path.stat().st_mtime_ns)
+    turned_file, notes, is_open = _turn_outward(path, origin, path.stat().st_mtime_ns)
     model.notes += notes
-    return turned, is_open
+    return turned_file, is_open
 
 
 @lru_cache(maxsize=256)
@@ -167,7 +167,7 @@ def _to_obj(path: Path, mtl_name: str) -> tuple[str, dict[str, bytes]]:
 
 
 def _shade(part: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A part in metres, smooth but for its sharp edges, in one colour or none."""
+    """A part in metres, smooth except at sharp edges, in one colour or none."""
     if part.units:
         part.apply_scale(trimesh.units.unit_conversion(part.units, "meters"))
     color = _color(part)
@@ -175,10 +175,10 @@ def _shade(part: trimesh.Trimesh) -> trimesh.Trimesh:
     part.merge_vertices(merge_tex=True, merge_norm=True)
     if part.is_watertight and part.volume < 0:
         part.invert()
-    smooth = part.smooth_shaded
+    smooth_part = part.smooth_shaded
     if color is not None:
-        smooth.visual = TextureVisuals(material=SimpleMaterial(diffuse=color))
-    return smooth
+        smooth_part.visual = TextureVisuals(material=SimpleMaterial(diffuse=color))
+    return smooth_part
 
 
 def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:

@@ -14,7 +14,7 @@ class ModelFile:
     """A file of a model; readers mend its elements, and leave the notes on that to their caller."""
 
     def __init__(self, path: Path, root: ET.Element | None = None):
-        """`root` is the root element if it is known, such as that of a URDF whose fingers are expanded."""
+        """`root` is the root element if it is known, as after the expansion of a URDF's fingers."""
         self.path = path
         self.notes: list[Note] = []
         if root is not None:

@@ -12,7 +12,7 @@ _HEADER_BYTES = 16  # bytes: the numbers of vertices, normals, points of texture
 
 
 def read_msh(path: Path) -> trimesh.Trimesh:
-    """The mesh of a file.
+    """Reads the mesh of a file.
 
     Raises:
         InputError: if its size is not what its head says, or a face has a vertex that does not exist.

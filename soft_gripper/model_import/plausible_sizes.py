@@ -57,10 +57,10 @@ def note_quantities(model: AddedModel, free: bool) -> None:
     if free and mass > _MAX_FREE_MASS:
         model.file.note(READ, "mass", f"{mass:g} kg", "is it in grams?")
     for body in bodies:
-        rough = [_friction(model, geometry) for geometry in plant.GetCollisionGeometriesForBody(body)]
-        if max(rough, default=0.0) > _MAX_FRICTION:
+        coefficients = [_friction(model, geometry) for geometry in plant.GetCollisionGeometriesForBody(body)]
+        if max(coefficients, default=0.0) > _MAX_FRICTION:
             why = "hardly any two materials have a coefficient of friction above 3"
-            model.file.note(READ, f"link '{body.name()}': friction", f"{max(rough):g}", why)
+            model.file.note(READ, f"link '{body.name()}': friction", f"{max(coefficients):g}", why)
     for joint in map(plant.get_joint, plant.GetJointIndices(model.index)):
         ends = [*joint.position_lower_limits(), *joint.position_upper_limits()]
         if isinstance(joint, RevoluteJoint) and _MAX_ANGLE < max(map(abs, ends)) < _MIN_UNLIMITED:
@@ -103,11 +103,11 @@ def note_spread(model: AddedModel, stands: bool) -> None:
             raise InputError(
                 model.file.path, f"link '{body.name()}': centre of mass", center.tolist(), expected
             ) from None
-        far = max(
+        extent = max(
             np.linalg.norm(X_BG @ box.center() - center) + np.linalg.norm(box.half_width()) for X_BG, box in boxes
         )
-        if radius > _LARGEST_GYRATION * far:
-            why = f"its mass lies {1e3 * radius:.3g} mm from its centre, and its shape ends at {1e3 * far:.3g} mm"
+        if radius > _LARGEST_GYRATION * extent:
+            why = f"its mass lies {1e3 * radius:.3g} mm from its centre, and its shape ends at {1e3 * extent:.3g} mm"
             model.file.note(READ, f"link '{body.name()}': inertia", "", f"{why}; is it in other units?")
 
 

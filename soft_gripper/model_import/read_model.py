@@ -1,4 +1,4 @@
-"""The door of this room: a model file of any form -> what Drake takes.
+"""Reads a model file of any form into an `ImportedModel`, which Drake takes.
 
 A form is a module of `forms` with a `FORM`; a file of no form is left to Drake.
 """
@@ -60,11 +60,11 @@ def read_model(file: ModelFile, options: ImportOptions = _NO_OPTIONS) -> Importe
         return imported
     text = imported.text or ""
     if options.mass is not None:
-        before = model_mass(file, text, imported.suffix)
-        if not before > 0:
+        old_mass = model_mass(file, text, imported.suffix)
+        if not old_mass > 0:
             expected = f"leave it out: {file.path.name} has no rigid link with a mass to change"
             raise InputError(options.where, "mass", options.mass, expected)
         root = ET.fromstring(text)
-        form.scale(file.path, root, options.mass / before)
+        form.scale(file.path, root, options.mass / old_mass)
         text = ET.tostring(root, encoding="unicode")
     return imported._replace(text=text, friction=options.friction)

@@ -31,21 +31,21 @@ def remove_links(model: ModelFile, names: Sequence[str]) -> None:
 
     children = {joint: link_of(joint_end(joint, "child")) for joint in model.root.findall("joint")}
     parents = {child: link_of(joint_end(joint, "parent")) for joint, child in children.items()}
-    chosen = [link_of(name if model.root.tag == "robot" else name.replace("::", "_")) for name in names]
-    for name, link in zip(names, chosen, strict=True):
+    chosen_links = [link_of(name if model.root.tag == "robot" else name.replace("::", "_")) for name in names]
+    for name, link in zip(names, chosen_links, strict=True):
         if link not in links:
             model.refuse("without", name, f"no such link; known: {', '.join(links)}")
         if parents.get(link) not in links:
             model.refuse("without", name, "hangs on nothing; only what a joint carries can be left out")
-    cut = {link for link in links if _hangs_on(link, chosen, parents)}
-    cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut}
-    cut_frames = {name for name in frames if link_of(name) in cut}
+    cut_links = {link for link in links if _hangs_on(link, chosen_links, parents)}
+    cut_joints = {joint.get("name", "") for joint, child in children.items() if child in cut_links}
+    cut_frames = {name for name in frames if link_of(name) in cut_links}
     for element in list(model.root):
-        if _refers_to(element, cut, cut_joints, cut_frames):
+        if _refers_to(element, cut_links, cut_joints, cut_frames):
             model.root.remove(element)
     for parent in [*model.root.findall("joint"), *model.root.findall("joint/axis"), *model.root.findall(_FILTER_GROUP)]:
         for element in [*parent.findall("mimic"), *parent.findall(DRAKE + "member")]:
-            if element.get("joint") in cut_joints or element.get("link", (element.text or "").strip()) in cut:
+            if element.get("joint") in cut_joints or element.get("link", (element.text or "").strip()) in cut_links:
                 parent.remove(element)
 
 

@@ -20,7 +20,7 @@ _FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below whi
 
 
 def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh of parts as `closed_parts` finds them; those that overlap are noted, since the density counts twice.
+    """A mesh of the parts of `closed_parts`; overlaps are noted, since density counts twice there.
 
     Raises:
         InputError: if a part is not closed.
@@ -54,8 +54,8 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
     parts = _parts(file, _select_faces(mesh, is_closed)) + _parts(file, _join_vertices(_select_faces(mesh, ~is_closed)))
     is_open = sum(not part.is_watertight for part in parts)
     if is_open or not parts:
-        which = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
-        expected = f"is not watertight: {which}; close the holes, since an open surface has no volume and no inertia"
+        leak = f"{is_open} of its {len(parts)} parts are open" if len(parts) > 1 else "it is open"
+        expected = f"is not watertight: {leak}; close the holes, since an open surface has no volume and no inertia"
         file.refuse("mesh", file.path.name, expected)
     for number, part in enumerate(parts):
         if part.is_winding_consistent and abs(part.volume) <= _FLAT_VOLUME * part.extents.max() ** 3:
@@ -86,10 +86,10 @@ def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
     return is_closed[part]
 
 
-def _select_faces(mesh: trimesh.Trimesh, chosen: NDArray[np.bool_]) -> trimesh.Trimesh:
+def _select_faces(mesh: trimesh.Trimesh, mask: NDArray[np.bool_]) -> trimesh.Trimesh:
     """The mesh of some faces, (F,) of all."""
     chosen_mesh = mesh.copy()
-    chosen_mesh.update_faces(chosen)
+    chosen_mesh.update_faces(mask)
     chosen_mesh.remove_unreferenced_vertices()
     return chosen_mesh
 
@@ -113,9 +113,9 @@ def _join_vertices(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     sides = np.where((order[:, 1] - order[:, 0]) % 3 == 1, 1, -1)  # of a face, that its order of vertices shows
     _, group = np.unique(np.sort(mesh.faces, axis=1), axis=0, return_inverse=True)
     balance = np.bincount(group.ravel(), weights=sides)  # of faces on the same vertices; 0: a wall between pieces
-    shown = np.flatnonzero(sides == np.sign(balance[group.ravel()]))
-    _, first = np.unique(group.ravel()[shown], return_index=True)
-    mesh.update_faces(np.sort(shown[first]))
+    kept_faces = np.flatnonzero(sides == np.sign(balance[group.ravel()]))
+    _, first = np.unique(group.ravel()[kept_faces], return_index=True)
+    mesh.update_faces(np.sort(kept_faces[first]))
     mesh.remove_unreferenced_vertices()
     return mesh
 
@@ -131,8 +131,8 @@ def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
             file.note(MENDED, f"part {number}", "", "some of its faces were turned the other way")
     outward = [part.triangles if part.volume > 0 else part.triangles[:, ::-1] for part in parts]
     for number, part in enumerate(parts):
-        others = [triangles for i, triangles in enumerate(outward) if i != number]
-        if part.volume < 0 and others and _is_inside(part, np.concatenate(others)):
+        other_parts = [triangles for i, triangles in enumerate(outward) if i != number]
+        if part.volume < 0 and other_parts and _is_inside(part, np.concatenate(other_parts)):
             file.note(READ, f"part {number}", "", "it is inside out and in another part: a cavity")
         elif part.volume < 0:
             part.invert()
@@ -152,15 +152,13 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
     # Neighbours that are turned alike run along their edge in opposite ways.
     differs = runs_along(pairs[:, 0]) == runs_along(pairs[:, 1])
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
-    shape, unlike = (len(faces), len(faces)), np.concatenate([differs, differs])
-    graph, turned = (
-        coo_matrix((1 + unlike.astype(int), (rows, columns)), shape=shape).tocsr(),
-        np.zeros(len(faces), bool),
-    )
-    order, before = breadth_first_order(graph, 0, directed=False)
+    shape, differences = (len(faces), len(faces)), np.concatenate([differs, differs])
+    graph = coo_matrix((1 + differences.astype(int), (rows, columns)), shape=shape).tocsr()
+    is_turned = np.zeros(len(faces), bool)
+    order, predecessors = breadth_first_order(graph, 0, directed=False)
     for face in order[1:]:
-        turned[face] = turned[before[face]] ^ (graph[before[face], face] == 2)
-    faces[turned] = faces[turned, ::-1]
+        is_turned[face] = is_turned[predecessors[face]] ^ (graph[predecessors[face], face] == 2)
+    faces[is_turned] = faces[is_turned, ::-1]
     return faces
 
 
@@ -174,25 +172,25 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
     low, high = np.array([part.bounds for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
     one, other = np.triu_indices(len(parts), 1)
     is_near = (np.minimum(high[one], high[other]) > np.maximum(low[one], low[other])).all(axis=1)
-    near = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
-    if len(near) > _MAX_PAIRS:
-        file.note(READ, "overlaps of parts", f"{len(near)} pairs", f"only {_MAX_PAIRS} pairs are searched for them")
-    for one, other in near[:_MAX_PAIRS]:
+    pairs = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
+    if len(pairs) > _MAX_PAIRS:
+        file.note(READ, "overlaps of parts", f"{len(pairs)} pairs", f"only {_MAX_PAIRS} pairs are searched for them")
+    for one, other in pairs[:_MAX_PAIRS]:
         pair = parts[one], parts[other]
-        count = _MAX_RAY_TESTS // (len(near) * sum(len(part.faces) for part in pair))
+        count = _MAX_RAY_TESTS // (len(pairs) * sum(len(part.faces) for part in pair))
         points = _overlap_grid(*pair, int(np.clip(count, 27, _MAX_SEARCH_POINTS)))
         if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
             file.note(READ, f"parts {one} and {other}", "", "they overlap: density counts twice there")
 
 
 def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
-    """The size of the box in which two parts may overlap, (3,); negative along axes along which they are apart."""
+    """The size of the box in which two parts may overlap, (3,); negative along separating axes."""
     room: Array = np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
     return room
 
 
 def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
-    """Points of a grid in the box in which two parts may overlap, about `count`, (M, 3)."""
+    """Grid of about `count` points in the box of a possible overlap of two parts, (M, 3)."""
     steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
     grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     points: Array = np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)
@@ -209,9 +207,9 @@ def winding(points: Array, triangles: Array) -> Array:
     chunk, numbers = max(1, _RAY_TESTS_PER_CHUNK // len(triangles)), []
     for begin in range(0, len(points), chunk):
         a, b, c = corners[:, None] - points[None, begin : begin + chunk, None]  # (m, F, 3) each
-        doubled = [u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1] for u, v in ((b, c), (c, a), (a, b))]
-        signs = np.sign(doubled)
+        cross_products = [u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1] for u, v in ((b, c), (c, a), (a, b))]
+        signs = np.sign(cross_products)
         orientation = np.where((signs == signs[0]).all(axis=0), signs[0], 0.0)
-        ahead = (np.array(doubled) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * orientation > 0
-        numbers.append((orientation * ahead).sum(axis=-1))
+        is_ahead = (np.array(cross_products) * (a[..., 0], b[..., 0], c[..., 0])).sum(axis=0) * orientation > 0
+        numbers.append((orientation * is_ahead).sum(axis=-1))
     return np.concatenate(numbers)

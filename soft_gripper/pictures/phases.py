@@ -1,4 +1,7 @@
-"""A task at a glance: the path of the object, the gripper at the end of each phase, and the control signals."""
+"""Figure of a task: the path of the object, the gripper at the end of each phase, and the control signals.
+
+Another plot is an entry of `recorded_plots`, and its function in `draw_grip_plots`.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -85,9 +88,9 @@ def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
         axes.fill_between(time, force["least"], force["most"], where=touches, label=label, **BAND)
         axes.plot(time, force["true_transverse"], label="" if i else "true, of a finger", **WANTED)
         axes.plot(time, force["transverse"], label="" if i else "estimated", **MEASURED)
-    shown = np.concatenate([data[name].values.ravel() for name in ("true_transverse", "transverse")])
-    least, most = np.nanmin(shown), np.nanmax(shown)
-    axes.set_ylim(least - _FORCE_MARGIN * (most - least), most + _FORCE_MARGIN * (most - least))
+    drawn_forces = np.concatenate([data[name].values.ravel() for name in ("true_transverse", "transverse")])
+    low, high = np.nanmin(drawn_forces), np.nanmax(drawn_forces)
+    axes.set_ylim(low - _FORCE_MARGIN * (high - low), high + _FORCE_MARGIN * (high - low))
     axes.set_ylabel("transverse\nforce [N]")
 
 
@@ -158,7 +161,7 @@ class CloseUp:
         self._camera = framing_camera(np.concatenate(corners), height, width, renderer.direction)
 
     def camera(self, time: float) -> Camera:
-        """Its pose at a time, s."""
+        """Pose of the camera at a time, s."""
         X_WC = RigidTransform(self._shift(time)) @ self._camera.X_WC
         return replace(self._camera, X_WC=X_WC)
 
@@ -201,9 +204,9 @@ def phases_figure(
     """
     spans = phase_spans(recording, phases)
     numbered = list(enumerate(spans, 1))
-    shown = [(i, span) for i, span in numbered if not _goes_home(span.phase, scenario)] or numbered
-    count = -(-len(shown) // COLUMNS)
-    strip = [shown[len(shown) * row // count : len(shown) * (row + 1) // count] for row in range(count)]
+    panels = [(i, span) for i, span in numbered if not _goes_home(span.phase, scenario)] or numbered
+    count = -(-len(panels) // COLUMNS)
+    strip = [panels[len(panels) * row // count : len(panels) * (row + 1) // count] for row in range(count)]
     strip_height = len(strip) * (TITLE + PANEL_HEIGHT)
     plots_top = strip_height + NAMES
     limit, rows = recorded_limit(recording), len(recorded_plots(recording, slips, forces))
@@ -244,12 +247,12 @@ def _draw_overview(axes: Axes, scenario: Scenario, renderer: SceneRenderer) -> N
     scene, name = renderer.scene, scenario.task.object
     times = scene.times[np.linspace(0, len(scene.times) - 1, _PATH_POINTS).astype(int)]
     path = np.array([scene.object_position(name, time) if name else scene.gripper_position(time) for time in times])
-    gone = np.cumsum(np.linalg.norm(np.diff(path, axis=0, prepend=path[:1]), axis=1))
-    axes.imshow(renderer.render(times[np.searchsorted(gone, gone[-1] / 2)]))
-    right, down = renderer.camera.project(path).T
-    axes.plot(right, down, color=_PATH_COLOR, lw=1.6, path_effects=[withStroke(linewidth=3.2, foreground="white")])
-    axes.plot(right[0], down[0], "o", ms=5, color=_PATH_COLOR, mfc="white", mew=1.6)
-    axes.plot(right[-1], down[-1], "o", ms=6, color=_PATH_COLOR)
+    travel = np.cumsum(np.linalg.norm(np.diff(path, axis=0, prepend=path[:1]), axis=1))
+    axes.imshow(renderer.render(times[np.searchsorted(travel, travel[-1] / 2)]))
+    x, y = renderer.camera.project(path).T
+    axes.plot(x, y, color=_PATH_COLOR, lw=1.6, path_effects=[withStroke(linewidth=3.2, foreground="white")])
+    axes.plot(x[0], y[0], "o", ms=5, color=_PATH_COLOR, mfc="white", mew=1.6)
+    axes.plot(x[-1], y[-1], "o", ms=6, color=_PATH_COLOR)
     axes.set_title(f"path of the {'object' if name else 'gripper'}", fontsize="medium")
     axes.set_axis_off()
 

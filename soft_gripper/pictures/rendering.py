@@ -54,8 +54,8 @@ def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
 
 def _with_normals(mesh: Mesh) -> Mesh:
     """A mesh with smooth shading except at sharp edges."""
-    smooth = trimesh.load(mesh.source().path(), force="mesh").smooth_shaded
-    text = trimesh.exchange.obj.export_obj(smooth, include_normals=True, include_texture=False, header=None)
+    smooth_mesh = trimesh.load(mesh.source().path(), force="mesh").smooth_shaded
+    text = trimesh.exchange.obj.export_obj(smooth_mesh, include_normals=True, include_texture=False, header=None)
     return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals")), mesh.scale3())
 
 
@@ -113,11 +113,11 @@ class RecordedScene:
         These are all movable bodies, and smaller fixed ones such as a peg, but not a table.
         """
         models = [ModelInstanceIndex(index) for index in range(self.plant.num_model_instances())]
-        moving = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
-        fixed = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
-        small = [corners for corners in fixed if len(corners) and _extent(corners) < _extent(moving) / 2]
+        movable = self._corners((model for model in models if self.plant.num_positions(model) > 0), time)
+        fixed_corners = [self._corners([model], time) for model in models if self.plant.num_positions(model) == 0]
+        small = [corners for corners in fixed_corners if len(corners) and _extent(corners) < _extent(movable) / 2]
         deformed = [deformable.vertices(self._go_to(time)) for deformable in self._deformables.values()]
-        return np.concatenate([moving, *small, *deformed])
+        return np.concatenate([movable, *small, *deformed])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
         """The visible geometries of a body."""
@@ -184,8 +184,8 @@ def framing_camera(p_W: Array, height: int, width: int | None = None, direction:
     """
     R_WC = upright_view(direction)
     if width is None:
-        across, down, _ = np.ptp(p_W @ R_WC.matrix(), axis=0)
-        width = round(height * np.clip(across / down, *ASPECTS))
+        picture_width, picture_height, _ = np.ptp(p_W @ R_WC.matrix(), axis=0)
+        width = round(height * np.clip(picture_width / picture_height, *ASPECTS))
     slope = np.tan(ANGLE_OF_VIEW / 2) * (1 - MARGIN) * np.array([width / height, 1.0])
     return Camera(RigidTransform(R_WC, nearest_eye(p_W, R_WC, -slope, slope)), width, height)
 

@@ -26,8 +26,8 @@ def section_figure(finger: Finger) -> Figure:
         _draw(axes, section, finger)
         _draw_paths(axes, section, finger, place)
         axes.set_title(f"{name} [mm]: EI = {1e3 * float(section.bending_stiffness):.2f} mN m²", fontsize=9, y=0.93)
-    named = [axes.get_legend_handles_labels() for axes in figure.axes]
-    handles = {label: handle for legend_entries in named for handle, label in zip(*legend_entries, strict=True)}
+    entries = [axes.get_legend_handles_labels() for axes in figure.axes]
+    handles = {label: handle for legend_entries in entries for handle, label in zip(*legend_entries, strict=True)}
     figure.legend(handles=list(handles.values()), loc="lower center", ncols=4, frameon=False, fontsize=8)
     return figure
 

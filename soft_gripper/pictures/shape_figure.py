@@ -53,7 +53,8 @@ def to_mm(planar: Planar) -> Array:
 def draw_base(axes: Axes, finger: Finger, aside: bool = False) -> None:
     """The mount of the finger, as a dark block; with `aside` seen along x."""
     width = 1.8e3 * (finger.base.width if aside else finger.base.thickness)
-    depth, middle = 0.6e3 * finger.base.thickness, 0.0 if aside else -1e3 * float(finger.base.neutral_axis)
+    depth = 0.6e3 * finger.base.thickness
+    middle = 0.0 if aside else -1e3 * float(finger.base.neutral_axis)
     axes.add_patch(Rectangle((middle - width / 2, -depth), width, depth, color="#474f5c"))
 
 
@@ -64,12 +65,12 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, asi
     """
     middles = (corners[1:-2] + corners[2:-1]) / 2  # of the links, where segments meet
     ends = 1e3 * np.concatenate([corners[:1], middles, corners[-1:]])[:, _SIDE_AXES if aside else _FRONT_AXES]
-    section, whole = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
+    section, full_length = finger.section(finger.joint_arc_lengths), 1e3 * finger.segment_length
     half = np.asarray(section.width) / 2
     faces = 1e3 * np.array([-half, half] if aside else [section.outer_face, section.inner_face]).T
-    style = BoxStyle.Round(pad=0, rounding_size=0.2 * whole)
+    style = BoxStyle.Round(pad=0, rounding_size=0.2 * full_length)
     for (begin, end), (outer, inner), rgb in zip(pairwise(ends), faces, colors, strict=True):
-        length = float(np.hypot(*(end - begin))) if aside else whole
+        length = float(np.hypot(*(end - begin))) if aside else full_length
         segment = FancyBboxPatch(
             (outer, -length / 2), inner - outer, length, boxstyle=style, facecolor=rgb, edgecolor=_EDGE_COLOR, lw=0.6
         )
@@ -80,8 +81,8 @@ def draw_segments(axes: Axes, finger: Finger, corners: Array, colors: Array, asi
 
 def draw_tube(axes: Axes, layout: MeasurementModel, arcs: Arcs, colors: Array) -> None:
     """The finger bent along the arcs: a piece of `colors`, (N, 3), per segment, and an outline around each section."""
-    in_section = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
-    for section, i, rgb in zip(layout.joint_sections, in_section, colors, strict=True):
+    section_index = np.arange(layout.finger.segments) - layout.section_ends[layout.joint_sections]
+    for section, i, rgb in zip(layout.joint_sections, section_index, colors, strict=True):
         ends = np.array([i, i + 1]) / layout.joints_per_section[section]
         piece = _outline(layout, arcs, section, *ends)
         axes.add_patch(Polygon(piece, facecolor=rgb, edgecolor=rgb, lw=0.6))
@@ -130,10 +131,10 @@ def draw_force(axes: Axes, arrow: Array, color: str, label: str, width: float = 
 
 def draw_band(axes: Axes, points: Array, std: Array, label: str = "") -> None:
     """Two standard deviations on either side of the curve from base to tip, (N + 2, 2) m, of its N + 1 other points."""
-    along = np.gradient(points, axis=0)
-    across = along[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(along, axis=-1, keepdims=True)
-    aside = STDS * np.concatenate([[0.0], std])[:, None] * across
-    outline = 1e3 * np.concatenate([points + aside, (points - aside)[::-1]])
+    tangents = np.gradient(points, axis=0)
+    normals = tangents[:, ::-1] * np.array([1.0, -1.0]) / np.linalg.norm(tangents, axis=-1, keepdims=True)
+    offsets = STDS * np.concatenate([[0.0], std])[:, None] * normals
+    outline = 1e3 * np.concatenate([points + offsets, (points - offsets)[::-1]])
     axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
     axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
 
@@ -172,15 +173,15 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     if leaves_plane(true):
         true_force = _true_in_space(signals)
     else:
-        of_true = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
-        true_force = contact_arrow(finger, true, estimated_contact(of_true, true))
-    drawn = {name: signals[name] for name in drawn_signals(signals)}
-    curve = estimated_corners(drawn)
-    force = contact_arrow(finger, curve, estimated_contact(drawn, curve))
+        true_signals = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
+        true_force = contact_arrow(finger, true, estimated_contact(true_signals, true))
+    finger_signals = {name: signals[name] for name in drawn_signals(signals)}
+    curve = estimated_corners(finger_signals)
+    force = contact_arrow(finger, curve, estimated_contact(finger_signals, curve))
     return Snapshot(
         Shown(true, signals["true_external_torque"], true_force),
-        Shown(curve, signals["external_torque"], force, drawn.get(BAND_SIGNAL)),
-        is_in_space(drawn),
+        Shown(curve, signals["external_torque"], force, finger_signals.get(BAND_SIGNAL)),
+        is_in_space(finger_signals),
         arcs_of_table(signals["arcs"]),
         signals["joint_positions"],
         float(signals["pose_error"].item()),
@@ -218,10 +219,10 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     true, estimate = snapshot.true, snapshot.estimate
     limit = torque_limit([estimate.torque, true.torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    aside, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
-    widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(aside)]]
-    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(aside)
-    highest = 4.5 if aside else 4.2
+    side_panels, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
+    widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(side_panels)]]
+    height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(side_panels)
+    highest = 4.5 if side_panels else 4.2
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, min(max(height, 3.2), highest)), layout="compressed")
         panels = figure.subplots(1, len(widths), sharey=True, width_ratios=widths)
@@ -238,10 +239,10 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         for axes, limits, title in zip(panels, x_limits, TITLES, strict=False):
             draw_base(axes, finger)
             axes.set(title=title, xlabel="x [mm]", aspect="equal", xlim=limits, ylim=z_limits)
-        for axes, (title, shown) in zip(panels[3:], aside, strict=True):
-            draw_segments(axes, finger, shown.corners, color(shown.torque, limit), aside=True)
+        for axes, (title, shape) in zip(panels[3:], side_panels, strict=True):
+            draw_segments(axes, finger, shape.corners, color(shape.torque, limit), aside=True)
             draw_base(axes, finger, aside=True)
-            _draw_load(axes, _SIDE_AXES, true.force, shown if shown is estimate else None, "_")
+            _draw_load(axes, _SIDE_AXES, true.force, shape if shape is estimate else None, "_")
             axes.set(xlabel="y [mm]", aspect="equal", xlim=y_limits, ylim=z_limits)
             axes.set_title(title, fontsize="medium")
         panels[0].set_ylabel("z [mm]")
@@ -263,14 +264,14 @@ def _draw_load(
     if estimate is not None and estimate.force is not None:
         draw_force(axes, estimate.force[:, view], ESTIMATED_COLOR, f"{hidden}estimated contact force")
     if true is not None:
-        named = hidden if estimate is None else "_"
-        draw_force(axes, true[:, view], TRUE_COLOR, f"{named}true contact force", _TRUE_WIDTH)
+        prefix = hidden if estimate is None else "_"
+        draw_force(axes, true[:, view], TRUE_COLOR, f"{prefix}true contact force", _TRUE_WIDTH)
 
 
 def _side_panels(snapshot: Snapshot) -> list[tuple[str, Shown]]:
     """Titles and shapes of the panels that are seen from the side."""
-    drawn = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
-    return drawn[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
+    panels = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
+    return panels[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
 
 
 def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
@@ -283,14 +284,14 @@ def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
 def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:
     """Limits of x in the three panels, and of z, mm; the centres of arcs are shown if they are near."""
     x, z = 1e3 * snapshot.true.corners[:, ::2].T
-    free = 1e3 * layout.finger.base.thickness
+    margin = 1e3 * layout.finger.base.thickness
     outer, inner = (1e3 * float(face) for face in (layout.finger.base.outer_face, layout.finger.base.inner_face))
     tips = [1e3 * force[1, 0] for force in (snapshot.true.force, snapshot.estimate.force) if force is not None]
-    finger = np.array([min([min(x) + outer, *tips]) - free / 2, max([max(x) + inner, *tips]) + free / 2])
+    finger = np.array([min([min(x) + outer, *tips]) - margin / 2, max([max(x) + inner, *tips]) + margin / 2])
     centers = to_mm(snapshot.arcs.centers)[:, 0]
-    near = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
-    with_centers = np.array([min([finger[0] - free, *(near - 5)]), max([finger[1] + free, *(near + 5)])])
-    return [finger, with_centers, finger], np.array([max(*z + free, 0.9e3 * layout.finger.length), -0.7 * free])
+    close = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
+    with_centers = np.array([min([finger[0] - margin, *(close - 5)]), max([finger[1] + margin, *(close + 5)])])
+    return [finger, with_centers, finger], np.array([max(*z + margin, 0.9e3 * layout.finger.length), -0.7 * margin])
 
 
 def _draw_joints(axes: Axes, snapshot: Snapshot) -> None:

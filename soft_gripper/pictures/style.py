@@ -33,8 +33,8 @@ def estimator_style(place: int, name: str) -> dict[str, Any]:
 
     The colours repeat with dashed lines, then with dotted ones.
     """
-    again, place = divmod(place, len(ESTIMATOR_COLORS))
-    look = {"ls": ("-", "--", ":", "-.")[again % 4], "color": ESTIMATOR_COLORS[place], "label": name}
+    cycle, place = divmod(place, len(ESTIMATOR_COLORS))
+    look = {"ls": ("-", "--", ":", "-.")[cycle % 4], "color": ESTIMATOR_COLORS[place], "label": name}
     return {"marker": ESTIMATOR_MARKERS[place], "ms": 4.5, "lw": 1.5, **look}
 
 

@@ -43,16 +43,16 @@ class Film:
         self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
         self.size = (width, height + FOOTER)  # pixels
         self._scenario, self._recording = scenario, recording
-        limit, in_space = recorded_limit(recording), _leave_planes(recording)
-        light = _LIGHT_IN_SPACE if in_space else 1.0
+        limit, leaves_planes = recorded_limit(recording), _leave_planes(recording)
+        light = _LIGHT_IN_SPACE if leaves_planes else 1.0
         render = partial(SceneRenderer, scenario, recording, height, torque_limit=limit, light=light)
-        beside = round(_INSET_WIDTH * width) if scenario.arm is not None or in_space else 0
-        self._renderer = render(width=width - beside)
+        inset_width = round(_INSET_WIDTH * width) if scenario.arm is not None or leaves_planes else 0
+        self._renderer = render(width=width - inset_width)
         self._render_beside: Callable[[float], Picture] | None = None
         if scenario.arm is not None:
-            self._render_beside = self._close_up(height, beside - _PLOT_GAP)
-        elif in_space:
-            self._render_beside = render(width=beside - _PLOT_GAP, aside=True).render
+            self._render_beside = self._close_up(height, inset_width - _PLOT_GAP)
+        elif leaves_planes:
+            self._render_beside = render(width=inset_width - _PLOT_GAP, aside=True).render
         self._scale = _draw_scale(limit, width // 2)
 
     def _close_up(self, height: int, width: int) -> Callable[[float], Picture]:
@@ -75,21 +75,21 @@ class Film:
 
     def _caption(self, time: float) -> str:
         """The time, the pressures and tensions of the fingers, and the state of the task; equal ones are given once."""
-        now = self._recording.data.sel(time=time, method="nearest")
-        driven = [
+        data = self._recording.data.sel(time=time, method="nearest")
+        pressures = [
             f"{'/'.join(f'{scale * value:.0f}' for value in signal.values.flat)} {unit}"
             for kind, (scale, unit) in _DRIVE_UNITS.items()
-            for name, signal in now.data_vars.items()
+            for name, signal in data.data_vars.items()
             if str(name).endswith(f".{kind}")
         ]
-        task = [self._phase(now)] if self._scenario.task is not None else []
-        return "     ".join([f"{time:4.1f} s", ", ".join(dict.fromkeys(driven)), *task])
+        task = [self._phase(data)] if self._scenario.task is not None else []
+        return "     ".join([f"{time:4.1f} s", ", ".join(dict.fromkeys(pressures)), *task])
 
-    def _phase(self, now: xr.Dataset) -> str:
+    def _phase(self, data: xr.Dataset) -> str:
         """The phase of the task, or its outcome after the last phase or a failure."""
         assert self._scenario.task is not None
-        phases, number = self._scenario.task.phases, int(now["task.phase"])
-        return phases[number].name if number < len(phases) else Outcome(int(now["task.outcome"])).words
+        phases, number = self._scenario.task.phases, int(data["task.phase"])
+        return phases[number].name if number < len(phases) else Outcome(int(data["task.outcome"])).words
 
 
 def _leave_planes(recording: Recording) -> bool:
@@ -165,18 +165,18 @@ def _frames(film: Film, progress: Callable[[float], None] | None) -> Iterator[Im
 
 
 def _write_animation(path: Path, film: Film, frames: Iterator[Image.Image]) -> None:
-    first, *others = frames
-    first.save(path, save_all=True, append_images=others, duration=1000 / FRAME_RATE, loop=0)
+    first, *later_frames = frames
+    first.save(path, save_all=True, append_images=later_frames, duration=1000 / FRAME_RATE, loop=0)
 
 
 def _write_gif(path: Path, film: Film, frames: Iterator[Image.Image]) -> None:
     """Uses one palette for all frames, computed from a few of them, so that the colours do not flicker."""
     samples = [film.frame(time) for time in film.times[:: max(1, len(film.times) // 4)]]
     width, height = film.size
-    together = Image.new("RGB", (width, height * len(samples)))
+    image = Image.new("RGB", (width, height * len(samples)))
     for i, sample in enumerate(samples):
-        together.paste(sample, (0, height * i))
-    palette = together.quantize(method=Image.Quantize.FASTOCTREE)
+        image.paste(sample, (0, height * i))
+    palette = image.quantize(method=Image.Quantize.FASTOCTREE)
     _write_animation(path, film, (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames))
 
 

@@ -43,7 +43,7 @@ def agreement_with_drake(
     checked: int,
     seed: int,
     executor: Executor,
-    own: Sequence[str] = (),
+    measures: Sequence[str] = (),
 ) -> list[Agreement]:
     """Repeats some runs of another engine in Drake and compares their measures.
 
@@ -53,43 +53,44 @@ def agreement_with_drake(
         checked: number of runs to repeat.
         seed: of their choice.
         executor: makes the runs.
-        own: user measures.
+        measures: user measures.
     """
-    fine = [run for run in runs if run[0][ERROR] == ""]
-    picked = draw_indices(len(fine), checked, seed)
+    complete_runs = [run for run in runs if run[0][ERROR] == ""]
+    indices = draw_indices(len(complete_runs), checked, seed)
     drake = {"engine": DRAKE, ENGINE_STEP: None}
-    jobs = {i: (scenario, [{**fine[i][1], **drake}], own) for i in picked}
-    repeated = results(executor, measured_runs, jobs)
-    both = [(fine[i][0], {name: cell(v) for name, v in repeated[i][0].items()}) for i in picked]
-    same = [(row, other) for row, other in both if ERROR not in other]
-    return agreement([{name: row[name] for name in other} for row, other in same], [other for _, other in same])
+    jobs = {i: (scenario, [{**complete_runs[i][1], **drake}], measures) for i in indices}
+    drake_runs = results(executor, measured_runs, jobs)
+    row_pairs = [(complete_runs[i][0], {name: cell(v) for name, v in drake_runs[i][0].items()}) for i in indices]
+    complete = [(row, drake_row) for row, drake_row in row_pairs if ERROR not in drake_row]
+    rows = [{name: row[name] for name in drake_row} for row, drake_row in complete]
+    return agreement(rows, [drake_row for _, drake_row in complete])
 
 
 def draw_indices(count: int, checked: int, seed: int) -> list[int]:
     """Draws the indices of `checked` runs to repeat, at random, in rising order."""
-    drawn = np.random.default_rng([seed, count]).permutation(count)[:checked]
-    return sorted(map(int, drawn))
+    indices = np.random.default_rng([seed, count]).permutation(count)[:checked]
+    return sorted(map(int, indices))
 
 
-def agreement(rows: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> list[Agreement]:
+def agreement(rows: Sequence[Mapping[str, str]], drake_rows: Sequence[Mapping[str, str]]) -> list[Agreement]:
     """A row for every measure, from the cells of the same runs in both engines.
 
     A number that is missing in either run, such as the area of contact at points, is not compared.
     """
-    return [*_compare(rows, in_drake)]
+    return [*_compare(rows, drake_rows)]
 
 
-def _compare(rows: Sequence[Mapping[str, str]], in_drake: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
+def _compare(rows: Sequence[Mapping[str, str]], drake_rows: Sequence[Mapping[str, str]]) -> Iterator[Agreement]:
     for name in rows[0] if rows else ():
-        cells = [(one[name], other[name]) for one, other in zip(rows, in_drake, strict=True)]
-        numbers = np.array([[_number(cell) for cell in both] for both in cells])
-        both = numbers[np.isfinite(numbers).all(axis=1)]
-        if len(both):
-            size = np.abs(both[:, 0] - both[:, 1])
+        cells = [(row[name], drake_row[name]) for row, drake_row in zip(rows, drake_rows, strict=True)]
+        numbers = np.array([[_number(cell) for cell in pair] for pair in cells])
+        pairs = numbers[np.isfinite(numbers).all(axis=1)]
+        if len(pairs):
+            size = np.abs(pairs[:, 0] - pairs[:, 1])
             statistics = (np.median(size), np.quantile(size, 0.95), size.max())
-            yield Agreement(name, len(both), NAN, float(np.median(both[:, 1])), *map(float, statistics))
+            yield Agreement(name, len(pairs), NAN, float(np.median(pairs[:, 1])), *map(float, statistics))
         elif words := [cell_pair for cell_pair in cells if all(map(_is_word, cell_pair))]:
-            yield Agreement(name, len(words), float(sum(one == other for one, other in words)))
+            yield Agreement(name, len(words), float(sum(row == drake_row for row, drake_row in words)))
 
 
 def _number(cell: str) -> float:

@@ -98,7 +98,7 @@ _MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes per unit that th
 
 
 class FinishedCall(NamedTuple):
-    """A finished call."""
+    """Result of a call, and the memory of its process."""
 
     result: Any
     memory: int  # peak resident size of the process, bytes
@@ -252,14 +252,14 @@ class _Worker:
         future = self._pool.submit(make, name_of(work, arguments), pickle.dumps((work, arguments)))
         processes = list(self._pool._processes.values())
         try:
-            made = future.result()
+            result = future.result()
         except BrokenProcessPool:
             if any(_exit_code(process) == _UNGUARDED_EXIT_CODE for process in processes):
                 raise _script_error('put its statements below `if __name__ == "__main__":`') from None
             raise
-        self._memory = made.memory if self._memory is None else self._memory
-        self.has_grown = made.memory > self._memory + GROWTH
-        return made.result
+        self._memory = result.memory if self._memory is None else self._memory
+        self.has_grown = result.memory > self._memory + GROWTH
+        return result.result
 
     def end(self) -> None:
         """Waits for the process to end."""
@@ -319,6 +319,6 @@ def open_executor(jobs: int | None = None, scheduler: str | None = None) -> Iter
     """
     if jobs is not None and (not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1):
         raise InputError("open_executor", "jobs", jobs, "give a whole number of processes, 1 or more")
-    opened = WorkerProcesses(jobs or os.cpu_count() or 1) if scheduler is None else cluster_executor(scheduler)
-    with opened as executor:
+    new_executor = WorkerProcesses(jobs or os.cpu_count() or 1) if scheduler is None else cluster_executor(scheduler)
+    with new_executor as executor:
         yield executor

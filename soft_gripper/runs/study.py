@@ -77,9 +77,9 @@ def results(
     ended: Callable[[Key], Any] = lambda key: None,
 ) -> dict[Key, Result]:
     """The results of all jobs, in their order; arguments and exceptions as for `run_study`."""
-    unsorted: dict[Key, Result] = {}
-    run_study(executor, work, jobs, unsorted.__setitem__, ended=ended)
-    return {key: unsorted[key] for key in jobs}
+    results_by_key: dict[Key, Result] = {}
+    run_study(executor, work, jobs, results_by_key.__setitem__, ended=ended)
+    return {key: results_by_key[key] for key in jobs}
 
 
 def describe(error: BaseException) -> str:
@@ -158,9 +158,9 @@ class StudyTables:
         Raises:
             InputError: if they cannot be written.
         """
-        self.rows[tuple(rows[0][: self._keys])] = kept = [list(row) for row in rows]
+        self.rows[tuple(rows[0][: self._keys])] = kept_cells = [list(row) for row in rows]
         files = [*(self._folder / table for table in self._columns), self._sums]
-        lines = [*map(_line, kept), f"{_sum(kept)}\n"]
+        lines = [*map(_line, kept_cells), f"{_sum(kept_cells)}\n"]
         for file, line in zip(files, lines, strict=True):
             try:
                 with file.open("ab", buffering=0) as opened:

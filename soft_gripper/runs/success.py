@@ -38,15 +38,15 @@ def success_rows(station: Station, recording: Recording) -> list[CriterionRow]:
         InputError: if a criterion names a measure that runs of the scenario do not have.
     """
     judged = _judged_criteria(station.scenario)
-    own = _own_criteria(station.scenario)
+    own_criteria = _own_criteria(station.scenario)
     rows = []
     if judged:
         run = TaskRun(station, recording)
         failures = [(criterion.text, criterion.failure(run)) for criterion in judged]
         rows = [CriterionRow(text, not cause, cause) for text, cause in failures]
-    measured = measure(station, recording) if own else {}
-    for criterion in own:
-        value = measured[criterion.measure]
+    measures = measure(station, recording) if own_criteria else {}
+    for criterion in own_criteria:
+        value = measures[criterion.measure]
         rows.append(CriterionRow(criterion.text, criterion.is_met(value), _measure_text(value)))
     return rows
 

@@ -34,32 +34,32 @@ def step_response(scenario: Scenario) -> tuple[float, float]:
     """
     scenario = replace(scenario, control=replace(scenario.control, set_points=None))
     fingers = make_private_station(scenario).fingers
-    once = replace(scenario.pressure, settle=2.0, hold_samples=1)
+    steps = replace(scenario.pressure, settle=2.0, hold_samples=1)
     if any(finger.finger.pressures for finger in fingers):
         step = min(TEST_PRESSURE, scenario.pressure.maximum)
         shares = {f.name: (f.finger.chamber_axis, f.finger.pressure_gains) for f in fingers}
-        scenario = replace(scenario, pressure=replace(once, steps=_steps(shares, step)))
+        scenario = replace(scenario, pressure=replace(steps, steps=_steps(shares, step)))
     else:
         step = TEST_SHARE * (scenario.tendons.maximum or 0.0)
         shares = {f.name: (f.finger.tendon_axis, f.finger.tension_gains) for f in fingers}
-        scenario = replace(scenario, pressure=once, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
+        scenario = replace(scenario, pressure=steps, tendons=replace(scenario.tendons, steps=_steps(shares, step)))
     station = make_private_station(scenario)
     recording = run_station(station, described=False)
     change = true_opening(station, recording)
     change = change - change[0]
-    risen = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
-    return float(change[-1]) / step, float(recording.data["time"].values[risen])
+    rise_index = np.flatnonzero(np.abs(change) > 0.63 * abs(change[-1]))[0]
+    return float(change[-1]) / step, float(recording.data["time"].values[rise_index])
 
 
 def _steps(
-    driven: Mapping[str, tuple[Mapping[str, list[str]], Mapping[str, Array]]], step: float
+    drives: Mapping[str, tuple[Mapping[str, list[str]], Mapping[str, Array]]], step: float
 ) -> dict[str, list[float]]:
     """Distributes a step of the common grip command among chambers or tendons, as steps of a scenario.
 
-    `driven` gives for each finger the labels of these, if there are several, and their gains.
+    `drives` gives for each finger the labels of these, if there are several, and their gains.
     """
     steps: dict[str, list[float]] = {}
-    for finger, (axis, gains) in driven.items():
+    for finger, (axis, gains) in drives.items():
         shares = np.maximum(allocation(gains["bending"].sum(axis=-1)), 0.0)
         names = [f"{finger}{PATH_SEPARATOR}{name}" for names in axis.values() for name in names] or [finger]
         steps |= {name: [step * float(share)] for name, share in zip(names, shares, strict=True)}
@@ -115,4 +115,4 @@ def step_cost(rows: list[StepRow]) -> float:
     """Mean settling time, s, plus 0.1 s per percent of overshoot above the allowed value."""
     excess = (max(0.0, row.overshoot_percent - ALLOWED_OVERSHOOT) for row in rows)
     settling = (UNSETTLED_COST if np.isnan(row.settling_s) else row.settling_s for row in rows)
-    return float(np.mean([time + 0.1 * over for time, over in zip(settling, excess, strict=True)]))
+    return float(np.mean([time + 0.1 * overshoot for time, overshoot in zip(settling, excess, strict=True)]))

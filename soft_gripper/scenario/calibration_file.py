@@ -85,8 +85,8 @@ def apply_calibration(sensors: MeasurementModel, calibration: CalibrationConfig)
     config = calibration.fingers[name]
     values = config.length, config.sensor_spacing, config.one_sided, config.section_lengths
     expected_values = layout_identity(layout)
-    flat, expected = [*values[:3], *values[3]], [*expected_values[:3], *expected_values[3]]
-    if len(flat) != len(expected) or not np.allclose(flat, expected, rtol=1e-6):
+    identity, expected = [*values[:3], *values[3]], [*expected_values[:3], *expected_values[3]]
+    if len(identity) != len(expected) or not np.allclose(identity, expected, rtol=1e-6):
         quantities = "length, sensor spacing, one_sided and section lengths"
         raise InputError("nominal.calibration", name, values, f"{quantities} of the finger are {expected_values}")
     assert isinstance(curve, ResponseCurve)  # as in a scenario
@@ -102,8 +102,8 @@ def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates 
         return None
     disagreement = float("inf") if kept.disagreement is None else kept.disagreement
     stds = config.bend_ratio_std / config.bend_ratio, config.bend_variation_std
-    left = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
-    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, *stds, left)
+    residual_std = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
+    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, *stds, residual_std)
 
 
 def load_calibration(file: str) -> CalibrationConfig:
@@ -117,5 +117,5 @@ def load_calibration(file: str) -> CalibrationConfig:
 
 
 def layout_identity(layout: SensorLayout) -> tuple[float, float, bool, list[float]]:
-    """Length, sensor spacing, one-sidedness and section lengths, by which a calibration knows its finger."""
+    """Length, sensor spacing, one-sidedness and section lengths, which identify the finger of a calibration."""
     return layout.finger.length, layout.finger.sensor_spacing, layout.one_sided, layout.rest_lengths.tolist()

@@ -33,13 +33,13 @@ def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
         InputError: for the first value that has another type, is out of range, or contradicts another one.
     """
     require(isinstance(scenario, Scenario), where, "scenario", scenario, "must be a Scenario, as load_scenario reads")
-    plain: Scenario = to_plain_numbers(scenario)
-    values = plain_values(plain)
+    plain_scenario: Scenario = to_plain_numbers(scenario)
+    values = plain_values(plain_scenario)
     if getattr(scenario, _CHECKED_ATTRIBUTE, None) != values:
-        check_config(where, plain)
-        check_scenario(where, plain)
-    setattr(plain, _CHECKED_ATTRIBUTE, values)
-    return plain
+        check_config(where, plain_scenario)
+        check_scenario(where, plain_scenario)
+    setattr(plain_scenario, _CHECKED_ATTRIBUTE, values)
+    return plain_scenario
 
 
 def check_scenario(where: Path | str, scenario: Scenario) -> None:
@@ -91,7 +91,7 @@ def _sensors(scenario: Scenario) -> Iterator[Violation]:
 
 
 def _building_violations(part: str, make: Callable[[Any], object], part_config: object) -> Iterator[Violation]:
-    """Violations by which a part cannot be built."""
+    """Violations that prevent a part from being built."""
     try:
         make(part_config)
     except InputError as error:
@@ -109,10 +109,10 @@ def _arm_and_task(scenario: Scenario) -> Iterator[Violation]:
         yield "arm", None, "a task moves an arm: give arm: { model, home }"
     if task.time_limit <= scenario.sensor.period:
         yield "task.time_limit", task.time_limit, f"must be above sensor.period, {scenario.sensor.period:g} s"
-    free = [model.name for model in scenario.models if model.free]
+    free_names = [model.name for model in scenario.models if model.free]
     is_handled = task.object or any(phase.holds or phase.to in ("object", "goal") for phase in task.phases)
-    if is_handled and task.object not in free:
-        yield "task.object", task.object, f"must be one of the free models: {', '.join(free) or 'there is none'}"
+    if is_handled and task.object not in free_names:
+        yield "task.object", task.object, f"must be one of the free models: {', '.join(free_names) or 'there is none'}"
     if task.grips:
         yield from _grip(scenario, task.grip_threshold)
 
@@ -135,21 +135,21 @@ def _external(scenario: Scenario) -> Iterator[Violation]:
         if external.count(name) > 1:
             yield f"external[{i}]", name, "appears more than once"
     grips = task is not None and task.grips
-    closed = "the phases of the task" if grips else "control.set_points" if scenario.control.set_points else None
-    yield from _exclusion_violations(external, ("pressure", "opening"), closed)
+    closing = "the phases of the task" if grips else "control.set_points" if scenario.control.set_points else None
+    yield from _exclusion_violations(external, ("pressure", "opening"), closing)
     yield from _exclusion_violations(external, ("joints", "tool"), "the task" if task is not None else None)
-    moved = [name for name in external if name in ("joints", "tool")]
-    if moved and scenario.arm is None:
-        yield "external", external, f"there is no arm for {moved}"
+    moved_kinds = [name for name in external if name in ("joints", "tool")]
+    if moved_kinds and scenario.arm is None:
+        yield "external", external, f"there is no arm for {moved_kinds}"
 
 
-def _exclusion_violations(external: Collection[str], names: Collection[str], other: str | None) -> Iterator[Violation]:
-    """Violations unless at most one of some commands comes from outside, and none if `other` gives it."""
+def _exclusion_violations(external: Collection[str], names: Collection[str], rival: str | None) -> Iterator[Violation]:
+    """Violations unless at most one of some commands comes from outside, and none if `rival` gives it."""
     given_names = [name for name in external if name in names]
     if len(given_names) > 1:
         yield "external", external, f"give {' or '.join(names)}: one commands the other"
-    if given_names and other is not None:
-        yield "external", external, f"leave out {given_names}: {other} would command the same"
+    if given_names and rival is not None:
+        yield "external", external, f"leave out {given_names}: {rival} would command the same"
 
 
 def _solver(scenario: Scenario) -> Iterator[Violation]:
@@ -167,14 +167,14 @@ def _cost(scenario: Scenario) -> Iterator[Violation]:
     if plant.time_step == 0:
         step = ("simulator_config.max_step_size", solver.max_step_size)
     samples = ("sensor.period", scenario.sensor.period)
-    for (field, period), most, what in ((step, MOST_STEPS, "steps"), (samples, MOST_SAMPLES, "samples")):
-        if (number := duration / period) > most:
+    for (field, period), limit, quantity in ((step, MOST_STEPS, "steps"), (samples, MOST_SAMPLES, "samples")):
+        if (number := duration / period) > limit:
             expected = (
-                f"{duration:g} s would be {number:.2g} {what}, of at most {most:.0e}: give more, or a shorter run"
+                f"{duration:g} s would be {number:.2g} {quantity}, of at most {limit:.0e}: give more, or a shorter run"
             )
             yield field, period, expected
     rate = solver.target_realtime_rate
-    least = duration / MOST_TIME
-    if 0 < rate < least or not math.isfinite(rate):
-        expected = f"must be 0, which is as fast as possible, or at least {least:.2g}: {duration:g} s would take days"
+    slowest = duration / MOST_TIME
+    if 0 < rate < slowest or not math.isfinite(rate):
+        expected = f"must be 0, which is as fast as possible, or at least {slowest:.2g}: {duration:g} s would take days"
         yield "simulator_config.target_realtime_rate", rate, expected

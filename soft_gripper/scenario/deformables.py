@@ -1,4 +1,4 @@
-"""Objects of finite elements: what Drake has of them, and what an extra adds, which alone knows their files and truth.
+"""Interface of objects of finite elements: Drake has their bodies; an extra knows their files and ground truth.
 
 An extra adds them by the name of a subclass of `DeformableKind`, as `DEFORMABLES = {name: "module:Class"}` in its
 `adds`, and what reads the surface of their mesh files as `MESHES`.

@@ -64,7 +64,7 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
         ProcessModelDirectives(ModelDirectives(directives=flat), parser)
 
 
-def _count_directives(file: str, where: str, around: tuple[Path, ...], counts: dict[Path, int]) -> int:
+def _count_directives(file: str, where: str, chain: tuple[Path, ...], counts: dict[Path, int]) -> int:
     """Checks a file of directives, and counts them and those of the files that it adds.
 
     Drake reads such a file without an end if it adds itself, and ends the process.
@@ -72,18 +72,18 @@ def _count_directives(file: str, where: str, around: tuple[Path, ...], counts: d
     Args:
         file: path or URI.
         where: place that names the file, for messages.
-        around: the files that add this one.
+        chain: the files that add this one.
         counts: numbers of directives that are known, by file.
 
     Raises:
         InputError: if a file cannot be read, does not fit Drake's schema, adds itself, or adds too many others.
     """
     path = Path(os.path.realpath(_path(file, where)))
-    require(path not in around, where, "file", file, "adds itself")
-    require(len(around) < _MAX_DEPTH, where, "file", file, f"lies in {_MAX_DEPTH} files that add each other")
+    require(path not in chain, where, "file", file, "adds itself")
+    require(len(chain) < _MAX_DEPTH, where, "file", file, f"lies in {_MAX_DEPTH} files that add each other")
     if path not in counts:
         document = read_yaml(path)
-        size = sum(map(os.path.getsize, (*counts, *around, path)))
+        size = sum(map(os.path.getsize, (*counts, *chain, path)))
         require(
             size <= _MAX_BYTES, where, "file", file, f"makes the files of directives larger than {_MAX_BYTES} bytes"
         )
@@ -93,11 +93,11 @@ def _count_directives(file: str, where: str, around: tuple[Path, ...], counts: d
         count = len(directives)
         for i, directive in enumerate(directives):
             require(count <= _MAX_DIRECTIVES, path, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
-            if (added := directive.get("add_directives")) is not None:
-                inside, name = f"{path}: directives[{i}]", added.get("file", "")
+            if (added_files := directive.get("add_directives")) is not None:
+                inside, name = f"{path}: directives[{i}]", added_files.get("file", "")
                 has_scheme = name.startswith((_FILE_SCHEME, _PACKAGE_SCHEME))
                 require(has_scheme, inside, "file", name, "give file:///... or package://...")
-                count += _count_directives(name, inside, (*around, path), counts)
+                count += _count_directives(name, inside, (*chain, path), counts)
         counts[path] = count
     return counts[path]
 

@@ -37,7 +37,7 @@ def plain_values(value: Any) -> Any:
 
 
 def to_plain_numbers(value: Any) -> Any:
-    """A value, or a copy in which Python's own numbers and lists replace NumPy's."""
+    """A value, or a copy with Python's numbers and lists in place of NumPy's."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, tuple | list):

@@ -105,17 +105,17 @@ def _apply_change(node: Any, path: Sequence[str], change: Callable[[Any], Any]) 
     return change(node)
 
 
-def _value(where: str, name: str, text: str, before: Any) -> Any:
+def _value(where: str, name: str, text: str, old: Any) -> Any:
     """The value after a change: words, or a number."""
-    if before is None or before == ():
+    if old is None or old == ():
         raise InputError(where, name, text, "leave it out: the finger has none")
-    if isinstance(before, tuple):
+    if isinstance(old, tuple):
         return tuple(text.split())
     try:
-        value = changed(text, before)
+        value = changed(text, old)
     except ValueError:
         raise InputError(where, name, text, f"must be a number, {CHANGE}") from None
-    is_near = "%" in text or min(value, before) <= 0 or 1 / _SUSPICIOUS_FACTOR <= value / before <= _SUSPICIOUS_FACTOR
+    is_near = "%" in text or min(value, old) <= 0 or 1 / _SUSPICIOUS_FACTOR <= value / old <= _SUSPICIOUS_FACTOR
     if not is_near:
-        raise InputError(where, name, text, f'is far from the simulated {before:g}; a change is written "+10 %"')
+        raise InputError(where, name, text, f'is far from the simulated {old:g}; a change is written "+10 %"')
     return value

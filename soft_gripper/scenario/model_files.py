@@ -15,7 +15,7 @@ from soft_gripper.scenario.schema import ModelConfig
 
 
 def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...]:
-    """The fingers of a model as they are simulated, and their places; none of what is not a URDF.
+    """The simulated fingers of a model, and their mounts; empty unless the model is a URDF.
 
     Raises:
         InputError: if the file is missing or wrong, or the changes do not fit.
@@ -23,8 +23,8 @@ def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...
     path = model_path(config.file)
     if not has_form(ModelFile(path), "URDF"):
         return ()
-    read = read_fingers(path, config.segments, config.name, config.without)
-    return tuple(mounted_finger(mounted, where, config.fingers) for mounted in read)
+    elements = read_fingers(path, config.segments, config.name, config.without)
+    return tuple(mounted_finger(mounted, where, config.fingers) for mounted in elements)
 
 
 def is_mjcf(path: Path) -> bool:

@@ -39,12 +39,12 @@ class NominalModel:
         return changed_finger(nominal, "nominal", self.config.finger)
 
     def _from_file(self, finger: Finger) -> Finger:
-        named = [other for other in self.fingers if other.name == finger.name] or list(self.fingers)
-        if len(named) != 1:
-            names = ", ".join(other.name for other in self.fingers) or "none"
+        candidates = [entry for entry in self.fingers if entry.name == finger.name] or [*self.fingers]
+        if len(candidates) != 1:
+            names = ", ".join(entry.name for entry in self.fingers) or "none"
             expected = f"holds no finger '{finger.name}', nor a single one; it has {names}"
             raise InputError("nominal", "file", self.config.file, expected)
-        return replace(named[0], name=finger.name, segments=finger.segments)
+        return replace(candidates[0], name=finger.name, segments=finger.segments)
 
 
 def read_nominal_model(config: NominalConfig) -> NominalModel:

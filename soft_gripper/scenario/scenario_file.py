@@ -40,13 +40,13 @@ def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Sc
     Raises:
         InputError: naming file, field and value, if anything is wrong.
     """
-    listed = not isinstance(overrides, str) and isinstance(overrides, Sequence)
-    require(listed, "load_scenario", "overrides", overrides, 'give a list of "dotted.key=value"')
+    is_list = not isinstance(overrides, str) and isinstance(overrides, Sequence)
+    require(is_list, "load_scenario", "overrides", overrides, 'give a list of "dotted.key=value"')
     return _load("--set", name_or_path, dict(map(read_override, overrides)))
 
 
 def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
-    """Reads a scenario, in which plain data replaces values of the file.
+    """Reads a scenario, with plain data in place of values of the file.
 
     Args:
         name_or_path: as for `load_scenario`.
@@ -85,7 +85,7 @@ def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Calla
 
     def mistake_without(key: str) -> tuple[object, str] | None:
         try:
-            load(changed(other for other in changes if other != key)[0])
+            load(changed(other_key for other_key in changes if other_key != key)[0])
         except InputError as error:
             return error.where, error.field
         return None
@@ -95,17 +95,17 @@ def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Calla
         return load(document)
     except InputError as error:
         message = str(error).removeprefix(f"{path}: ")
-        wrong = _NAME_PATTERN.findall(message.partition(" = ")[0])
-        if not any(_share_beginning(wrong, _NAME_PATTERN.findall(field)) for field in fields):
+        wrong_names = _NAME_PATTERN.findall(message.partition(" = ")[0])
+        if not any(_share_beginning(wrong_names, _NAME_PATTERN.findall(field)) for field in fields):
             for key, value in changes.items():
                 if mistake_without(key) != (error.where, error.field):
                     raise InputError(path, key, value, f"contradicts {message}") from None
         raise
 
 
-def _share_beginning(one: Sequence[str], other: Sequence[str]) -> bool:
+def _share_beginning(path: Sequence[str], other_path: Sequence[str]) -> bool:
     """Whether the shorter of two sequences begins the longer one."""
-    return all(a == b for a, b in zip(one, other, strict=False))
+    return all(a == b for a, b in zip(path, other_path, strict=False))
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
@@ -141,22 +141,22 @@ _DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_
 
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
-    """The parts of a scenario that name a file by its path, and the field in which they do."""
+    """The parts of a scenario that name a file by its path, and the field of the name."""
     model_files = [(m, "file") for m in scenario.models]
     directive_files = [(part, "file") for part in parts_with_files(scenario.directives)]
-    named = [
+    named_files = [
         *model_files,
         *directive_files,
         (scenario.nominal, "file"),
         (scenario.nominal, "calibration"),
         (scenario, "bench"),
     ]
-    files = ((part, field, getattr(part, field)) for part, field in named)
+    files = ((part, field, getattr(part, field)) for part, field in named_files)
     return [(part, field) for part, field, file in files if file is not None and "://" not in file]
 
 
 def files_read(name_or_path: str | Path, scenario: Scenario) -> list[str]:
-    """Files that a scenario was read from, its own first; those that ship with the package are left out."""
+    """Files of a scenario, its own first, without those that ship with the package."""
     return [str(name_or_path), *(getattr(part, field) for part, field in _files(scenario))]
 
 
@@ -184,9 +184,9 @@ _texts: OrderedDict[str, str] = OrderedDict()
 def _dump_text(scenario: Scenario) -> str:
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
-    shown = document.get("visualization") or {}
-    if "mouse_interaction_stiffness" in shown and shown["mouse_interaction_stiffness"] == _MOUSE_STIFFNESS:
-        del shown["mouse_interaction_stiffness"]  # the default, unknown to older Drakes
+    view = document.get("visualization") or {}
+    if "mouse_interaction_stiffness" in view and view["mouse_interaction_stiffness"] == _MOUSE_STIFFNESS:
+        del view["mouse_interaction_stiffness"]  # the default, unknown to older Drakes
     text: str = yaml_dump(document)
     return text
 
@@ -241,5 +241,5 @@ def _index(node: Any, name: str) -> int:
         return names.index(name)
     if name.isascii() and name.isdecimal() and len(name) < 10 and int(name) < len(node):
         return int(name)
-    named = f", or a name; {suggestion(name, names)}" if names else ""
-    raise LookupError(f"there is no entry '{name}': give a number from 0 to {len(node) - 1}{named}")
+    name_hint = f", or a name; {suggestion(name, names)}" if names else ""
+    raise LookupError(f"there is no entry '{name}': give a number from 0 to {len(node) - 1}{name_hint}")

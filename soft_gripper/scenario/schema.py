@@ -118,11 +118,11 @@ class TendonConfig:
     time_constant: float = quantity(0.05, "s", least=0)  # first-order lag between command and winch; 0: no lag
 
     def violations(self) -> Iterator[Violation]:
-        most = math.inf if self.maximum is None else self.maximum
+        max_tension = math.inf if self.maximum is None else self.maximum
         for name, steps in self.steps.items():
             for i, step in enumerate(steps):
-                if not 0 <= step <= most:
-                    yield f"steps.{name}[{i}]", step, f"must be from 0 to {most:g}: tendons pull"
+                if not 0 <= step <= max_tension:
+                    yield f"steps.{name}[{i}]", step, f"must be from 0 to {max_tension:g}: tendons pull"
 
 
 @dataclass
@@ -282,7 +282,7 @@ def presets() -> dict[str, dict[str, Any]]:
 
 @dataclass
 class StrainErrorsConfig:
-    """The errors of the strain sensors, in the order in which they act on the extension ratio; docs/sensors.md.
+    """The errors of the strain sensors, in the order of their action on the extension ratio; docs/sensors.md.
 
     A field that is None is as in the preset; without a preset there is no such error. Strain is the extension ratio
     minus 1; standard deviations are those of independent draws for every sensor.
@@ -402,7 +402,7 @@ class EstimatorConfig:
 
 @dataclass
 class NominalConfig:
-    """The nominal model of every finger and its sensors, where it differs from what is simulated."""
+    """Differences of the nominal model of fingers and sensors from the simulated ones."""
 
     finger: dict[str, str] = quantity({}, paths=FINGER_PATHS)  # changes of every finger, as in `models.NAME.fingers`
     file: str | None = None  # URDF whose <finger> of the same name, or only one, is assumed; changes come on top

@@ -102,8 +102,8 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
     if config.preset is not None and config.preset not in presets():
         raise InputError("sensor.errors", "preset", config.preset, f"must be one of {', '.join(presets())}")
     names = {field.name for field in fields(StrainErrors)} - {"dead", "faults"}
-    given = {name: value for name in names if (value := getattr(config, name)) is not None}
-    values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given
+    given_values = {name: value for name in names if (value := getattr(config, name)) is not None}
+    values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given_values
     if "saturation" in values:
         values["saturation"] = tuple(values["saturation"])
     dead = tuple(
@@ -115,17 +115,17 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
 def uncertainty(
     estimator: EstimatorConfig, sensor: SensorConfig, calibrated: CalibratedStates | None = None
 ) -> Uncertainty:
-    """Uncertainty that an estimator assumes: what is not given follows from sensor errors, and from a calibration.
+    """Uncertainty that an estimator assumes; missing values follow from sensor errors and from a calibration.
 
     Raises:
         InputError: as `strain_errors`.
     """
-    given = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
-    of_errors = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
+    values = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
+    error_uncertainty = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     if calibrated is not None and calibrated.gain_std is not None:
         # Gains take what varies along the finger, too.
-        of_errors = replace(of_errors, gain=calibrated.gain_std, bend_per_pressure=EXACT)
-    return replace(of_errors, **given)
+        error_uncertainty = replace(error_uncertainty, gain=calibrated.gain_std, bend_per_pressure=EXACT)
+    return replace(error_uncertainty, **values)
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:
@@ -135,8 +135,8 @@ def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[Sens
         InputError: for a sensor that does not exist.
     """
     faults = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
-    chosen = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
-    return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in chosen)
+    finger_faults = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
+    return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in finger_faults)
 
 
 def _reading(sensor: SensorConfig, where: str, field: str, fault: DeadSensorConfig | SensorFaultConfig) -> int:

@@ -51,6 +51,6 @@ def preset_names() -> list[str]:
 
 
 def _read_shipped(file: Path) -> dict[str, Any]:
-    """The data of a shipped file, in which every value is text or holds text."""
+    """Data of a shipped file, with text for every value."""
     data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)
     return data

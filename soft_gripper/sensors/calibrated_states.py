@@ -1,4 +1,4 @@
-"""CalibratedStates: where a finger was calibrated, and how uncertain its nominal model is elsewhere.
+"""CalibratedStates: the states of a calibration, and the uncertainty of the nominal model away from them.
 
 A state is that of a finger that bends freely: what its sensors read, as strains, and what drives it: the torque at its
 first joint, and gravity in its bending plane. Errors of the sensors of a section go with what these read, those of the
@@ -54,25 +54,25 @@ class CalibratedStates:
     # Standard deviation of a reading that calibration leaves, as a share of the strain; None: it does not say
     gain_std: float | None = None
 
-    def distances(self, measured: Array, driving: Array, gravity: Array) -> StateDistances:
+    def distances(self, strains: Array, driving: Array, gravity: Array) -> StateDistances:
         """Distances of samples.
 
         Args:
-            measured: strains, (..., R); NaN where nothing is read.
+            strains: strains, (..., R); NaN where nothing is read.
             driving: torque at the joints, (..., D) N m; that at the first counts.
             gravity: in B, (..., 3) m/s^2.
         """
         drive = np.stack(np.broadcast_arrays(driving[..., 0], gravity[..., 0], gravity[..., 2]), axis=-1)
         drive_distance = self._drive.distance(drive)
-        read = np.isfinite(measured)
-        filled = np.where(read, measured, 0.0)
+        is_read = np.isfinite(strains)
+        filled = np.where(is_read, strains, 0.0)
         columns = self._columns
         near = [
-            np.where(read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
+            np.where(is_read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
             for readings, states_of_section in columns
         ]
         section_distances = np.maximum(np.stack(near, axis=-1) - self.noise, 0.0)
-        are_usable = read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
+        are_usable = is_read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
         shape = np.broadcast_shapes(filled.shape[:-1], drive.shape[:-1])
         states = [np.broadcast_to(part, (*shape, part.shape[-1])) for part in (filled, drive)]
         joint = self.fitted.distance(np.concatenate(states, axis=-1))
@@ -94,8 +94,8 @@ class CalibratedStates:
 
     def is_far(self, distances: StateDistances) -> NDArray[np.bool_]:
         """Mask of samples with a band that is wider by the distances than by all else, (...)."""
-        far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
-        return far
+        are_far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
+        return are_far
 
     @property
     def paths(self) -> int:
@@ -124,8 +124,8 @@ def distance_stds(distances: StateDistances, paths: int) -> Array:
     return np.concatenate([section_stds] * paths, axis=-1)
 
 
-def state_spreads(measured: Array, drive: Array) -> Array:
+def state_spreads(strains: Array, drive: Array) -> Array:
     """Units of the numbers of states, (R + 3,), from strains, (n, R), and drives, (n, 3)."""
     return np.array(
-        [spread_of(measured)] * measured.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
+        [spread_of(strains)] * strains.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
     )

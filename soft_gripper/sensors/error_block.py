@@ -63,20 +63,20 @@ class ErrorBlock(ArrayBlock):
     ):
         """The errors of `model`; `ideal` and `disturbed` name the ports; unit and axes as for `describe`."""
         super().__init__(period)
-        per_run, per_sample = model.draws
+        run_draws, sample_draws = model.draws
 
         def step(memory: Array, ideal: Array, draws: Array) -> _Sample:
-            after, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., per_run:, :])
-            return _Sample(np.where(np.isfinite(after), after, memory), disturbed)
+            next_memory, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., run_draws:, :])
+            return _Sample(np.where(np.isfinite(next_memory), next_memory, memory), disturbed)
 
         self.take(ideal, readings)
-        self.take("standard_normal", (per_run + per_sample) * readings, RandomDistribution.kGaussian)
+        self.take("standard_normal", (run_draws + sample_draws) * readings, RandomDistribution.kGaussian)
         # The draws at initialization are those of the first sample.
         self.sample("draws", "standard_normal", at_first=False)
         self.remember(
             *("sample", step, ideal, "draws"),
-            begin=model.begin(np.zeros((per_run, readings))),
-            begin_of=(lambda draws: model.begin(_rows(draws, readings)[..., :per_run, :]), "standard_normal"),
+            begin=model.begin(np.zeros((run_draws, readings))),
+            begin_of=(lambda draws: model.begin(_rows(draws, readings)[..., :run_draws, :]), "standard_normal"),
             keep=lambda sample: sample.memory,
         )
         self.put_out(disturbed, lambda sample: sample.read, "sample", unit=unit, **axes)
@@ -86,17 +86,17 @@ def _rows(draws: Array, readings: int) -> Array:
     return draws.reshape(*draws.shape[:-1], -1, readings)
 
 
-def pass_delay_line(line: Array, present: Array) -> tuple[Array, Array]:
+def pass_delay_line(line: Array, newest: Array) -> tuple[Array, Array]:
     """The delay line after this sample, and the value that leaves it.
 
     Args:
         line: what is on its way, (..., delay, R), from the oldest; NaN before the first sample, which is then what
             arrives until it has passed itself.
-        present: what sets out, (..., R).
+        newest: what sets out, (..., R).
 
     Returns:
         the line after this sample, and (..., R) that arrives.
     """
-    present = present[..., None, :]
-    queue = np.concatenate([np.where(np.isnan(line), present, line), present], axis=-2)
+    newest = newest[..., None, :]
+    queue = np.concatenate([np.where(np.isnan(line), newest, line), newest], axis=-2)
     return queue[..., 1:, :], queue[..., 0, :]

@@ -1,4 +1,4 @@
-"""How far a state is from those that a model was fitted to, and how much wider its errors may be there.
+"""Distance of a state from the fitted states of a model, and the growth of its error bands with this distance.
 
 A state is a vector of drive and shape, each kind of number in units of its spread over the fitted states; its distance
 is that to the nearest of these. A combination that was never met is far, even if each of its numbers was met.
@@ -56,10 +56,10 @@ class FittedStates:
 
     def local_size(self, errors: Array) -> Array:
         """Root mean square of errors in some of the nearest states of each, (n, K) -> (n, K)."""
-        near = self._tree.query(self._scaled, np.arange(1, min(_LOCAL_STATES, len(self.states)) + 1))[1]
-        return np.sqrt(np.nanmean(errors[near] ** 2, axis=1))
+        neighbors = self._tree.query(self._scaled, np.arange(1, min(_LOCAL_STATES, len(self.states)) + 1))[1]
+        return np.sqrt(np.nanmean(errors[neighbors] ** 2, axis=1))
 
-    def without(self, left_out: NDArray[np.bool_]) -> "FittedStates":
+    def leave_out(self, left_out: NDArray[np.bool_]) -> "FittedStates":
         """Copy with the states of a mask left out, (n,)."""
         return FittedStates(self.states[~left_out], self.spread)
 
@@ -67,56 +67,56 @@ class FittedStates:
         """Some numbers of the states."""
         return FittedStates(self.states[:, columns], self.spread[columns])
 
-    def regions(self, most: int = REGIONS) -> NDArray[np.int_]:
+    def regions(self, max_count: int = REGIONS) -> NDArray[np.int_]:
         """The region of every state, (n,): the nearest of centres that are as far from each other as can be.
 
-        Fewer than `most` if there are fewer different states.
+        Fewer than `max_count` if there are fewer different states.
         """
-        return self._centers(most)[1]
+        return self._centers(max_count)[1]
 
-    def halves(self, most: int = REGIONS) -> NDArray[np.int_]:
+    def halves(self, max_count: int = REGIONS) -> NDArray[np.int_]:
         """Regions that hold much the same number of states, (n,): halves of halves, across their longest directions.
 
-        Fewer than `most`, a power of 2, if there are fewer different states.
+        Fewer than `max_count`, a power of 2, if there are fewer different states.
         """
-        different, of_state = np.unique(self._scaled, axis=0, return_inverse=True)
+        distinct_states, distinct_index = np.unique(self._scaled, axis=0, return_inverse=True)
         region = np.zeros(len(self._scaled), int)
-        for _ in range(most.bit_length() - 1):
-            halved = 2 * region
+        for _ in range(max_count.bit_length() - 1):
+            half_regions = 2 * region
             for number in np.unique(region):
-                own = np.flatnonzero(region == number)
-                centred = different - self._scaled[own].mean(axis=0)
-                longest = np.linalg.svd(centred[of_state[own]], full_matrices=False)[2][0]
-                along = (centred @ longest)[of_state[own]]
-                middle = np.median(along)
-                halved[own] += along > middle if middle < along.max() else along >= middle
-            region = np.unique(halved, return_inverse=True)[1]
+                members = np.flatnonzero(region == number)
+                centred = distinct_states - self._scaled[members].mean(axis=0)
+                longest = np.linalg.svd(centred[distinct_index[members]], full_matrices=False)[2][0]
+                positions = (centred @ longest)[distinct_index[members]]
+                middle = np.median(positions)
+                half_regions[members] += positions > middle if middle < positions.max() else positions >= middle
+            region = np.unique(half_regions, return_inverse=True)[1]
         return region
 
-    def thinned(self, most: int) -> list[int]:
-        """Indices of states to keep: `most` of them, as far from each other as can be."""
-        return self._centers(most)[0]
+    def thinned(self, max_count: int) -> list[int]:
+        """Indices of states to keep: `max_count` of them, as far from each other as can be."""
+        return self._centers(max_count)[0]
 
-    def _centers(self, most: int) -> tuple[list[int], NDArray[np.int_]]:
+    def _centers(self, max_count: int) -> tuple[list[int], NDArray[np.int_]]:
         scaled = self._scaled
-        nearest = np.full(len(scaled), np.inf)
+        min_distances = np.full(len(scaled), np.inf)
         region, centers = np.zeros(len(scaled), int), []
         center = int(np.argmin(np.linalg.norm(scaled - scaled.mean(axis=0), axis=-1)))
-        for number in range(most):
+        for number in range(max_count):
             centers.append(center)
             distance = np.linalg.norm(scaled - scaled[center], axis=-1)
-            closer = distance < nearest
-            region[closer], nearest[closer] = number, distance[closer]
-            center = int(np.argmax(nearest))
-            if nearest[center] == 0:
+            is_closer = distance < min_distances
+            region[is_closer], min_distances[is_closer] = number, distance[is_closer]
+            center = int(np.argmax(min_distances))
+            if min_distances[center] == 0:
                 break
         return centers, region
 
 
 def spread_of(values: Array) -> float:
     """Unit of a kind of numbers, from its values (n, ...) in the fitted states; 1 if they are all the same."""
-    spread = float(np.sqrt(np.mean(np.var(values, axis=0))))
-    return spread if spread > 0 else 1.0
+    unit = float(np.sqrt(np.mean(np.var(values, axis=0))))
+    return unit if unit > 0 else 1.0
 
 
 class Widths(NamedTuple):

@@ -26,22 +26,22 @@ _SERIES_ANGLE = 1e-4  # rad; below it a series stands for the factor of [r]^2
 
 
 class CurvatureSensors(SpatialSensors):
-    """Curvatures and twist in the middles of the sections; readings run way after way, then from base to tip."""
+    """Curvatures and twist in the middles of the sections; readings run by deformation, then from base to tip."""
 
     quantity, unit = "curvature", "rad/m"
 
     @property
     def axes(self) -> Mapping[str, Sequence[Any]]:
         sections = {"section": range(self.sections)}
-        turning = [way for way in self.deformations if way not in SLIDES]
-        return sections if len(turning) == 1 else {"way": turning, **sections}
+        turns = [name for name in self.deformations if name not in SLIDES]
+        return sections if len(turns) == 1 else {"way": turns, **sections}
 
     @cached_property
     def matrix(self) -> Array:
         middles = (self.section_ends[:-1] + self.section_ends[1:]) // 2
-        at_middles = np.eye(self.finger.segments)[middles] / self.finger.segment_length
-        turning = [way not in SLIDES for way in self.deformations]
-        return np.kron(np.eye(len(self.deformations))[turning], at_middles)
+        angle_slopes = np.eye(self.finger.segments)[middles] / self.finger.segment_length
+        is_turn = [name not in SLIDES for name in self.deformations]
+        return np.kron(np.eye(len(self.deformations))[is_turn], angle_slopes)
 
 
 class OrientationSensors(SpatialSensors):
@@ -67,11 +67,11 @@ class OrientationSensors(SpatialSensors):
         bent = posture(self._chain, q[..., self._position_indices])
         r = self._vectors(bent)[..., None, :]  # (..., S, 1, 3)
         axes = np.where(self._turns[..., None], bent.screws[..., None, :, :3], 0.0)
-        by_axis = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
-        moved = by_axis[..., np.argsort(self._position_indices), :]
+        axis_slopes = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
+        ordered_slopes = axis_slopes[..., np.argsort(self._position_indices), :]
         if len(self.deformations) == 1:
-            return np.asarray(moved[..., 1])
-        return np.asarray(np.swapaxes(moved, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
+            return np.asarray(ordered_slopes[..., 1])
+        return np.asarray(np.swapaxes(ordered_slopes, -1, -2).reshape(*q.shape[:-1], -1, q.shape[-1]))
 
     def _vectors(self, bent: Posture) -> Array:
         from scipy.spatial.transform import Rotation
@@ -96,7 +96,9 @@ class OrientationSensors(SpatialSensors):
 def _factor(r: Array) -> Array:
     """Factor of [r]^2 in the inverse of the left Jacobian, (..., 1)."""
     theta = np.linalg.norm(r, axis=-1, keepdims=True)
-    safe = np.maximum(theta, _SERIES_ANGLE)
+    clipped = np.maximum(theta, _SERIES_ANGLE)
     return np.asarray(
-        np.where(theta < _SERIES_ANGLE, 1 / 12, 1 / safe**2 - (1 + np.cos(safe)) / (2 * safe * np.sin(safe)))
+        np.where(
+            theta < _SERIES_ANGLE, 1 / 12, 1 / clipped**2 - (1 + np.cos(clipped)) / (2 * clipped * np.sin(clipped))
+        )
     )

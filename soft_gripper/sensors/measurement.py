@@ -13,8 +13,10 @@ straight finger y = c z, with the sensitivities c, so that the Jacobian of h is 
 over those that read anything.
 
 Everything is pure and takes arrays whose leading axes are free, so that a block calls it for one sample and an
-evaluation once for a whole recording. The positions q of the joints are flat, (..., D): way after way in which the
-sensors see them yield, bending first, and N from the base to the tip in each. R readings, S values.
+evaluation once for a whole recording. The positions q of the joints are flat, (..., D): by deformation that the
+sensors see, bending first, and N from the base to the tip in each. R readings, S values.
+
+Another kind of sensor is a subclass of `MeasurementModel` and its name in `SENSORS` (`scenario.sensor_presets`).
 """
 
 from abc import ABC, abstractmethod
@@ -92,8 +94,8 @@ class MeasurementModel(ABC):
     @property
     def unnamed(self) -> tuple[Any, ...]:
         """Key for a cache: equal for the sensors of fingers that differ by nothing but their names."""
-        others = (getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "finger")
-        return type(self), self.finger.unnamed, *others
+        values = (getattr(self, parameter.name) for parameter in fields(self) if parameter.name != "finger")
+        return type(self), self.finger.unnamed, *values
 
     @property
     @abstractmethod
@@ -139,7 +141,7 @@ class MeasurementModel(ABC):
         return self.jacobian
 
     def linearized(self, q: Array) -> tuple[Array, Array]:
-        """The measured quantity and its Jacobian, as of `predict` and `slopes`."""
+        """The measured quantity and its Jacobian, as from `predict` and `slopes`."""
         return self.predict(q), self.slopes(q)
 
     def inverse(self, measured: Array) -> Array:
@@ -164,16 +166,16 @@ class MeasurementModel(ABC):
         `noise` is the standard deviation of the quantity y, (..., 1), or the same for all. Where no reading of a value
         is finite it is 0, with the variance UNKNOWN.
         """
-        measured = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
-        read = np.isfinite(measured)
-        if read.all():
+        quantities = self.measured(readings).reshape(*readings.shape[:-1], *self.sensitivity.shape)
+        is_read = np.isfinite(quantities)
+        if is_read.all():
             weights, information, divisor = self._complete_information
-            values = (weights * self.inverse(measured)).sum(axis=-2) / divisor
+            values = (weights * self.inverse(quantities)).sum(axis=-2) / divisor
             variance = noise**2 / np.maximum(information, noise**2 / UNKNOWN)
             return LinearReadings(values, np.broadcast_to(variance, values.shape))
-        weights = read * self.sensitivity**2
+        weights = is_read * self.sensitivity**2
         information = weights.sum(axis=-2)
-        reading_values = self.inverse(np.where(read, measured, 0.0))
+        reading_values = self.inverse(np.where(is_read, quantities, 0.0))
         values = (weights * reading_values).sum(axis=-2) / np.where(information == 0, 1.0, information)
         return LinearReadings(values, noise**2 / np.maximum(information, noise**2 / UNKNOWN))
 
@@ -184,7 +186,7 @@ class MeasurementModel(ABC):
         return self.sensitivity**2, information, np.where(information == 0, 1.0, information)
 
     def values(self, readings: Array, noise: Array | float) -> LinearReadings:
-        """The values that estimators condition on, of which `values_at` has the slopes; arguments as of `linear`."""
+        """The values that estimators condition on; `values_at` has their slopes; arguments as in `linear`."""
         return self.linear(readings, noise)
 
     def values_at(self, q: Array) -> tuple[Array, Array]:
@@ -224,21 +226,21 @@ class MeasurementModel(ABC):
 
 @dataclass(frozen=True)
 class SpatialSensors(MeasurementModel):
-    """Sensors that see every way in which their finger yields; estimators condition on what each measures."""
+    """Sensors that see every deformation of their finger; estimators condition on each measured quantity."""
 
     def values(self, readings: Array, noise: Array | float) -> LinearReadings:
-        measured = self.measured(readings)
-        read = np.isfinite(measured)
-        return LinearReadings(np.where(read, measured, 0.0), np.where(read, noise**2, UNKNOWN))
+        quantities = self.measured(readings)
+        is_read = np.isfinite(quantities)
+        return LinearReadings(np.where(is_read, quantities, 0.0), np.where(is_read, noise**2, UNKNOWN))
 
     def values_at(self, q: Array) -> tuple[Array, Array]:
         return self.linearized(q)
 
     @cached_property
     def deformations(self) -> tuple[str, ...]:
-        return ways_in_space(self.finger)
+        return spatial_deformations(self.finger)
 
 
-def ways_in_space(finger: Finger) -> tuple[str, ...]:
-    """Ways in which a finger yields, bending first."""
-    return ("bending", *(way for way in AXES if way in finger.yields and way != "bending"))
+def spatial_deformations(finger: Finger) -> tuple[str, ...]:
+    """Names of the deformations of a finger, bending first."""
+    return ("bending", *(name for name in AXES if name in finger.yields and name != "bending"))

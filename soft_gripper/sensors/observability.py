@@ -1,4 +1,4 @@
-"""Observability of a finger: before anything is read, how well its sensors fix each of its ways to yield.
+"""Observability of a finger: before anything is read, how well its sensors fix each of its deformations.
 
 A section is described by how far it bends, turns sideways, twists and stretches as a whole, each shared equally by its
 joints. With a weak prior of variances P and readings of independent noise sigma, which change by A with these numbers
@@ -6,7 +6,7 @@ about the straight finger,
 
     covariance = (P^-1 + A^T A / sigma^2)^-1 .
 
-A way counts as observed where that makes its standard deviation much smaller than that of the prior.
+A deformation counts as observed where that makes its standard deviation much smaller than that of the prior.
 """
 
 from dataclasses import dataclass
@@ -23,49 +23,49 @@ _OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 
 @dataclass(frozen=True)
 class Observed:
-    """Observability of one way of yielding."""
+    """Observability of one deformation."""
 
-    way: str
+    deformation: str
     std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
 
     @property
     def is_seen(self) -> bool:
-        """Whether the way is observed in every section."""
+        """Whether the deformation is observed in every section."""
         return bool(np.isfinite(self.std).all())
 
     def __str__(self) -> str:
-        worst = float(self.std.max())
-        size = f"{1e3 * worst:.2g} mm" if self.way in SLIDES else f"{np.degrees(worst):.2g} degrees"
-        return f"{self.way} to {size}" if self.is_seen else f"{self.way} not at all"
+        max_std = float(self.std.max())
+        size = f"{1e3 * max_std:.2g} mm" if self.deformation in SLIDES else f"{np.degrees(max_std):.2g} degrees"
+        return f"{self.deformation} to {size}" if self.is_seen else f"{self.deformation} not at all"
 
 
 def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
-    """Standard deviations that sensors on a straight finger leave to every way in which it yields.
+    """Standard deviations that sensors on a straight finger leave to each of its deformations.
 
     Args:
         layout: sensors and finger.
         noise: standard deviation of every reading, in the unit of what is measured.
     """
     prior, S = weak_prior(layout), layout.sections
-    seen = layout.slopes(layout.straight) @ shared_equally(layout)
-    std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + seen.T @ seen / noise**2)))
+    observed_space = layout.slopes(layout.straight) @ shared_equally(layout)
+    std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + observed_space.T @ observed_space / noise**2)))
     std_by_way = dict(
         zip(layout.deformations, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True)
     )
-    deformations = [way for way in _PRIOR_STD if way in layout.finger.yields]
-    return [Observed(way, std_by_way.get(way, np.full(S, np.inf))) for way in deformations]
+    deformations = [name for name in _PRIOR_STD if name in layout.finger.yields]
+    return [Observed(name, std_by_way.get(name, np.full(S, np.inf))) for name in deformations]
 
 
 def shared_equally(layout: MeasurementModel) -> Array:
-    """Matrix from deformations of whole sections, way after way, to equal parts at their joints, (D, W S)."""
-    of_section = layout.joint_sections[:, None] == np.arange(layout.sections)
-    return np.kron(np.eye(len(layout.deformations)), of_section / layout.joints_per_section)
+    """Matrix from deformations of whole sections, one after another, to equal parts at their joints, (D, W S)."""
+    is_in_section = layout.joint_sections[:, None] == np.arange(layout.sections)
+    return np.kron(np.eye(len(layout.deformations)), is_in_section / layout.joints_per_section)
 
 
 def weak_prior(layout: MeasurementModel) -> Array:
-    """Prior standard deviations of deformations of whole sections, way after way, (W S,)."""
+    """Prior standard deviations of deformations of whole sections, one after another, (W S,)."""
     stds = [
-        _PRIOR_STD[way] * (layout.rest_lengths if way in SLIDES else np.ones(layout.sections))
-        for way in layout.deformations
+        _PRIOR_STD[name] * (layout.rest_lengths if name in SLIDES else np.ones(layout.sections))
+        for name in layout.deformations
     ]
     return np.concatenate(stds)

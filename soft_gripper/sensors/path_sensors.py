@@ -31,7 +31,7 @@ STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
 
 @dataclass(frozen=True)
 class SensorPath(Path):
-    """A sensor along a path, or a band of strands that lie side by side along it at a slope of their own.
+    """A sensor along a path, or a band of strands side by side along it, at a separate slope.
 
     Raises:
         InputError: if a field is out of range, or stations do not fit.
@@ -81,7 +81,7 @@ def outermost(finger: Finger) -> tuple[float, float]:
 class PathSensors(SpatialSensors):
     """Strain sensors in series along any paths, one on each path and section; a value is the strain of a reading.
 
-    Readings run path after path and from the base to the tip. They depend on all ways in which the finger yields.
+    Readings run path after path and from the base to the tip. They depend on all deformations of the finger.
 
     Raises:
         InputError: as MeasurementModel; and if there is no path, a name appears twice, a path leaves the section, or
@@ -128,29 +128,29 @@ class PathSensors(SpatialSensors):
         return self.linearized(q)[1]
 
     def linearized(self, q: Array) -> tuple[Array, Array]:
-        by_way = q.reshape(*q.shape[:-1], len(self.deformations), self.finger.segments)
-        lengths, gradients = lengths_and_gradients(self._chain_paths, self._levers, by_way)
+        deformation_angles = q.reshape(*q.shape[:-1], len(self.deformations), self.finger.segments)
+        lengths, gradients = lengths_and_gradients(self._chain_paths, self._levers, deformation_angles)
         slopes = (gradients[..., None, :, :] * self._shares).reshape(*q.shape[:-1], self.readings, q.shape[-1])
         return self._ratios(lengths) - 1, slopes
 
     def inverse(self, measured: Array) -> Array:
         """Strains along the finger, from those of the readings, if nothing twists: (..., 1, R)."""
-        along = (1 + measured) ** 2 * (1 + self._slant) - self._slant
-        return np.asarray(np.sqrt(np.maximum(along, 0)) - 1)
+        strain_square = (1 + measured) ** 2 * (1 + self._slant) - self._slant
+        return np.asarray(np.sqrt(np.maximum(strain_square, 0)) - 1)
 
     def signals(self, q: Array) -> dict[str, Array]:
         """Extension ratios at joint positions, and the readings of the sensors, (..., R) each."""
         ratios = self.ratios(q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
-    def split_by_way(self, q: Array) -> dict[str, Array]:
-        """Joint positions, (..., D), by the way in which they yield, (..., N) each."""
+    def split_by_deformation(self, q: Array) -> dict[str, Array]:
+        """Joint positions, (..., D), by deformation, (..., N) each."""
         N = self.finger.segments
-        return {way: q[..., i * N : (i + 1) * N] for i, way in enumerate(self.deformations)}
+        return {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
 
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
-        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_way(q)))
+        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_deformation(q)))
 
     def _ratios(self, lengths: Array) -> Array:
         """Ratios from the lengths on the segments, (..., P, N) m."""
@@ -178,15 +178,15 @@ class PathSensors(SpatialSensors):
     @cached_property
     def _slant(self) -> Array:
         """Square of the slope of every reading against the axis, (R,), a mean over its section."""
-        along = np.add.reduceat(self._chain_paths.covered, self.section_ends[:-1], axis=-1)
-        return np.asarray((self._rest_lengths / along).ravel() ** 2 - 1)
+        covered_length = np.add.reduceat(self._chain_paths.covered, self.section_ends[:-1], axis=-1)
+        return np.asarray((self._rest_lengths / covered_length).ravel() ** 2 - 1)
 
     @cached_property
     def _shares(self) -> Array:
-        """Shares of the slope of a length on a segment in that of a reading, (P, S, 1, N) 1/m."""
-        of_section = self.joint_sections == np.arange(self.sections)[:, None]
-        return np.asarray(of_section / self._rest_lengths[..., None])[..., None, :]
+        """Weights of a segment's length slope in the slope of a reading, (P, S, 1, N) 1/m."""
+        is_in_section = self.joint_sections == np.arange(self.sections)[:, None]
+        return np.asarray(is_in_section / self._rest_lengths[..., None])[..., None, :]
 
     @cached_property
     def _levers(self) -> Array:
-        return np.stack([self._chain_paths.levers[way] for way in self.deformations], axis=-2)
+        return np.stack([self._chain_paths.levers[name] for name in self.deformations], axis=-2)

@@ -1,4 +1,7 @@
-"""Errors of a pressure sensor: pressure -> disturbed pressure."""
+"""Errors of a pressure sensor: pressure -> disturbed pressure.
+
+Another error is a field of `PressureErrors` and its effect in `step`.
+"""
 
 from dataclasses import dataclass
 
@@ -12,7 +15,7 @@ from soft_gripper.sensors.error_block import pass_delay_line
 
 @dataclass
 class PressureErrors:
-    """The errors of a pressure sensor, in the order in which they act; none by default.
+    """The errors of a pressure sensor, in the order of their action; none by default.
 
     Its memory is an array, (..., 2 + delay, 1): gain, offset, and the pressures on their way.
 
@@ -45,5 +48,5 @@ class PressureErrors:
             draws: standard normal, (..., 1, 1).
         """
         gain, offset = memory[..., 0, :], memory[..., 1, :]
-        line, arrived = pass_delay_line(memory[..., 2:, :], gain * ideal + offset + self.noise * draws[..., 0, :])
-        return np.concatenate([memory[..., :2, :], line], axis=-2), arrived
+        line, delayed = pass_delay_line(memory[..., 2:, :], gain * ideal + offset + self.noise * draws[..., 0, :])
+        return np.concatenate([memory[..., :2, :], line], axis=-2), delayed

@@ -11,9 +11,11 @@ from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
 
 
-def joints_port(way: str) -> str:
-    """Name of the port with the positions of the joints that yield in one way."""
-    return "joint_angles" if way == "bending" else f"{way}_lengths" if way in SLIDES else f"{way}_angles"
+def joints_port(deformation: str) -> str:
+    """Name of the port with the joint positions of a deformation."""
+    if deformation == "bending":
+        return "joint_angles"
+    return f"{deformation}_lengths" if deformation in SLIDES else f"{deformation}_angles"
 
 
 class SensorBlock(ArrayBlock):
@@ -30,7 +32,7 @@ class SensorBlock(ArrayBlock):
     def __init__(self, layout: MeasurementModel, period: float):
         """Samples the sensors every `period` s, beginning at initialization."""
         super().__init__(period)
-        ports = [joints_port(way) for way in layout.deformations]
+        ports = [joints_port(deformation) for deformation in layout.deformations]
         for port in ports:
             self.take(port, layout.finger.segments)
             self.sample(f"sampled_{port}", port)
@@ -66,8 +68,8 @@ class Hold(ArrayBlock):
         self.put_out("y", _oldest, "line", unit=unit, **axes)
 
 
-def _append_to_line(line: Array, present: Array) -> Array:
-    return np.concatenate([line, present[..., None, :]], axis=-2)
+def _append_to_line(line: Array, newest: Array) -> Array:
+    return np.concatenate([line, newest[..., None, :]], axis=-2)
 
 
 def _drop_oldest(line: Array) -> Array:
@@ -82,9 +84,9 @@ def _oldest(line: Array) -> Array:
 def _lines(delay: int) -> Any:
     """Lines that `_append_to_line` returns along a recording, (T, size) -> (T, delay + 1, size)."""
 
-    def lines(present: Array) -> Array:
-        kept = np.concatenate([np.zeros_like(present[:1]), present[1:]])  # at the first sample nothing is
-        moved = [np.concatenate([np.zeros_like(kept[:age]), kept[:-age]])[: len(kept)] for age in range(delay, 0, -1)]
-        return np.stack([*moved, present], axis=-2)
+    def lines(newest: Array) -> Array:
+        started = np.concatenate([np.zeros_like(newest[:1]), newest[1:]])  # at the first sample nothing is
+        padded = np.concatenate([np.zeros((delay, *started.shape[1:])), started])
+        return np.stack([*(padded[i : i + len(started)] for i in range(delay)), newest], axis=-2)
 
     return lines

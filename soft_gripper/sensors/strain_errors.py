@@ -12,6 +12,8 @@ Modeling, identification and compensation of complex hysteretic nonlinearities, 
 doi:10.3166/ejc.9.407-418.)
 
 Such a sum is the only one of play operators whose loop is the same share of every stroke.
+
+Another error is a field of `StrainErrors` and its effect in `step`; its memory is a field of `StrainMemory`.
 """
 
 import math
@@ -66,7 +68,7 @@ class SensorFault:
 
 @dataclass(frozen=True)
 class StrainErrors:
-    """The errors of strain sensors, in the order in which they act; none by default.
+    """The errors of strain sensors, in the order of their action; none by default.
 
     Strain is the extension ratio - 1; of sensors that measure another quantity y, 1 + y stands for the extension ratio,
     so that offsets and noise are in the unit of y. Standard deviations are those of independent draws for every sensor.
@@ -102,7 +104,7 @@ class StrainErrors:
             yield "saturation", self.saturation, "must be [least, greatest] extension ratio"
 
 
-class Memory(NamedTuple):
+class StrainMemory(NamedTuple):
     """Memory of a sensor between samples."""
 
     gain: Array  # (..., R), constant during a run
@@ -117,7 +119,7 @@ class Memory(NamedTuple):
     line: Array  # (..., delay, R) extension ratios in the delay line, oldest first
 
 
-_SINGLE_ROWS = Memory._fields.index("plays")  # parts of a memory that are a single row
+_SINGLE_ROWS = StrainMemory._fields.index("plays")  # parts of a memory that are a single row
 
 
 class Draws(NamedTuple):
@@ -127,11 +129,11 @@ class Draws(NamedTuple):
     samples: Array  # (T, ..., SAMPLE_DRAWS, R)
 
 
-def begin(errors: StrainErrors, draws: Array) -> Memory:
+def begin(errors: StrainErrors, draws: Array) -> StrainMemory:
     """Initial memory of sensors at rest, from standard normal draws (..., RUN_DRAWS, R)."""
     gain, offset, drift, low_frequency = np.moveaxis(draws, -2, 0)
     rest = np.zeros_like(gain)
-    return Memory(
+    return StrainMemory(
         gain=1 + errors.gain_error * gain,
         offset=errors.offset * offset,
         drift_rate=errors.drift / MINUTE * drift,
@@ -145,7 +147,9 @@ def begin(errors: StrainErrors, draws: Array) -> Memory:
     )
 
 
-def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, period: float) -> tuple[Memory, Array]:
+def step(
+    errors: StrainErrors, memory: StrainMemory, ratio: Array, draws: Array, period: float
+) -> tuple[StrainMemory, Array]:
     """One sample of every sensor.
 
     Args:
@@ -158,28 +162,28 @@ def step(errors: StrainErrors, memory: Memory, ratio: Array, draws: Array, perio
     Returns:
         the memory after this sample, and the disturbed extension ratios, (..., R).
     """
-    white, low_frequency, lost = np.moveaxis(draws, -2, 0)
+    white, low_frequency, dropout = np.moveaxis(draws, -2, 0)
     strain = ratio - 1
-    crept = strain - errors.creep * (strain - memory.creep)
-    plays = moved_plays(memory.plays, crept)
+    crept_strain = strain - errors.creep * (strain - memory.creep)
+    plays = moved_plays(memory.plays, crept_strain)
     correlation = math.exp(-period / errors.correlation_time)
     innovation = errors.low_frequency_noise * math.sqrt(1 - correlation**2)
-    slow = correlation * memory.low_frequency + innovation * low_frequency
-    lagging = 1 + memory.gain * lagging_strain(plays, crept, errors.hysteresis) + memory.offset
-    measured = _with_faults(errors, memory.time, lagging)
-    reading = _read_out(errors, measured + memory.drift + slow + errors.noise * white)
+    slow_noise = correlation * memory.low_frequency + innovation * low_frequency
+    lagging_ratio = 1 + memory.gain * lagging_strain(plays, crept_strain, errors.hysteresis) + memory.offset
+    faulty_ratio = _with_faults(errors, memory.time, lagging_ratio)
+    reading = _read_out(errors, faulty_ratio + memory.drift + slow_noise + errors.noise * white)
     reading = _with_failures(errors, memory, reading)
-    line, arrived = pass_delay_line(memory.line, reading)
-    after = memory._replace(
+    line, delayed = pass_delay_line(memory.line, reading)
+    next_memory = memory._replace(
         drift=memory.drift + memory.drift_rate * period,
-        low_frequency=slow,
+        low_frequency=slow_noise,
         creep=memory.creep - math.expm1(-period / errors.creep_time) * (strain - memory.creep),
         time=memory.time + period,
         read=reading,
         plays=plays,
         line=line,
     )
-    return after, _drop_readings(errors, arrived, lost)
+    return next_memory, _drop_readings(errors, delayed, dropout)
 
 
 def disturb(errors: StrainErrors, ratios: Array, period: float, rng_or_draws: np.random.Generator | Draws) -> Array:
@@ -208,23 +212,23 @@ def draw(rng: np.random.Generator, shape: tuple[int, ...]) -> Draws:
     return Draws(run, rng.standard_normal((samples, *seeds, SAMPLE_DRAWS, readings)))
 
 
-def stack_memory(memory: Memory) -> Array:
+def stack_memory(memory: StrainMemory) -> Array:
     """A memory as one array, (..., rows, R)."""
-    single = (row[..., None, :] for row in memory[:_SINGLE_ROWS])
-    return np.concatenate([*single, memory.plays, memory.line], axis=-2)
+    single_rows = (row[..., None, :] for row in memory[:_SINGLE_ROWS])
+    return np.concatenate([*single_rows, memory.plays, memory.line], axis=-2)
 
 
-def unstack_memory(rows: Array) -> Memory:
+def unstack_memory(rows: Array) -> StrainMemory:
     """The inverse of `stack_memory`."""
     plays, line = np.split(rows[..., _SINGLE_ROWS:, :], [PLAYS], axis=-2)
-    return Memory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
+    return StrainMemory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
 
 
 def _read_out(errors: StrainErrors, ratio: Array) -> Array:
-    """The effect of an analog-to-digital converter."""
-    limited = np.clip(ratio, *errors.saturation)
+    """Applies saturation and rounding of an analog-to-digital converter."""
+    limited_ratio = np.clip(ratio, *errors.saturation)
     quantum = errors.quantization
-    return limited if quantum is None else quantum * np.round(limited / quantum)
+    return limited_ratio if quantum is None else quantum * np.round(limited_ratio / quantum)
 
 
 _ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
@@ -235,21 +239,21 @@ def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
     for fault in errors.faults:
         if fault.kind in ("offset", "loose", "drifting") and fault.size is not None:
             since, strain = time[..., fault.reading] - fault.time, ratio[..., fault.reading] - 1
-            per_size: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
-            added, ratio = fault.size * per_size[fault.kind], ratio.copy()
-            ratio[..., fault.reading] += np.where(since > -_ONSET_TOLERANCE, added, 0.0)
+            effects: dict[str, Array | float] = {"offset": 1.0, "loose": -strain, "drifting": since}
+            error, ratio = fault.size * effects[fault.kind], ratio.copy()
+            ratio[..., fault.reading] += np.where(since > -_ONSET_TOLERANCE, error, 0.0)
     return ratio
 
 
-def _with_failures(errors: StrainErrors, memory: Memory, ratio: Array) -> Array:
+def _with_failures(errors: StrainErrors, memory: StrainMemory, ratio: Array) -> Array:
     """Readings of extension ratios by sensors that may be dead or saturated."""
     for fault in errors.faults:
         if fault.kind in ("dead", "saturated"):
             i, ratio = fault.reading, ratio.copy()
             last = np.where(np.isnan(memory.read[..., i]), ratio[..., i], memory.read[..., i])
             limit = last if fault.size is None else 1 + fault.size
-            limited = np.minimum(ratio[..., i], limit) if np.all(limit > 1) else np.maximum(ratio[..., i], limit)
-            failed = limited if fault.kind == "saturated" else limit
+            limited_ratio = np.minimum(ratio[..., i], limit) if np.all(limit > 1) else np.maximum(ratio[..., i], limit)
+            failed = limited_ratio if fault.kind == "saturated" else limit
             ratio[..., i] = np.where(memory.time[..., i] - fault.time > -_ONSET_TOLERANCE, failed, ratio[..., i])
     return ratio
 
@@ -279,8 +283,8 @@ class _ReadingErrors:
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
         ratio = self.response.ratio(ideal)
         before = unstack_memory(memory)
-        after, disturbed = step(self.errors, before, ratio, draws, self.period)
-        return stack_memory(after), self.response.reading(disturbed)
+        next_memory, disturbed = step(self.errors, before, ratio, draws, self.period)
+        return stack_memory(next_memory), self.response.reading(disturbed)
 
 
 class ReadingErrorBlock(ErrorBlock):

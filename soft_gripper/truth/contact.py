@@ -25,7 +25,7 @@ from pydrake.systems.framework import Context
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.run_begin import since_begin
+from soft_gripper.run_begin import declare_run_time
 from soft_gripper.signals import XYZ
 
 
@@ -45,7 +45,7 @@ class Patch(NamedTuple):
 
 
 def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Patch]:
-    """All contacts of some geometries of a plant, given by the values of their ids.
+    """Yields all contacts of geometries of a plant, given by the values of their ids.
 
     The normal of a surface is the mean over its faces.
     """
@@ -59,18 +59,18 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
             area, pressure = surface.total_area(), _largest_pressure(surface)
             yield Patch(pair, surface.centroid(), _area(surface), force, torque, area, pressure)
     for i in range(results.num_deformable_contacts()):
-        soft = results.deformable_contact_info(i)
-        mesh, pair = soft.contact_mesh(), (soft.id_A().get_value(), soft.id_B().get_value())
+        soft_info = results.deformable_contact_info(i)
+        mesh, pair = soft_info.contact_mesh(), (soft_info.id_A().get_value(), soft_info.id_B().get_value())
         if pair[0] in geometries or pair[1] in geometries:
-            wrench = soft.F_Ac_W()
+            wrench = soft_info.F_Ac_W()
             force, torque = wrench.translational(), wrench.rotational()
             yield Patch(pair, mesh.centroid(), _area(mesh), force, torque, mesh.total_area())
     for i in range(results.num_point_pair_contacts()):
         point = results.point_pair_contact_info(i)
-        touching = point.point_pair()
-        pair = (touching.id_B.get_value(), touching.id_A.get_value())
+        point_pair = point.point_pair()
+        pair = (point_pair.id_B.get_value(), point_pair.id_A.get_value())
         if pair[0] in geometries or pair[1] in geometries:
-            yield Patch(pair, point.contact_point(), touching.nhat_BA_W, point.contact_force(), np.zeros(3))
+            yield Patch(pair, point.contact_point(), point_pair.nhat_BA_W, point.contact_force(), np.zeros(3))
 
 
 def _area(surface: ContactSurface | PolygonSurfaceMesh) -> Array:
@@ -113,7 +113,8 @@ class TouchedLinks:
         """The links of a finger in a finalized plant."""
         ids = map(finger.plant.GetCollisionGeometriesForBody, finger.links)
         geometries = [[geometry.get_value() for geometry in of_link] for of_link in ids]
-        begins, only_bends = finger.finger.link_ends[:-1].tolist(), tuple(finger.finger.yields) == ("bending",)
+        begins = finger.finger.link_ends[:-1].tolist()
+        only_bends = tuple(finger.finger.yields) == ("bending",)
         return cls([link.index() for link in finger.links], geometries, begins, only_bends)
 
     @cached_property
@@ -150,10 +151,10 @@ def patch_table(
     X_WB: Sequence[RigidTransform],
     objects: Mapping[int, int] | None = None,
 ) -> Array:
-    """Raw external contacts of fingers as an array, (P, 34), which `finger_contacts` and `grip_signals` interpret.
+    """Raw external contacts of fingers as an array, (P, 34), which `finger_contacts` and `object_grip` interpret.
 
     Args:
-        found: patches of a plant.
+        external_patches: of a plant.
         links: of the fingers, see `links_by_geometry`.
         X_WB: poses of all bodies of the plant, in the order of their indices.
         objects: numbers of the objects to which other geometries belong.
@@ -162,20 +163,20 @@ def patch_table(
     rows: list[Array | tuple[float, ...]] = []
     for patch in external_patches:
         first, second = patch.geometries
-        one, other = links.get(first), links.get(second)
-        if one is not None and other is not None and one.finger == other.finger:
+        first_link, second_link = links.get(first), links.get(second)
+        if first_link is not None and second_link is not None and first_link.finger == second_link.finger:
             continue
-        for sign, link, touched in ((1.0, one, second), (-1.0, other, first)):
+        for sign, link, other_geometry in ((1.0, first_link, second), (-1.0, second_link, first)):
             if link is not None:
                 X_WL = X_WB[link.body].GetAsMatrix34()
-                of_object = (numbers.get(touched, NO_OBJECT), patch.area, patch.pressure)
+                object_columns = (numbers.get(other_geometry, NO_OBJECT), patch.area, patch.pressure)
                 p_WB = X_WB[link.base].translation()
-                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, of_object, p_WB]
+                rows += [(link.finger, link.link, link.begin, sign), *patch[1:5], X_WL, object_columns, p_WB]
     return np.concatenate(rows, axis=None).reshape(-1, COLUMNS) if rows else _EMPTY_TABLE
 
 
 class FingerContacts(NamedTuple):
-    """All P patches in which fingers touch something else, in T samples."""
+    """P patches of contact between fingers and other bodies, in T samples."""
 
     is_evaluated: NDArray[np.bool_]  # (T,) samples with evaluated contacts
     sample: NDArray[np.int_]  # (P,) of the patch
@@ -192,10 +193,10 @@ class FingerContacts(NamedTuple):
     lever: Array  # (P, 3) m in the world, from the base to the place on the axis of the finger
     sideways: Array  # (P, 3) y axis of the link in the world
 
-    def of(self, finger: int) -> "FingerContacts":
+    def select(self, finger: int) -> "FingerContacts":
         """Contacts of one finger."""
-        own = self.finger == finger
-        return FingerContacts(self.is_evaluated, *(column[own] for column in self[1:]))
+        is_own = self.finger == finger
+        return FingerContacts(self.is_evaluated, *(column[is_own] for column in self[1:]))
 
     def sums(self, values: Array) -> Array:
         """Sums over the patches of each sample, (P,) -> (T,); NaN where they are not known."""
@@ -243,7 +244,7 @@ class FingerContacts(NamedTuple):
         return np.asarray(np.linalg.norm(force - _projections(force, lever), axis=-1))
 
     def _mean(self, vectors: Array) -> Array:
-        """Means over the patches by their forces, (P, 3) -> (T, 3), but for a factor."""
+        """Means over the patches, weighted by their forces, (P, 3) -> (T, 3), up to a factor."""
         return np.stack([self.sums(self.total * part) for part in vectors.T], axis=-1)
 
     @property
@@ -259,10 +260,10 @@ class FingerContacts(NamedTuple):
     def main_normal(self) -> Array:
         """Normal of the strongest patch, (T, 3) in the world, either way; NaN without contact."""
         order = np.argsort(-self.pressing, kind="stable")
-        pressed = order[self.pressing[order] > 0]
-        sample, first = np.unique(self.sample[pressed], return_index=True)
+        pressed_order = order[self.pressing[order] > 0]
+        sample, first = np.unique(self.sample[pressed_order], return_index=True)
         normals = np.full((self.samples, 3), np.nan)
-        normals[sample] = self.normal[pressed[first]]
+        normals[sample] = self.normal[pressed_order[first]]
         return normals
 
 
@@ -282,19 +283,19 @@ def finger_contacts(table: Array, sample: NDArray[np.int_], is_evaluated: NDArra
     place, normal, force, torque = (table[:, begin : begin + 3] for begin in (4, 7, 10, 13))
     X_WL = table[:, 16:28].reshape(-1, 3, 4)
     normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    pressed = (force * normal).sum(axis=1)
-    center = place + np.cross(normal, torque) / np.where(pressed == 0, np.inf, pressed)[:, None]
+    pressing = (force * normal).sum(axis=1)
+    center = place + np.cross(normal, torque) / np.where(pressing == 0, np.inf, pressing)[:, None]
     R_WL, x, z, origin = X_WL[..., :3], X_WL[..., 0], X_WL[..., 2], X_WL[..., 3]
     arc_length = begin + (z * (center - origin)).sum(axis=1)
     opening = -sign * (force * x).sum(axis=1)
     total = np.linalg.norm(force, axis=1)
-    on_finger = sign[:, None] * force
-    out = -np.sign(sign * pressed)[:, None] * normal
-    facing = (out[:, None] @ R_WL)[:, 0, :2]
+    finger_force = sign[:, None] * force
+    outward = -np.sign(sign * pressing)[:, None] * normal
+    facing = (outward[:, None] @ R_WL)[:, 0, :2]
     lever = origin + (arc_length - begin)[:, None] * z - table[:, 31:34]
     return FingerContacts(
         *(is_evaluated, sample, finger, link, arc_length, center, normal, total),
-        *(np.abs(pressed), opening, on_finger, facing, lever, X_WL[..., 1]),
+        *(np.abs(pressing), opening, finger_force, facing, lever, X_WL[..., 1]),
     )
 
 
@@ -329,14 +330,14 @@ def object_grip(
         fingers: F, all of them.
         table, sample, is_evaluated: as for `finger_contacts`.
     """
-    own = table[:, 28] == number
-    rows = table[own]
-    bin_index = sample[own] * fingers + rows[:, 0].astype(int)
+    is_own = table[:, 28] == number
+    rows = table[is_own]
+    bin_index = sample[is_own] * fingers + rows[:, 0].astype(int)
     bins = len(is_evaluated) * fingers
     normal = rows[:, 7:10] / np.linalg.norm(rows[:, 7:10], axis=1, keepdims=True)
     force = -rows[:, 3:4] * rows[:, 10:13]
-    pressed = (force * normal).sum(axis=1)
-    friction = force - pressed[:, None] * normal
+    pressing = (force * normal).sum(axis=1)
+    friction = force - pressing[:, None] * normal
     largest = np.zeros(bins)
     with np.errstate(invalid="ignore"):  # numpy warns of NaN where points touch
         np.maximum.at(largest, bin_index, rows[:, 30])
@@ -344,13 +345,13 @@ def object_grip(
     def sums(values: Array) -> Array:
         return np.bincount(bin_index, values, bins)
 
-    flat = (
-        sums(np.abs(pressed)),
+    sums_flat = (
+        sums(np.abs(pressing)),
         *(np.stack([*map(sums, vectors.T)], axis=-1) for vectors in (friction, force)),
         sums(rows[:, 29]),
         largest,
     )
-    gripped = [value.reshape(len(is_evaluated), fingers, *value.shape[1:]) for value in flat]
+    gripped = [value.reshape(len(is_evaluated), fingers, *value.shape[1:]) for value in sums_flat]
     return ObjectGripForces(
         *(np.where(is_evaluated.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for value in gripped)
     )
@@ -365,7 +366,8 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
     centers = np.array([contact.mean_center for contact in contacts])
     if len(contacts) < 2:
         return np.full(max((contact.samples for contact in contacts), default=1), np.nan)
-    from_middle, normals = centers - centers.mean(axis=0), np.array([contact.main_normal for contact in contacts])
+    from_middle = centers - centers.mean(axis=0)
+    normals = np.array([contact.main_normal for contact in contacts])
     width: Array = 2 * np.abs((from_middle * normals).sum(axis=-1)).mean(axis=0)
     return width
 
@@ -376,17 +378,17 @@ def _projections(vectors: Array, line: Array) -> Array:
     return np.asarray((vectors * line).sum(axis=-1, keepdims=True) / np.where(square == 0, 1.0, square) * line)
 
 
-def _ratio(value: Array, by: Array) -> Array:
+def _ratio(value: Array, divisor: Array) -> Array:
     """Ratio; NaN where the divisor is zero."""
-    return value / np.where(by == 0, np.nan, by)
+    return value / np.where(divisor == 0, np.nan, divisor)
 
 
-def combined_friction(one: float, other: float) -> float:
+def combined_friction(friction: float, other_friction: float) -> float:
     """Coefficient of friction between two surfaces as Drake combines it, 2 a b / (a + b).
 
     See CalcContactFrictionFromSurfaceProperties.
     """
-    return 2 * one * other / (one + other) if one + other > 0 else 0.0
+    return 2 * friction * other_friction / (friction + other_friction) if friction + other_friction > 0 else 0.0
 
 
 TOUCH = 1e-3  # N, force above which a link counts as touched
@@ -443,12 +445,12 @@ class TrueContact(ArrayBlock):
         """
         super().__init__()
         self._interval = interval
-        held = objects or {}
-        self.objects = {geometry: number for number, geometries in enumerate(held.values()) for geometry in geometries}
+        named = objects or {}
+        self.objects = {geometry: number for number, geometries in enumerate(named.values()) for geometry in geometries}
         self._links = links_by_geometry(list(fingers.values()))
         self._results = self.DeclareAbstractInputPort("contact_results", Value(ContactResults()))
         self._poses = self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform()]))
-        self._since_begin = since_begin(self)
+        self._run_time = declare_run_time(self)
         tickets = {self._results.ticket(), self._poses.ticket()}
         if interval is not None:
             tickets |= {self.time_ticket(), self.xd_ticket()}
@@ -457,9 +459,9 @@ class TrueContact(ArrayBlock):
         self.derive("contacts", lambda table: finger_contacts(*table), "table")
         for number, (name, finger) in enumerate(fingers.items()):
             self._put_out_signals(number, name, finger)
-        count = len(fingers)
-        self.put_out("width", lambda contacts: contact_width([*map(contacts.of, range(count))]), "contacts", unit="m")
-        for number, name in enumerate(held):
+        numbers = range(len(fingers))
+        self.put_out("width", lambda contacts: contact_width([*map(contacts.select, numbers)]), "contacts", unit="m")
+        for number, name in enumerate(named):
             self._put_out_grip(number, name, list(fingers))
 
     def _put_out_grip(self, number: int, name: str, fingers: Sequence[str]) -> None:
@@ -472,7 +474,7 @@ class TrueContact(ArrayBlock):
 
     def _put_out_signals(self, number: int, name: str, finger: TouchedLinks) -> None:
         links, only_bends = len(finger.bodies), finger.only_bends
-        self.derive(name, lambda contacts: contact_signals(contacts.of(number), links, only_bends), "contacts")
+        self.derive(name, lambda contacts: contact_signals(contacts.select(number), links, only_bends), "contacts")
         sizes = {"link_contact_force": links, "link_normal_force": links} | dict.fromkeys(VECTORS, 3)
         for signal in CONTACT_SIGNALS:
             unit, axes = PLACES.get(signal, "N"), _axes(signal, sizes.get(signal, 1))
@@ -480,7 +482,7 @@ class TrueContact(ArrayBlock):
 
     def _collect(self, context: Context) -> Array:
         """The table of patches; without columns at samples that are left out."""
-        intervals = 0.0 if self._interval is None else self._since_begin(context) / self._interval
+        intervals = 0.0 if self._interval is None else self._run_time(context) / self._interval
         if abs(intervals - round(intervals)) > _TIME_TOLERANCE:
             return _LEFT_OUT
         contact_patches = list(patches(self._results.Eval(context), self._links))

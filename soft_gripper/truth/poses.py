@@ -15,7 +15,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.fingers.kinematics import as_planar, in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 from soft_gripper.sensors.sensor_block import joints_port
 from soft_gripper.signals import XYZ
 
@@ -23,7 +23,7 @@ TRUE_JOINTS, TRUE_TIP = "true_joint_positions", "true_tip_position"
 
 
 class PlantPoints:
-    """Joints and tips of fingers, from the positions of their plant; joints on the way to a tip turn or slide."""
+    """Joints and tips of fingers, from the positions of their plant; joints before a tip turn or slide."""
 
     def __init__(self, fingers: Sequence[PlantFinger]):
         """`fingers` are in one finalized plant."""
@@ -36,7 +36,7 @@ class PlantPoints:
 
 def rotations_out_of_plane(finger: Finger) -> list[str]:
     """Rotations out of the bending plane."""
-    return [way for way in ("sideways", "twist") if way in finger.yields]
+    return [name for name in ("sideways", "twist") if name in finger.yields]
 
 
 class TruePoses(ArrayBlock):
@@ -75,13 +75,13 @@ class TruePoses(ArrayBlock):
             joint=numbers,
             xyz=XYZ,
         )
-        for way in ways_in_space(finger.finger)[1:]:
-            starts = [joint.position_start() for joint in finger.joints_of(way)]
+        for deformation in spatial_deformations(finger.finger)[1:]:
+            starts = [joint.position_start() for joint in finger.joints_of(deformation)]
             self.put_out(
-                f"{finger.name}.true_{joints_port(way)}",
+                f"{finger.name}.true_{joints_port(deformation)}",
                 lambda state, starts=starts: state[..., starts],
                 "sampled_state",
-                unit="m" if way in SLIDES else "rad",
+                unit="m" if deformation in SLIDES else "rad",
                 joint=numbers,
             )
         self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip, :], "points", unit="m", xyz=XYZ)

@@ -76,8 +76,8 @@ def _fit_echo_state(train: Sequence[Recorded]) -> Mean:
 
     def states(inputs: Array) -> Array:
         scaled = (inputs - center) / scale
-        warmed = np.vstack([np.repeat(scaled[:1], _MAX_TIME_CONSTANT, axis=0), scaled])
-        drives = np.hstack([warmed, np.ones((len(warmed), 1))]) @ inward.T
+        started_inputs = np.vstack([np.repeat(scaled[:1], _MAX_TIME_CONSTANT, axis=0), scaled])
+        drives = np.hstack([started_inputs, np.ones((len(started_inputs), 1))]) @ inward.T
         all_states, state = np.zeros(drives.shape), np.zeros(_NEURON_COUNT)
         for row, drive in zip(all_states, drives, strict=True):
             state = state + leak * (np.tanh(drive + weights @ state) - state)
@@ -115,8 +115,8 @@ def nearest(task: Question, train: Sequence[Recorded]) -> Predict:
     _, scale = _input_scales(train)
     tree = cKDTree(inputs / scale)
 
-    def predict(new: Array) -> tuple[Array, Array]:
-        neighbours = outputs[tree.query(new / scale, range(1, min(_NEIGHBOURS, len(outputs)) + 1))[1]]
+    def predict(test_inputs: Array) -> tuple[Array, Array]:
+        neighbours = outputs[tree.query(test_inputs / scale, range(1, min(_NEIGHBOURS, len(outputs)) + 1))[1]]
         return neighbours.mean(axis=1), neighbours.std(axis=1)
 
     return predict

@@ -69,7 +69,7 @@ Inputs = Mapping[str, Sequence[Array]]  # inputs of the recordings of every regi
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class BenchmarkTask:
     """A question with its data. The test set is divided into regions, scored one by one."""
 
     name: str
@@ -92,14 +92,14 @@ class Task:
         """The task as an estimator sees it."""
         return Question(self.name, self.inputs, self.outputs, self.period, self.recognition)
 
-    def add_kept_back(self, folder: Path) -> "Task":
+    def add_kept_back(self, folder: Path) -> "BenchmarkTask":
         """Copy with a region for every further file in a folder, with the file's name."""
         if self.kept_back is None:
             return self
         files = sorted(path.relative_to(folder).as_posix() for path in folder.glob(self.kept_back.file))
-        new = [file for file in files if file not in self.sha256]
-        regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new}
-        digests = {**self.sha256, **{file: digest(folder / file) for file in new}}
+        new_files = [file for file in files if file not in self.sha256]
+        regions = {Path(file).stem: (replace(self.kept_back, file=file),) for file in new_files}
+        digests = {**self.sha256, **{file: digest(folder / file) for file in new_files}}
         return replace(self, sha256=digests, tested={**self.tested, **regions}, further=tuple(regions))
 
 
@@ -108,12 +108,12 @@ def digest(file: Path) -> str:
     return hashlib.sha256(read_bytes(file)).hexdigest()
 
 
-def missing_files(task: Task, folder: Path) -> list[str]:
+def missing_files(task: BenchmarkTask, folder: Path) -> list[str]:
     """Files of a task that a data folder does not have."""
     return [file for file in task.sha256 if not (folder / file).is_file()]
 
 
-def unread_files(tasks: Sequence[Task], folder: Path) -> list[str]:
+def unread_files(tasks: Sequence[BenchmarkTask], folder: Path) -> list[str]:
     """Recordings beside those of tasks that no task reads, as paths in the folder."""
     task_files = {file for task in tasks for file in task.sha256}
     neighbours = {path for parent in {(folder / file).parent for file in task_files} for path in parent.iterdir()}
@@ -125,7 +125,7 @@ def unread_files(tasks: Sequence[Task], folder: Path) -> list[str]:
     return sorted(names - task_files)
 
 
-def recorded_folders(tasks: Mapping[Task, Path]) -> set[Path]:
+def recorded_folders(tasks: Mapping[BenchmarkTask, Path]) -> set[Path]:
     """Folders of the files of tasks, the files, which may be links, and the repositories around them.
 
     The values of `tasks` are data folders.
@@ -135,7 +135,7 @@ def recorded_folders(tasks: Mapping[Task, Path]) -> set[Path]:
     return paths | {git for path in paths for parent in path.parents if (git := parent / ".git").exists()}
 
 
-def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:
+def read_training(task: BenchmarkTask, folder: Path, copies: Path) -> list[Recorded]:
     """Reads the training recordings, and copies the files that estimators get into a folder.
 
     Raises:
@@ -146,7 +146,7 @@ def read_training(task: Task, folder: Path, copies: Path) -> list[Recorded]:
     return [replace(recorded, path=files.get(part.file)) for recorded, part in zip(parts, task.trained, strict=True)]
 
 
-def read_tests(task: Task, folder: Path) -> Tested:
+def read_tests(task: BenchmarkTask, folder: Path) -> Tested:
     """Reads the test recordings of every region, one for each part.
 
     Raises:
@@ -167,12 +167,12 @@ def _copy_file(folder: Path, file: str, target: Path) -> Path:
     return copy
 
 
-def _read_parts(task: Task, folder: Path, parts: Sequence[Part]) -> list[Recorded]:
+def _read_parts(task: BenchmarkTask, folder: Path, parts: Sequence[Part]) -> list[Recorded]:
     files = {file: _read(task, folder, file) for file in dict.fromkeys(part.file for part in parts)}
     return [_part(files[part.file], part) for part in parts]
 
 
-def _read(task: Task, folder: Path, file: str) -> Recorded:
+def _read(task: BenchmarkTask, folder: Path, file: str) -> Recorded:
     checksum = digest(folder / file)
     if checksum != task.sha256[file]:
         expected = f"must be {task.sha256[file]}, as in {task.source}"

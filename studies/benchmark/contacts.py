@@ -1,4 +1,4 @@
-"""Single contacts of a simulate_file finger, which are in the repository.
+"""Simulates single contacts of a finger, whose files are in the repository.
 
 The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
 length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.
@@ -37,13 +37,13 @@ def layout() -> SensorLayout:
 
 
 def simulate_file(seed: int) -> Contacts:
-    """The contacts of a file."""
+    """Simulates the contacts of a file."""
     with tqdm(total=CONTACTS, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
         return contact_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
 
 
 @dataclass(frozen=True)
-class Measured:
+class ContactMeasurements:
     """Measurements of a contact, the first columns of every file."""
 
     reading_0: float
@@ -56,7 +56,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class ContactSample(Measured):
+class ContactSample(ContactMeasurements):
     """A row of `FILES`, and the truth."""
 
     tip_x: float  # m, in B
@@ -66,7 +66,7 @@ class ContactSample(Measured):
 
 
 @dataclass(frozen=True)
-class TransverseSample(Measured):
+class TransverseSample(ContactMeasurements):
     """A row of `TRANSVERSE`, and the truth."""
 
     transverse_force: float  # N, size of the part at right angles to the line from the base to the contact
@@ -80,8 +80,8 @@ def measured_columns(contacts: Contacts, readings: Array) -> Array:
 def samples(contacts: Contacts, readings: Array) -> list[ContactSample]:
     """Rows of contacts, sorted by location; `readings` (M, 4)."""
     tips = as_points(forward_kinematics(contacts.q, contacts.finger.segment_length).points[:, -1])
-    across = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
-    table = np.column_stack([measured_columns(contacts, readings), tips, across, contacts.arc_length])
+    transverse_force = np.where(contacts.is_inside, contacts.normal_force, -contacts.normal_force)
+    table = np.column_stack([measured_columns(contacts, readings), tips, transverse_force, contacts.arc_length])
     return [ContactSample(*row) for row in _rows(table, contacts)]
 
 
@@ -99,8 +99,8 @@ def write_samples() -> None:
     """Simulates the contacts and writes the files."""
     for number, (file, seed) in enumerate(FILES.items()):
         contacts = simulate_file(seed)
-        read = contact_readings(layout(), contacts, EstimatorSetup(2, noise=1.0).errors, len(FILES), HELD).pressed[
+        readings = contact_readings(layout(), contacts, EstimatorSetup(2, noise=1.0).errors, len(FILES), HELD).pressed[
             number
         ]
-        write_csv(FOLDER / file, samples(contacts, read))
-        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, read))
+        write_csv(FOLDER / file, samples(contacts, readings))
+        write_csv(FOLDER / TRANSVERSE[file], transverse_samples(contacts, readings))

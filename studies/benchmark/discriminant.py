@@ -61,7 +61,7 @@ class ObjectClassifier:
         distances = ((differences[..., None, :] @ self._precisions)[..., 0, :] * differences).sum(axis=-1)
         return np.asarray(-0.5 * (distances + self._volumes))
 
-    def outside(self, angles: Array, torques: Array) -> Array:
+    def least_limit(self, angles: Array, torques: Array) -> Array:
         """Least limit with which a grasp has a known shape, (...)."""
         return np.asarray(-2 * self.scores(angles, torques).max(axis=-1) - self._volumes.min())
 
@@ -112,17 +112,17 @@ def train_object_classifier(
     if not np.isfinite(features).all():
         bad = int(np.argmin(np.isfinite(features).all(axis=-1)))
         raise InputError("object classifier", f"grasps[{bad}]", "NaN or infinite", "give finite angles and torques")
-    folds = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLD_COUNT
+    fold_numbers = np.asarray(range(len(angles)) if grasps is None else grasps) % _FOLD_COUNT
 
-    def train(chosen: NDArray[np.bool_], limit: float) -> ObjectClassifier:
-        discriminant = _discriminant(features[chosen], names[chosen], shapes)
+    def train(mask: NDArray[np.bool_], limit: float) -> ObjectClassifier:
+        discriminant = _discriminant(features[mask], names[mask], shapes)
         return ObjectClassifier(shapes, *discriminant, limit)
 
-    outside = np.full(len(angles), np.nan)
-    for (fitted_rows,) in leave_groups_out([folds.astype(str)]):
+    limits = np.full(len(angles), np.nan)
+    for (fitted_rows,) in leave_groups_out([fold_numbers.astype(str)]):
         if all((names[fitted_rows] == shape).sum() > 1 for shape in shapes):
-            outside[~fitted_rows] = train(fitted_rows, 1.0).outside(angles[~fitted_rows], torques[~fitted_rows])
-    limit = np.nanquantile(outside, 1 - LOST_SHARE) if np.isfinite(outside).any() else _UNTESTED_LIMIT
+            limits[~fitted_rows] = train(fitted_rows, 1.0).least_limit(angles[~fitted_rows], torques[~fitted_rows])
+    limit = np.nanquantile(limits, 1 - LOST_SHARE) if np.isfinite(limits).any() else _UNTESTED_LIMIT
     return train(np.ones(len(angles), dtype=bool), max(float(limit), 1.0))
 
 

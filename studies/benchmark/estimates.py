@@ -33,8 +33,8 @@ def answers(task: Question, name: str, estimator: Estimator, train: Sequence[Rec
         estimates = [_estimate(name, task, predict, part) for part in parts]
     if len({estimate.std is None for estimate in estimates}) > 1:
         raise InputError(name, f"std on {task.name}", "missing in some recordings", "must be in all of them or none")
-    remaining = iter(estimates)
-    return {region: [next(remaining) for _ in recordings] for region, recordings in inputs.items()}
+    next_estimates = iter(estimates)
+    return {region: [next(next_estimates) for _ in recordings] for region, recordings in inputs.items()}
 
 
 def _estimate_shuffled(name: str, task: Question, predict: Predict, parts: Sequence[Array]) -> list[Estimated]:
@@ -52,8 +52,8 @@ def _estimate(name: str, task: Question, predict: Predict, inputs: Array) -> Est
     """Asks for mean and standard deviation, and checks that the first half does not depend on the second."""
     half = len(inputs) // 2
     first_half, estimate = (_ask(name, task, predict, values) for values in (inputs[:half], inputs))
-    for whole, begin in zip((estimate.mean, estimate.std), (first_half.mean, first_half.std), strict=True):
-        if whole is not None and begin is not None and not np.allclose(begin, whole[:half], rtol=1e-6, atol=1e-9):
+    for full, begin in zip((estimate.mean, estimate.std), (first_half.mean, first_half.std), strict=True):
+        if full is not None and begin is not None and not np.allclose(begin, full[:half], rtol=1e-6, atol=1e-9):
             raise InputError(name, f"estimate on {task.name}", "depends on later inputs", "must use past inputs only")
     return estimate
 

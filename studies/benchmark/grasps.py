@@ -33,7 +33,8 @@ from studies.benchmark.random_objects import (
 
 SCENARIO, SECTIONS = "probing_grasp", 2
 PRESSURES = (75e3, 112.5e3, 150e3)  # Pa, as in the scenario
-FINGERS, READINGS = ("left", "right"), 4  # readings of a finger: two sections on the inner and on the outer side
+FINGERS = ("left", "right")
+READINGS = 4  # readings of a finger: two sections on the inner and on the outer side
 FOLDER = Path(__file__).parent / "data"
 FILES = {"grasps_train.csv": ("train", 60), "grasps_test.csv": ("test", 50)}  # numbers of every shape
 _SEED = 21
@@ -55,8 +56,9 @@ def readings(set: str, number: int, shape: str) -> Array:
     assert errors is not None
     means = []
     for finger in station.fingers:
-        again = disturb_readings(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
-        means.append(held_samples(scenario, recording, again.readings[again.numbers])[:, -MEAN_SAMPLES:].mean(axis=1))
+        sensors = disturb_readings(read_again(station, recording, finger, SECTIONS), errors, rng)[0]
+        values = held_samples(scenario, recording, sensors.readings[sensors.numbers])
+        means.append(values[:, -MEAN_SAMPLES:].mean(axis=1))
     return np.stack(means, axis=1).ravel()
 
 

@@ -15,7 +15,7 @@ _PATH_BENEATH, _NO_NEW_PRIVILEGES = 1, 38
 
 
 def hide(paths: Collection[Path]) -> bool:
-    """Lets this thread, and what it starts, neither read nor write files and all that is below folders, for good.
+    """Bars this thread and its children for good from reading or writing files and the contents of folders.
 
     Nor can these read the memory of processes that were started before. Landlock allows by place: what is beside the
     paths and the folders that lead to them remains open to both, but no new file in these folders is.
@@ -43,9 +43,9 @@ def hide(paths: Collection[Path]) -> bool:
 
 def _open_paths(hidden: Collection[Path]) -> Iterator[str]:
     """Yields the contents of the folders that lead to paths, without the paths, these folders and links."""
-    outermost = {path for path in hidden if not any(parent in hidden for parent in path.parents)}
-    leading = {Path("/"), *(parent for path in outermost for parent in path.parents)}
-    for folder in leading:
+    outer_paths = {path for path in hidden if not any(parent in hidden for parent in path.parents)}
+    parents = {Path("/"), *(parent for path in outer_paths for parent in path.parents)}
+    for folder in parents:
         with suppress(OSError), os.scandir(folder) as entries:
             paths = (entry.path for entry in entries if not entry.is_symlink())
-            yield from (path for path in paths if Path(path) not in leading and Path(path) not in outermost)
+            yield from (path for path in paths if Path(path) not in parents and Path(path) not in outer_paths)

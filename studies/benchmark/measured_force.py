@@ -24,7 +24,7 @@ from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.sensor_presets import uncertainty
-from studies.benchmark.benchmark_task import Channel, Part, Predict, Question, Recorded, Task, digest
+from studies.benchmark.benchmark_task import BenchmarkTask, Channel, Part, Predict, Question, Recorded, digest
 
 FORCE_FOLDER = "measured_force"  # below the data folder: a folder for every task
 BENCH, SCENARIO = "bench.yaml", "finger.yaml"
@@ -34,7 +34,7 @@ _REST_PRESSURE_SHARE = 0.02  # of the range of the pressure in a run: its variat
 _FREE_PRESSURE_SHARE = 0.05  # of that range above the lowest pressure; the finger is free below
 
 
-def force_tasks(data: Path) -> list[Task]:
+def force_tasks(data: Path) -> list[BenchmarkTask]:
     """Makes the tasks of a data folder.
 
     Raises:
@@ -43,9 +43,9 @@ def force_tasks(data: Path) -> list[Task]:
     return [_task(folder) for folder in sorted((data / FORCE_FOLDER).glob("*")) if folder.is_dir()]
 
 
-def _task(folder: Path) -> Task:
-    train, tested = (sorted(file.name for file in folder.glob(pattern)) for pattern in LOG_PATTERNS)
-    for pattern, names in zip(LOG_PATTERNS, (train, tested), strict=True):
+def _task(folder: Path) -> BenchmarkTask:
+    train_files, test_files = (sorted(file.name for file in folder.glob(pattern)) for pattern in LOG_PATTERNS)
+    for pattern, names in zip(LOG_PATTERNS, (train_files, test_files), strict=True):
         require(len(names) > 0, folder, pattern, None, "give logs of presses, to train on and of other days to test")
     log = _load_log(folder)
     assert isinstance(log.described, BenchConfig)
@@ -53,17 +53,17 @@ def _task(folder: Path) -> Task:
     readings = " ".join(f"reading_{i}" for i in range(len(finger.readings)))
     free_names = " ".join(f"free_{name}" for name in readings.split())
     channels = [Channel(name, "1") for name in readings.split()], [Channel(name, "1") for name in free_names.split()]
-    return Task(
+    return BenchmarkTask(
         f"force_{folder.name}",
         str(folder),
-        {name: digest(folder / name) for name in (*train, *tested, BENCH, SCENARIO)},
+        {name: digest(folder / name) for name in (*train_files, *test_files, BENCH, SCENARIO)},
         (*channels[0], Channel("pressure", "Pa"), *channels[1], Channel("free_pressure", "Pa")),
         (Channel("force", "N"),),
-        tuple(map(Part, train)),
-        {Path(name).stem: (Part(name),) for name in tested},
+        tuple(map(Part, train_files)),
+        {Path(name).stem: (Part(name),) for name in test_files},
         partial(_read_presses, log),
         folder,
-        given=tuple(sorted(file.name for file in folder.iterdir() if file.is_file() and file.name not in tested)),
+        given=tuple(sorted(file.name for file in folder.iterdir() if file.is_file() and file.name not in test_files)),
     )
 
 
@@ -114,7 +114,7 @@ def _press_rows(path: Path, run: FingerLog) -> Iterator[Array]:
 
 
 def _holds(run: FingerLog) -> Iterator[_Hold]:
-    """Yields the holds in which the pressure rests and the instrument was read."""
+    """Yields the holds of constant pressure with readings of the instrument."""
     window = round(_REST_TIME / float(np.median(np.diff(run.time))))
     resting_rows = np.flatnonzero(steady(run.pressure, window, _REST_PRESSURE_SHARE * float(np.ptp(run.pressure))))
     value: Array = run.measured["force"].value
@@ -137,9 +137,9 @@ def measured_force(task: Question, train: Sequence[Recorded]) -> Predict:
     weight = planar_gravity(run.X_WB[0], run.gravity)
 
     def predict(inputs: Array) -> tuple[Array, Array]:
-        pressed, free = np.split(inputs, 2, axis=-1)
+        touched, free = np.split(inputs, 2, axis=-1)
         zero = free[:, :-1] - layout.read(resting_angles(finger, free[:, -1], weight)).reshape(len(free), -1)
-        pressed_inputs = pressed[:, :-1] - zero, finger.pressure_torque(pressed[:, -1]), gravity
+        pressed_inputs = touched[:, :-1] - zero, finger.pressure_torque(touched[:, -1]), gravity
         contact = estimate(*pressed_inputs).contact
         assert contact is not None
         assert contact.vector is not None

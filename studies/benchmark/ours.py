@@ -1,6 +1,6 @@
 """Lists our estimators by task and name, with the protocol of the benchmark."""
 
-from studies.benchmark.benchmark_task import Estimator, Task
+from studies.benchmark.benchmark_task import BenchmarkTask, Estimator
 from studies.benchmark.measured_force import measured_force
 from studies.benchmark.ours_recorded import (
     arm_tip,
@@ -36,6 +36,6 @@ _OUR_ESTIMATORS: dict[str, dict[str, Estimator]] = {
 }
 
 
-def ours(task: Task) -> dict[str, Estimator]:
+def ours(task: BenchmarkTask) -> dict[str, Estimator]:
     """Our estimators of a task; `contact` for all tasks of measured forces."""
     return _OUR_ESTIMATORS.get(task.name, {"contact": measured_force})

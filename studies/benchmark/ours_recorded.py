@@ -88,7 +88,8 @@ def arm_tip(name: str) -> Estimator:
     """
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
-        description, (fitted, template) = load_description(_ARM_NAME), _fitted_arm(tuple(_paths(train)))
+        description = load_description(_ARM_NAME)
+        fitted, template = _fitted_arm(tuple(_paths(train)))
 
         def mean(inputs: Array) -> Array:
             wires, pressures = _arm_readings(description, np.vstack([inputs, inputs[-1:]]))
@@ -186,14 +187,15 @@ _MAX_LOAD, _MASS_COUNT = 0.25, 26  # kg on a beam at most, and how many are comp
 def beam_load(task: Question, train: Sequence[Recorded]) -> Predict:
     """Estimates the mass that explains the sag of a beam at rest; its modulus is fitted to the training set."""
     nominal, masses = _finger(_BEAM_NAME), np.linspace(0.0, _MAX_LOAD, _MASS_COUNT)
-    load_place, place = load_description(_BEAM_NAME).load_place, _marker_place(train, _BEAM_NAME, nominal)
+    load_place = load_description(_BEAM_NAME).load_place
+    place = _marker_place(train, _BEAM_NAME, nominal)
     assert load_place is not None
 
     def sags(modulus: float) -> Array:
         """Sag under every mass, m."""
         finger = nominal.with_sections(lambda part: replace(part, youngs_modulus=modulus))
-        loaded = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *load_place)) for mass in masses[1:])]
-        return np.array([_displaced(beam, place, resting_angles(beam, 0.0, _BEAM_GRAVITY))[0] for beam in loaded])
+        beams = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *load_place)) for mass in masses[1:])]
+        return np.array([_displaced(beam, place, resting_angles(beam, 0.0, _BEAM_GRAVITY))[0] for beam in beams])
 
     sag = np.array([recorded.inputs[:, _SAG_COLUMN].mean() for recorded in train])
     mass = np.array([1e-3 * recorded.outputs.mean() for recorded in train])
@@ -229,13 +231,13 @@ def segment_tip(task: Question, train: Sequence[Recorded]) -> Predict:
     bounds = free.bounds
     start = np.clip(free.start, *bounds)
     model = free.build_model(least_squares(errors, start, bounds=bounds, x_scale=free.scales, diff_step=1e-3).x).finger
-    by_pressure = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
-    pressures = [float(recorded.inputs.max()) for recorded in by_pressure]
-    differences = [mean(model, recorded.inputs) - recorded.outputs for recorded in by_pressure]
+    sorted_recordings = sorted(train, key=lambda recorded: float(recorded.inputs.max()))
+    pressures = [float(recorded.inputs.max()) for recorded in sorted_recordings]
+    differences = [mean(model, recorded.inputs) - recorded.outputs for recorded in sorted_recordings]
     stds = np.array([np.sqrt((recording_errors**2).mean(axis=0)) for recording_errors in differences])
 
     def predict(inputs: Array) -> tuple[Array, Array]:
-        """Errors grow with the pressure: the band is that of the highest so far, between those of the training set."""
+        """Mean and band: errors grow with pressure, so the band is interpolated at the highest pressure so far."""
         highest = np.maximum.accumulate(inputs[:, 0])
         return mean(model, inputs), np.stack([np.interp(highest, pressures, std) for std in stds.T], axis=-1)
 
@@ -289,10 +291,10 @@ class _TendonBody:
             load,
         )
 
-    def fitted(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
+    def fit(self, keys: Sequence[str], states: Sequence[SettledStates]) -> tuple[Model, Array]:
         """Fits keys to states: the model, and the position of its base in the axes of the recording, (3,) m."""
-        free = free_parameters(self.finger, keys, [])
-        model = fit_states(free, states).model
+        parameters = free_parameters(self.finger, keys, [])
+        model = fit_states(parameters, states).model
         differences = [recording.markers - _markers(model, recording) for recording in states]
         return model, np.concatenate(differences).mean(axis=(0, 1)) @ frame_axes(self.description).T
 
@@ -321,7 +323,7 @@ def _balance(
     """
     thinned = [Recorded(recorded.inputs[::stride], recorded.outputs[::stride]) for recorded in train]
     states = [body.states(recorded.inputs, recorded.outputs, load) for recorded in thinned]
-    model, base = body.fitted(keys, states)
+    model, base = body.fit(keys, states)
 
     def mean(inputs: Array) -> Array:
         no_markers = np.zeros((len(inputs), states[0].markers[0].size))
@@ -376,15 +378,15 @@ def trunk_load(task: Question, train: Sequence[Recorded]) -> Predict:
         body.states(recorded.inputs[stride, _DISKS:], recorded.inputs[stride, :_DISKS], mass)
         for recorded, mass in zip(train, masses, strict=True)
     ]
-    model, base = body.fitted(("density", *_TRUNK_KEYS), states)
+    model, base = body.fit(("density", *_TRUNK_KEYS), states)
     middle, half = (max(masses) + min(masses)) / 2, (max(masses) - min(masses)) / 2
 
     def mean(inputs: Array) -> Array:
         disks = inputs[::_WEIGHED, :_DISKS] - np.tile(base, _DISKS // 3)
-        tested = body.states(inputs[::_WEIGHED, _DISKS:], disks)
-        light, even, heavy = (_markers(model, replace(tested, load=middle + u * half)) for u in (-1, 0, 1))
+        test_states = body.states(inputs[::_WEIGHED, _DISKS:], disks)
+        light, center, heavy = (_markers(model, replace(test_states, load=middle + u * half)) for u in (-1, 0, 1))
         masses_ = middle + half * _best_load_shift(
-            tested.markers - even, (heavy - light) / 2, (heavy + light) / 2 - even
+            test_states.markers - center, (heavy - light) / 2, (heavy + light) / 2 - center
         )
         return 1e3 * np.repeat(np.maximum(masses_, 0.0), _WEIGHED)[: len(inputs), None]
 

@@ -46,35 +46,35 @@ def disturb_readings(undisturbed: ReadAgain, errors: StrainErrors, rng: np.rando
     return [replace(undisturbed, readings=sensor_readings) for sensor_readings in np.moveaxis(readings, 1, 0)]
 
 
-def replace_object(scenario: Scenario, shape: str, drawn: RandomObject) -> Scenario:
-    """Copy of a scenario with another object, at the position and height of its own.
+def replace_object(scenario: Scenario, shape: str, draw: RandomObject) -> Scenario:
+    """Copy of a scenario with a drawn object, at the drawn position and the object's height.
 
     Raises:
         InputError: unless exactly one model is free.
     """
-    return replace_mesh(scenario, SHAPES[shape], SCALES.get(shape, 1.0), drawn)
+    return replace_mesh(scenario, SHAPES[shape], SCALES.get(shape, 1.0), draw)
 
 
-def replace_mesh(scenario: Scenario, file: str, scale: float, drawn: RandomObject) -> Scenario:
+def replace_mesh(scenario: Scenario, file: str, scale: float, draw: RandomObject) -> Scenario:
     """Copy of a scenario with the mesh of a file as its object; raises as `replace_object`."""
     changed = deepcopy(scenario)
     model = free_model(changed)
     X_WO = model.X_PC.GetDeterministicValue()
     height = X_WO.translation()[2] + model.mesh.scale * lowest_height(model.file, X_WO.rotation())
-    turn = RotationMatrix.MakeZRotation(np.radians(drawn.yaw_deg))
-    x, y, _ = X_WO.translation() + 1e-3 * np.array([drawn.x_mm, drawn.y_mm, 0.0])
-    model.file, model.mesh.scale = file, drawn.size * scale
-    model.mass, model.friction = 1e-3 * drawn.mass_g, drawn.friction
+    turn = RotationMatrix.MakeZRotation(np.radians(draw.yaw_deg))
+    x, y, _ = X_WO.translation() + 1e-3 * np.array([draw.x_mm, draw.y_mm, 0.0])
+    model.file, model.mesh.scale = file, draw.size * scale
+    model.mass, model.friction = 1e-3 * draw.mass_g, draw.friction
     model.X_PC = Transform(RigidTransform(turn, [x, y, height - model.mesh.scale * lowest_height(model.file, turn)]))
     return changed
 
 
 def free_model(scenario: Scenario) -> ModelConfig:
     """Grasped object; raises as `replace_object`."""
-    free = [model for model in scenario.models if model.free]
-    if len(free) != 1:
-        raise InputError("grasp", "models", [model.name for model in free], "give one free model, the object")
-    return free[0]
+    free_models = [model for model in scenario.models if model.free]
+    if len(free_models) != 1:
+        raise InputError("grasp", "models", [model.name for model in free_models], "give one free model, the object")
+    return free_models[0]
 
 
 def lowest_height(file: str, rotation: RotationMatrix) -> float:

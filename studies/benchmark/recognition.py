@@ -71,8 +71,8 @@ def probe(station: Station, recording: Recording, sections: int, rng: np.random.
     angles: list[Array] = []
     torques: list[Array] = []
     for finger in station.fingers:
-        again = read_again(station, recording, finger, sections)
-        sets = [again] if errors is None else disturb_readings(again, errors, rng)
+        readings_again = read_again(station, recording, finger, sections)
+        sets = [readings_again] if errors is None else disturb_readings(readings_again, errors, rng)
         shapes = [readings.shape().q for readings in sets]
         loads = [external_torque_again(station, recording, finger, readings) for readings in sets]
         for target, values in ((angles, shapes), (torques, loads)):
@@ -119,8 +119,8 @@ def confusion_figure(matrices: Mapping[int, Array], number: int) -> Figure:
         panels = figure.subplots(1, len(matrices), squeeze=False)[0]
         for axes, (sections, matrix) in zip(panels, matrices.items(), strict=True):
             _draw(axes, shapes, matrix, number)
-            right = np.trace(matrix) / (number * len(shapes))
-            axes.set_title(f"{sections} sections: {100 * right:.1f} % right")
+            correct_share = np.trace(matrix) / (number * len(shapes))
+            axes.set_title(f"{sections} sections: {100 * correct_share:.1f} % right")
         panels[0].set_ylabel("held")
     return figure
 

@@ -16,7 +16,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import read_json
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
-from studies.benchmark.benchmark_task import VERSION, Task
+from studies.benchmark.benchmark_task import VERSION, BenchmarkTask
 from studies.benchmark.published import comparable_numbers
 from studies.benchmark.scores import Score
 from studies.benchmark.tasks import TASKS
@@ -24,15 +24,15 @@ from studies.benchmark.tasks import TASKS
 SHOWN_UNITS = {"m": (1e3, "mm")}  # factor and unit in figures and tables
 
 
-def document(scores: Sequence[Score], tasks: Sequence[Task]) -> dict[str, Any]:
+def document(scores: Sequence[Score], tasks: Sequence[BenchmarkTask]) -> dict[str, Any]:
     """Contents of a results file: versions, checksums of tasks, scores, and published numbers."""
-    scored = {score.task for score in scores}
+    scored_tasks = {score.task for score in scores}
     return {
         "benchmark": VERSION,
         "soft_gripper": version("soft-gripper"),
-        "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored},
+        "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored_tasks},
         "scores": [asdict(score) for score in scores],
-        "published": [asdict(number) for number in comparable_numbers(scored)],
+        "published": [asdict(number) for number in comparable_numbers(scored_tasks)],
     }
 
 
@@ -82,7 +82,7 @@ def _score(file: Path, row: Any) -> Score:
     return score
 
 
-def by_region(scores: Sequence[Score]) -> Mapping[tuple[str, str], Mapping[str, Score]]:
+def region_scores(scores: Sequence[Score]) -> Mapping[tuple[str, str], Mapping[str, Score]]:
     """Scores by task and region, and by estimator, in their order."""
     grouped: dict[tuple[str, str], dict[str, Score]] = {}
     for score in scores:

@@ -9,7 +9,7 @@ from scipy.special import ndtr
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.scoring import NORMAL_95, error_columns, percent_within
-from studies.benchmark.benchmark_task import Task, Tested
+from studies.benchmark.benchmark_task import BenchmarkTask, Tested
 from studies.benchmark.estimates import Answers
 from studies.contacts.contact_coverage import interval_score
 
@@ -40,7 +40,7 @@ class Score:
     interval_score: float | None = None  # mean of single outputs, in the unit; None in recognition, or without a band
 
 
-def scores(task: Task, name: str, answers: Answers, tested: Tested) -> Iterator[Score]:
+def scores(task: BenchmarkTask, name: str, answers: Answers, tested: Tested) -> Iterator[Score]:
     """Yields the scores of an estimator in every region with estimates."""
     score_fields = _recognition_score if task.recognition else _error_score
     for region, estimates in answers.items():
@@ -65,7 +65,7 @@ def crps(error: Array, std: Array) -> Array:
     return score
 
 
-def _error_score(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+def _error_score(task: BenchmarkTask, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
     """Fields of a score of numbers, from its unit on."""
     errors = mean - truth
     distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
@@ -78,7 +78,7 @@ def _error_score(task: Task, truth: Array, mean: Array, std: Array | None) -> di
     return distances | fields | {"unit": task.outputs[0].unit}
 
 
-def _recognition_score(task: Task, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
+def _recognition_score(task: BenchmarkTask, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
     """Fields of a score of recognition; standard deviations are not used."""
     probabilities, true = add_unknown(mean), add_unknown(truth)
     true_class = true.argmax(axis=1)
@@ -88,16 +88,16 @@ def _recognition_score(task: Task, truth: Array, mean: Array, std: Array | None)
     )
     is_in_set = mass_before < _SET_PROBABILITY - 1e-9  # the fewest of the likeliest answers
     rank = (order == true_class[:, None]).argmax(axis=1)
-    within = 100 * float(np.take_along_axis(is_in_set, rank[:, None], axis=1).mean())
+    coverage = 100 * float(np.take_along_axis(is_in_set, rank[:, None], axis=1).mean())
     wrong, unknown = (100 * float(is_wrong.mean()) for is_wrong in (rank > 0, order[:, 0] == mean.shape[1]))
     brier = float(((probabilities - true) ** 2).sum(axis=1).mean())
     band = float(is_in_set.sum(axis=1).mean())
-    counts = {"mean": wrong, "proper": brier, "within_band_percent": within, "band": band, "unknown_percent": unknown}
+    counts = {"mean": wrong, "proper": brier, "within_band_percent": coverage, "band": band, "unknown_percent": unknown}
     return counts | {"unit": "%", "median": None, "percentile_95": None}
 
 
 def add_unknown(probabilities: Array) -> Array:
-    """Probabilities (T, C) of classes, and then that of no class; negative ones count as 0, sums above 1 are scaled."""
+    """Appends that of no class to probabilities of classes, (T, C); negative ones count as 0, sums above 1 as 1."""
     positive = np.maximum(probabilities, 0.0)
     total = positive.sum(axis=1, keepdims=True)
     return np.hstack([positive / np.maximum(total, 1.0), np.maximum(1 - total, 0.0)])

@@ -51,9 +51,9 @@ MAX_YAW, MAX_SIZE = 3.0, 10  # degrees, as poses are reported in grasp trials; p
 _ESTIMATOR = "gaussian"
 
 
-def block_scenario(material: str, drawn: RandomObject) -> Scenario:
-    """Scenario in which two fingers close on a block, and press harder."""
-    scenario = replace_mesh(load_scenario(_SCENARIO, _CHANGES), BLOCK, 1.0, drawn)
+def block_scenario(material: str, draw: RandomObject) -> Scenario:
+    """Scenario of two fingers that close on a block, and press harder."""
+    scenario = replace_mesh(load_scenario(_SCENARIO, _CHANGES), BLOCK, 1.0, draw)
     cast(SoftMesh, free_model(scenario).mesh).youngs_modulus = MATERIALS[material]
     return scenario
 
@@ -122,9 +122,9 @@ def _estimate_compliance(station: Station, recording: Recording, sensors: Sequen
     fingers = station.fingers
     angles: list[Array] = []
     torques: list[Array] = []
-    for finger, again in zip(fingers, sensors, strict=True):
-        torque = external_torque_again(station, recording, finger, again, _ESTIMATOR)
-        for target, values in ((angles, again.shape(_ESTIMATOR).q), (torques, torque)):
+    for finger, readings in zip(fingers, sensors, strict=True):
+        torque = external_torque_again(station, recording, finger, readings, _ESTIMATOR)
+        for target, values in ((angles, readings.shape(_ESTIMATOR).q), (torques, torque)):
             target.append(held_samples(station.scenario, recording, values).mean(axis=1))
     gripper = Gripper.of_bases([finger.X_WB for finger in fingers])
     models = [finger.finger for finger in fingers]
@@ -168,17 +168,17 @@ def softness_rows(grasps: Grasps) -> list[SoftnessRow]:
 
 def _row(grasps: Grasps, sections: int, material: str) -> SoftnessRow:
     trained = {name: _realistic(grasps, SETS[0], sections, name) for name in MATERIALS}
-    tested = _realistic(grasps, SETS[1], sections, material)
+    test_grasps = _realistic(grasps, SETS[1], sections, material)
     ideal = [grasp[sections].ideal for (set, _, name), grasp in grasps.items() if (set, name) == (SETS[1], material)]
-    answers = likeliest(tested, trained)
+    answers = likeliest(test_grasps, trained)
     percentages = {name: 100 * answers.count(name) / len(answers) for name in MATERIALS}
     taken_for = ", ".join(f"{name} {share:.0f}" for name, share in percentages.items() if share >= _MIN_LISTED_PERCENT)
     return SoftnessRow(
         sections,
         material,
         len(ideal),
-        compliance_mm_n=1e3 * float(tested.mean()),
-        std_mm_n=1e3 * float(tested.std()),
+        compliance_mm_n=1e3 * float(test_grasps.mean()),
+        std_mm_n=1e3 * float(test_grasps.std()),
         ideal_mm_n=1e3 * float(np.mean(ideal)),
         ideal_std_mm_n=1e3 * float(np.std(ideal)),
         right_percent=percentages[material],
@@ -206,8 +206,8 @@ def print_softness(rows: Sequence[SoftnessRow]) -> None:
         ideal = f"{row.ideal_mm_n:.2f} +- {row.ideal_std_mm_n:.2f}"
         print(f"{row.sections:8}  {row.material:<8} {real:>18} {ideal:>14} {row.right_percent:8.0f}  {row.taken_for}")
     for sections in SECTIONS:
-        right = np.mean([row.right_percent for row in rows if row.sections == sections])
-        print(f"{sections} sections: {right:.1f} % right")
+        right_percent = np.mean([row.right_percent for row in rows if row.sections == sections])
+        print(f"{sections} sections: {right_percent:.1f} % right")
 
 
 def run(options: argparse.Namespace) -> None:

@@ -14,7 +14,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.json_text import read_json
 from soft_gripper.files.output import atomic_file
-from studies.benchmark.benchmark_task import VERSION, Part, Task, Tested
+from studies.benchmark.benchmark_task import VERSION, BenchmarkTask, Part, Tested
 from studies.benchmark.estimates import Answers, Estimated, check_estimate
 
 _SIGNIFICANT_DIGITS = 7  # of an estimate
@@ -28,7 +28,7 @@ class Submission:
     estimator: str
     tasks: Mapping[str, Any]  # their contents, by name
 
-    def answers(self, task: Task, tested: Tested) -> Answers:
+    def answers(self, task: BenchmarkTask, tested: Tested) -> Answers:
         """Estimates for a task, which may lack regions of recordings that were kept back.
 
         Raises:
@@ -36,26 +36,26 @@ class Submission:
         """
         content = self._mapping(self.tasks[task.name], task.name)
         files, regions = (self._mapping(content.get(key), f"{task.name}.{key}") for key in ("sha256", "regions"))
-        further = {part.file for region in task.further for part in task.tested[region]}
-        for file in files.keys() | (task.sha256.keys() - further):
+        more_files = {part.file for region in task.further for part in task.tested[region]}
+        for file in files.keys() | (task.sha256.keys() - more_files):
             if files.get(file) != task.sha256.get(file):
-                ours = task.sha256.get(file)
-                expected = "the data folder has no such file" if ours is None else f"must be {ours}"
+                checksum = task.sha256.get(file)
+                expected = "the data folder has no such file" if checksum is None else f"must be {checksum}"
                 raise InputError(self.file, f"{task.name}.sha256.{file}", files.get(file), expected)
         if not tested.keys() - task.further <= regions.keys() <= tested.keys():
             raise InputError(self.file, f"{task.name}.regions", [*regions], f"must be {', '.join(tested)}")
         return {region: self._parts(task, region, regions[region], tested) for region in tested if region in regions}
 
-    def _parts(self, task: Task, region: str, parts: Any, tested: Tested) -> list[Estimated]:
+    def _parts(self, task: BenchmarkTask, region: str, parts: Any, tested: Tested) -> list[Estimated]:
         field, recordings = f"{task.name}.regions.{region}", tested[region]
         if not isinstance(parts, list) or len(parts) != len(recordings):
             raise InputError(self.file, field, type(parts).__name__, f"must be a list of {len(recordings)} parts")
-        parts_ = [self._mapping(part, field) for part in parts]
+        mappings = [self._mapping(part, field) for part in parts]
         return [
             check_estimate(
                 f"{self.file}, {region}", task.question, len(recorded.inputs), part.get("mean"), part.get("std")
             )
-            for part, recorded in zip(parts_, recordings, strict=True)
+            for part, recorded in zip(mappings, recordings, strict=True)
         ]
 
     def _mapping(self, value: Any, field: str) -> Mapping[str, Any]:
@@ -64,7 +64,7 @@ class Submission:
         return value
 
 
-def write_submission(file: Path, estimator: str, answers_by_task: Mapping[Task, Answers]) -> None:
+def write_submission(file: Path, estimator: str, answers_by_task: Mapping[BenchmarkTask, Answers]) -> None:
     """Writes the estimates of an estimator for tasks."""
     head = {"benchmark": VERSION, "soft_gripper": version("soft-gripper"), "estimator": estimator}
     tasks = {

@@ -17,8 +17,8 @@ from soft_gripper.files.row_table import read_csv
 from soft_gripper.files.text import MAX_BYTES, read_text
 from soft_gripper.fingers.kinematics import as_points
 from studies.benchmark import grasps
-from studies.benchmark.benchmark_task import Channel, Part, Recorded, Task
-from studies.benchmark.contacts import FOLDER, ContactSample, Measured, TransverseSample
+from studies.benchmark.benchmark_task import BenchmarkTask, Channel, Part, Recorded
+from studies.benchmark.contacts import FOLDER, ContactMeasurements, ContactSample, TransverseSample
 from studies.benchmark.random_objects import SHAPES
 from studies.hardware.published import BEAM, SEGMENT, recording_file
 
@@ -27,11 +27,13 @@ def _channels(unit: str, names: str) -> tuple[Channel, ...]:
     return tuple(Channel(name, unit) for name in names.split())
 
 
-def _read_contacts(kind: type[Measured], outputs: Sequence[str]) -> Callable[[Path], Recorded]:
+def _read_contacts(kind: type[ContactMeasurements], outputs: Sequence[str]) -> Callable[[Path], Recorded]:
     def read(path: Path) -> Recorded:
         names = [field_.name for field_ in fields(kind)]
         values = np.array([astuple(row) for row in read_csv(path, kind)])
-        return Recorded(values[:, : len(fields(Measured))], values[:, [names.index(name) for name in outputs]])
+        return Recorded(
+            values[:, : len(fields(ContactMeasurements))], values[:, [names.index(name) for name in outputs]]
+        )
 
     return read
 
@@ -59,11 +61,11 @@ def _contacts(
     name: str,
     unit: str,
     outputs: Sequence[str],
-    kind: type[Measured] = ContactSample,
+    kind: type[ContactMeasurements] = ContactSample,
     sha256: Mapping[str, str] = _CONTACT_FILES,
-) -> Task:
+) -> BenchmarkTask:
     train, test = sha256
-    return Task(
+    return BenchmarkTask(
         name,
         "simulated by python -m studies.benchmark.contacts",
         sha256,
@@ -76,12 +78,12 @@ def _contacts(
     )
 
 
-def _read_grasps(known: Sequence[str]) -> Callable[[Path], Recorded]:
-    """Reader of readings, and 1 for the grasped shape; 0 for all if it is not one of the known ones."""
+def _read_grasps(known_shapes: Sequence[str]) -> Callable[[Path], Recorded]:
+    """Makes a reader of readings and of a 1 for the grasped shape, or zeros if the shape is not known."""
 
     def read(path: Path) -> Recorded:
         _, *rows = csv.reader(StringIO(read_text(path, MAX_BYTES)))
-        is_held = [[float(row[0] == shape) for shape in known] for row in rows]
+        is_held = [[float(row[0] == shape) for shape in known_shapes] for row in rows]
         return Recorded(np.array([row[1:] for row in rows], dtype=float), np.array(is_held))
 
     return read
@@ -93,24 +95,25 @@ _GRASP_FILES = {
 }
 
 
-def _grasps(name: str, known: Sequence[str]) -> Task:
+def _grasps(name: str, known_shapes: Sequence[str]) -> BenchmarkTask:
     quarters = {shape: (i / len(SHAPES), (i + 1) / len(SHAPES)) for i, shape in enumerate(SHAPES)}  # of each file
-    regions = {shape if shape in known else f"{shape} (new)": quarters[shape] for shape in SHAPES}
-    return Task(
+    regions = {shape if shape in known_shapes else f"{shape} (new)": quarters[shape] for shape in SHAPES}
+    return BenchmarkTask(
         name,
         "simulated by python -m studies.benchmark.grasps",
         _GRASP_FILES,
         _channels("1", " ".join(grasps.columns())),
-        _channels("1", " ".join(known)),
-        tuple(Part("grasps_train.csv", *quarters[shape]) for shape in known),
+        _channels("1", " ".join(known_shapes)),
+        tuple(Part("grasps_train.csv", *quarters[shape]) for shape in known_shapes),
         {region: (Part("grasps_test.csv", *share),) for region, share in regions.items()},
-        _read_grasps(known),
+        _read_grasps(known_shapes),
         FOLDER,
         recognition=True,
     )
 
 
-_ENCODERS, _PRESSURES = slice(13, 17), [10, 11, 12, 4, 5, 6]  # columns; chambers of the upper segment first
+_ENCODERS = slice(13, 17)  # columns
+_PRESSURES = [10, 11, 12, 4, 5, 6]  # columns, with the chambers of the upper segment first
 _BASE, _TIP = [17, 19], [31, 33]  # x and z of the positions
 
 
@@ -213,11 +216,11 @@ _TENDON_SHA256 = {
 }
 
 
-def _tendons(robot: str) -> Task:
+def _tendons(robot: str) -> BenchmarkTask:
     """Trained on one tendon or one segment at a time; tested on two segments together, bent alike or oppositely."""
     file, (rows, *begins) = f"tendon_robots/{robot}_train.csv", _FAMILY_ROWS[robot]
     pairs = [Part(file, begin / rows, end / rows) for begin, end in zip(begins, [*begins[1:], rows], strict=True)]
-    return Task(
+    return BenchmarkTask(
         f"tendons_{robot}_tip",
         "https://github.com/ContinuumRoboticsLab/opencr-mujoco, data/sysid",
         {file: _TENDON_SHA256[robot]},
@@ -278,7 +281,7 @@ TASKS = (
     _contacts("contact_transverse", "N", ["transverse_force"], TransverseSample, _TRANSVERSE_FILES),
     _grasps("grasp_shape", list(SHAPES)),
     _grasps("grasp_new", [shape for shape in SHAPES if shape != "sphere"]),
-    Task(
+    BenchmarkTask(
         "arm_tip",
         "https://github.com/ASU-RISE-Lab/4-chamber-softarm-control, data-collection/2023/apr 4 and apr 5",
         _ARM_FILES,
@@ -294,7 +297,7 @@ TASKS = (
         kept_back=Part("two_segment_arm/trial_*.txt"),
         given=_TRIALS,
     ),
-    Task(
+    BenchmarkTask(
         "beam_tip",
         _BEAM,
         _BEAM_FILES,
@@ -307,7 +310,7 @@ TASKS = (
         kept_back=Part("clamped_beam/*.csv"),
         given=_LIGHTER,
     ),
-    Task(
+    BenchmarkTask(
         "beam_load",
         _BEAM,
         _BEAM_FILES,
@@ -320,7 +323,7 @@ TASKS = (
         kept_back=Part("clamped_beam/*.csv", _SWINGING_SHARE),
         given=_LIGHTER,
     ),
-    Task(
+    BenchmarkTask(
         "segment_tip",
         _SRL + "1segment_arm/Measurement_data (markers as CSV, see docs/studies/benchmark.md)",
         _SEGMENT_FILES,
@@ -335,7 +338,7 @@ TASKS = (
     ),
     _tendons("v4"),
     _tendons("v6"),
-    Task(
+    BenchmarkTask(
         "trunk_shape",
         _TRUNK + "servo_motor_archive",
         _TRUNK_FILES,
@@ -347,7 +350,7 @@ TASKS = (
         period=_CAPTURE_PERIOD,
         kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
     ),
-    Task(
+    BenchmarkTask(
         "trunk_load",
         _TRUNK + "servo_motor_archive",
         _TRUNK_FILES,
@@ -359,7 +362,7 @@ TASKS = (
         period=_CAPTURE_PERIOD,
         kept_back=Part("soft_trunk/random_*.csv", _TESTED_SHARE),
     ),
-    Task(
+    BenchmarkTask(
         "trunk_dc_shape",
         _TRUNK + "dc_motor_archive (commands 60 rows before the observations of the same number)",
         _TRUNK_DC_FILES,

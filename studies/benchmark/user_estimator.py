@@ -73,9 +73,9 @@ def user_estimator(name: str, hidden: Collection[Path]) -> Iterator[tuple[Estima
                 start_new_session=True,  # Ctrl-C reaches this process only
             )
         try:
-            served = _Process(name, process, parent)
-            is_hidden = served.ask("import", sys.path, [*hidden], (folder, name)).get("is_hidden")
-            yield served.estimator, is_hidden is True
+            server = _Process(name, process, parent)
+            is_hidden = server.ask("import", sys.path, [*hidden], (folder, name)).get("is_hidden")
+            yield server.estimator, is_hidden is True
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, SIGKILL)
@@ -89,7 +89,7 @@ class _Process:
         self._name, self._process, self._connection = name, process, connection
 
     def estimator(self, task: Question, train: Sequence[Recorded]) -> Predict:
-        """The estimator."""
+        """Estimator that asks the process."""
         self.ask(task.name, (task, train))
 
         def predict(inputs: Array) -> Predicted:
@@ -100,7 +100,7 @@ class _Process:
         return predict
 
     def ask(self, where: str, *messages: object) -> Mapping[str, Any]:
-        """The answer to messages."""
+        """Sends messages, and returns the answer."""
         try:
             for message in messages:
                 self._connection.send(message)
@@ -116,7 +116,7 @@ class _Process:
         return answer
 
     def _wait(self, where: str) -> None:
-        """Waits for an answer, or for the end of the process; what that has started may hold the connection."""
+        """Waits for an answer, or for the end of the process, whose children may hold the connection."""
         for seconds in count(1):
             has_ended = self._process.poll() is not None
             if self._connection.poll(0.0 if has_ended else 1.0):

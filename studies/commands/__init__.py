@@ -15,18 +15,18 @@ from soft_gripper.commands.options import (
     Program,
     count,
     flag,
+    folder_option,
     json_file,
     number,
     option,
-    out,
     path,
     scenario_name,
     whole,
 )
 
 
-class Group(StrEnum):
-    """The groups by which `--help` lists studies, in that order."""
+class StudyGroup(StrEnum):
+    """Groups under which `--help` lists studies, in this order."""
 
     ESTIMATES = "errors of estimates, and how often what they state is true"
     RECORDINGS = "recorded data, and scores of estimators"
@@ -37,18 +37,18 @@ class Group(StrEnum):
 
 
 def _study(
-    group: Group, folder: str, name: str, does: str, *options: Option, examples: tuple[str, ...] = ("",)
+    group: StudyGroup, folder: str, name: str, line: str, *options: Option, examples: tuple[str, ...] = ("",)
 ) -> Command:
     """A study whose `run` is in the module of its name in a folder."""
-    return Command(name, does, examples, options, package=f"studies.{folder}.{name.replace('-', '_')}", group=group)
+    return Command(name, line, examples, options, package=f"studies.{folder}.{name.replace('-', '_')}", group=group)
 
 
 _SCENARIOS = option("scenarios", "scenario (default: those of the documentation)", "SCENARIO", scenario_name, nargs="*")
 _TIME_STEP = option("--time-step", "time step in MuJoCo (default: that of the scenario)", "S", number(1.0))
 _USER_ESTIMATOR = "your own estimator, as MODULE:FUNCTION; may be repeated"
-_estimates, _records = partial(_study, Group.ESTIMATES), partial(_study, Group.RECORDINGS)
-_engines, _speed = partial(_study, Group.SIMULATORS, "engines"), partial(_study, Group.SPEED, "speed")
-_house = partial(_study, Group.HOUSE, "house")
+_estimates, _records = partial(_study, StudyGroup.ESTIMATES), partial(_study, StudyGroup.RECORDINGS)
+_engines, _speed = partial(_study, StudyGroup.SIMULATORS, "engines"), partial(_study, StudyGroup.SPEED, "speed")
+_house = partial(_study, StudyGroup.HOUSE, "house")
 
 COMMANDS = (
     _estimates(
@@ -71,7 +71,7 @@ COMMANDS = (
         option("--estimator", f"estimator, or {_USER_ESTIMATOR} (default: contact)", "NAME", action="append"),
         *EXECUTOR,
         option("--contacts", "contacts.nc of an earlier run: evaluate these, simulate none", "FILE", path),
-        out("results/contacts"),
+        folder_option("results/contacts"),
         examples=(
             "--trials 200 --seed 1",
             "--contacts results/contacts/contacts.nc    contacts of an earlier run again",
@@ -89,7 +89,7 @@ COMMANDS = (
             number(100.0),
             default=1.0,
         ),
-        *(SEED, RESUME, *EXECUTOR, out("results/contact_coverage")),
+        *(SEED, RESUME, *EXECUTOR, folder_option("results/contact_coverage")),
         examples=("", "--size 0.1 --resume"),
     ),
     _estimates(
@@ -98,7 +98,7 @@ COMMANDS = (
         "count how often what `contact` states is true, where finger or scene differ from what is declared",
         *CONSOLE,
         count("--contacts", "number of contacts in each case, and of free fingers", 500),
-        *(SEED, RESUME, *EXECUTOR, out("results/model_errors")),
+        *(SEED, RESUME, *EXECUTOR, folder_option("results/model_errors")),
         examples=("", "--contacts 50 --resume"),
     ),
     _estimates(
@@ -107,14 +107,14 @@ COMMANDS = (
         "estimate shape and force during an hour of grasping with sensors that drift, by policies of zeroing them",
         *CONSOLE,
         count("--parts", "sets of grasps and sensors, an hour each", 2),
-        *(SEED, RESUME, *EXECUTOR, out("results/drift")),
+        *(SEED, RESUME, *EXECUTOR, folder_option("results/drift")),
         examples=("", "--parts 4 --resume"),
     ),
     _estimates(
         "robustness",
         "robustness",
         "repeat an evaluation with sensor errors, wrong nominal models and other plants",
-        *(*CONSOLE, out("results/evaluation"), *EXECUTOR, RESUME),
+        *(*CONSOLE, folder_option("results/evaluation"), *EXECUTOR, RESUME),
         count("--seeds", "number of random seeds", 20),
         option("--estimator", _USER_ESTIMATOR, "NAME", action="append", default=[]),
         examples=("                after `soft-gripper evaluate`, in its folder", "--seeds 50 --resume"),
@@ -124,20 +124,20 @@ COMMANDS = (
         "benchmark",
         "recognition",
         "how often sensors tell a sphere, a cylinder, a box and an uneven body apart",
-        *(*EXECUTOR, out("results")),
+        *(*EXECUTOR, folder_option("results")),
     ),
     _estimates(
         "benchmark",
         "softness",
         "how often sensors tell blocks of four materials apart",
         count("--grasps", "number of grasps of a material to train on, and to test", 25),
-        *(SEED, *EXECUTOR, out("results/softness")),
+        *(SEED, *EXECUTOR, folder_option("results/softness")),
     ),
     _records(
         "commands",
         "hardware",
         "identify and replay the published hardware recordings",
-        *(*CONSOLE, DATA, out("results/hardware"), *EXECUTOR),
+        *(*CONSOLE, DATA, folder_option("results/hardware"), *EXECUTOR),
         examples=("--data ~/recordings",),
     ),
     _records(
@@ -160,14 +160,14 @@ COMMANDS = (
     ),
     _records("benchmark", "benchmark-data", "simulate the contacts and grasps of the benchmark again"),
     _study(
-        Group.REFERENCES,
+        StudyGroup.REFERENCES,
         "verification",
         "verification",
         "fingers in space against what is known of rods, and their grasps",
         flag("--soft", "soft bodies between plates against closed forms instead"),
     ),
     _study(
-        Group.SIMULATORS,
+        StudyGroup.SIMULATORS,
         "peers",
         "peers",
         "error and computing time of the same fingers in MuJoCo, PyBullet and PyElastica",
@@ -186,7 +186,7 @@ COMMANDS = (
     _engines(
         "export-trials",
         "random grasps in Drake and, exported, in MuJoCo",
-        *(_TIME_STEP, count("--trials", "number of grasps", 100), SEED, out("results/export_trials")),
+        *(_TIME_STEP, count("--trials", "number of grasps", 100), SEED, folder_option("results/export_trials")),
         examples=("--time-step 0.002",),
     ),
     _engines(
@@ -238,5 +238,5 @@ COMMANDS = (
 )
 
 STUDIES = Program(
-    "python -m studies", "Studies that give the numbers of README and docs.", tuple(Group), lambda: COMMANDS
+    "python -m studies", "Studies that give the numbers of README and docs.", tuple(StudyGroup), lambda: COMMANDS
 )

@@ -17,7 +17,7 @@ from soft_gripper.files.output import atomic_file, check_file
 from soft_gripper.pictures.style import save_figure
 from studies.benchmark.baselines import baselines
 from studies.benchmark.benchmark_task import (
-    Task,
+    BenchmarkTask,
     Tested,
     missing_files,
     read_tests,
@@ -31,13 +31,13 @@ from studies.benchmark.estimates import Answers, answers
 from studies.benchmark.measured_force import LOG_PATTERNS, force_tasks
 from studies.benchmark.ours import ours
 from studies.benchmark.published import comparable_numbers
-from studies.benchmark.report import by_region, document, figure, load_scores
+from studies.benchmark.report import document, figure, load_scores, region_scores
 from studies.benchmark.scores import Score, scores
 from studies.benchmark.submission import read_submission, write_submission
 from studies.benchmark.tasks import TASKS
 from studies.benchmark.user_estimator import user_estimator
 
-Tasks = Mapping[Task, Path]  # and the folders of their files
+Tasks = Mapping[BenchmarkTask, Path]  # and the folders of their files
 
 
 def run(options: argparse.Namespace) -> int:
@@ -61,13 +61,13 @@ def run(options: argparse.Namespace) -> int:
         if options.score
         else _score_all(tasks, options.estimator, options.submit)
     )
-    written = [options.submit] if options.submit else []
+    files = [options.submit] if options.submit else []
     print_scores(results)
     options.console.table("scores", results)
     with atomic_file(options.out) as partial:
         partial.write_text(json.dumps(document(results, [*tasks]), indent=2) + "\n")
     save_figure(figure(results), options.out.with_suffix(""))
-    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")), *written)
+    options.console.wrote(options.out, *(options.out.with_suffix(suffix) for suffix in (".png", ".svg")), *files)
     return 0
 
 
@@ -88,11 +88,11 @@ def _tasks(data_folder: Path | None) -> Tasks:
     return folders
 
 
-def _name_unread(tasks: Sequence[Task], folder: Path) -> None:
-    unread = [Path(file) for file in unread_files(tasks, folder)]
+def _name_unread(tasks: Sequence[BenchmarkTask], folder: Path) -> None:
+    files = [Path(file) for file in unread_files(tasks, folder)]
     patterns = [Path(task.kept_back.file) for task in tasks if task.kept_back is not None]
-    for parent in dict.fromkeys(file.parent for file in unread):
-        names = ", ".join(file.name for file in unread if file.parent == parent)
+    for parent in dict.fromkeys(file.parent for file in files):
+        names = ", ".join(file.name for file in files if file.parent == parent)
         expected = dict.fromkeys(pattern.name for pattern in patterns if pattern.parent == parent) or LOG_PATTERNS
         print(f"{folder / parent}: not read: {names}; recordings are called {', '.join(expected)}", file=sys.stderr)
 
@@ -104,7 +104,7 @@ def _score_all(tasks: Tasks, user_name: str | None, submission: Path | None) -> 
     """
     runs = [(task, *item) for task in tasks for item in (baselines(task.question) | ours(task)).items()]
     scores_by_task: dict[str, list[Score]] = {task.name: [] for task in tasks}
-    user_answers: dict[Task, Answers] = {}
+    user_answers: dict[BenchmarkTask, Answers] = {}
     count = len(runs) + (0 if user_name is None else len(tasks))
     with TemporaryDirectory() as copies, tqdm(total=count, desc="benchmark", unit="estimator", disable=None) as bar:
         if user_name is not None:
@@ -116,20 +116,21 @@ def _score_all(tasks: Tasks, user_name: str | None, submission: Path | None) -> 
         tests = {task: read_tests(task, folder) for task, folder in tasks.items()}
         for task, name, estimator in runs:
             bar.set_postfix_str(f"{task.name}: {name}")
-            answers_ = answers(task.question, name, estimator, train[task], region_inputs(tests[task]))
-            scores_by_task[task.name] += scores(task, name, answers_, tests[task])
+            task_answers = answers(task.question, name, estimator, train[task], region_inputs(tests[task]))
+            scores_by_task[task.name] += scores(task, name, task_answers, tests[task])
             bar.update()
     if user_name is not None:
-        for task, answers_ in user_answers.items():
-            scores_by_task[task.name] += scores(task, user_name, answers_, tests[task])
+        for task, task_answers in user_answers.items():
+            scores_by_task[task.name] += scores(task, user_name, task_answers, tests[task])
         if submission is not None:
             write_submission(submission, user_name, user_answers)
     return [score for of_task in scores_by_task.values() for score in of_task]
 
 
-def _isolated_answers(tasks: Tasks, task: Task, name: str, copies: Path) -> Answers:
-    """Answers of a user's estimator to a task, in a process of their own: inputs of other tasks may be answers here."""
-    train, inputs = read_training(task, tasks[task], copies), region_inputs(read_tests(task, tasks[task]))
+def _isolated_answers(tasks: Tasks, task: BenchmarkTask, name: str, copies: Path) -> Answers:
+    """Answers of a user's estimator to a task, in a separate process: inputs of other tasks may be answers here."""
+    train = read_training(task, tasks[task], copies)
+    inputs = region_inputs(read_tests(task, tasks[task]))
     with user_estimator(name, recorded_folders(tasks)) as (estimator, is_hidden):
         if not is_hidden and task is next(iter(tasks)):
             tqdm.write(f"{name} could read the tests: this system has no Landlock", file=sys.stderr)
@@ -145,7 +146,7 @@ def _score_submissions(tasks: Tasks, files: list[Path]) -> list[Score]:
     return all_scores
 
 
-def _submission_scores(file: Path, tests: Mapping[Task, Tested]) -> Iterator[Score]:
+def _submission_scores(file: Path, tests: Mapping[BenchmarkTask, Tested]) -> Iterator[Score]:
     submission = read_submission(file)
     for task, tested in tests.items():
         if task.name in submission.tasks:
@@ -194,9 +195,9 @@ def compare(files: list[Path]) -> None:
     all_scores = [
         replace(score, estimator=f"{file.stem}: {score.estimator}") for file in files for score in load_scores(file)
     ]
-    for (task, region), region_scores in by_region(all_scores).items():
-        lowest = min(score.proper for score in region_scores.values())
-        print(f"{task}, {region} [{next(iter(region_scores.values())).unit}]; mean error, proper score")
-        for name, score in region_scores.items():
+    for (task, region), estimator_scores in region_scores(all_scores).items():
+        lowest = min(score.proper for score in estimator_scores.values())
+        print(f"{task}, {region} [{next(iter(estimator_scores.values())).unit}]; mean error, proper score")
+        for name, score in estimator_scores.items():
             star = "*" if score.proper == lowest else " "
             print(f"  {star} {name:40} {score.mean:9.4g} {score.proper:9.4g}   {_band(score).lstrip()}")

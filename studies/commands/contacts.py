@@ -13,7 +13,7 @@ from soft_gripper.files.row_table import print_rows, write_csv
 from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from studies.contacts.estimates import ESTIMATOR, SETUPS, check_estimator
-from studies.contacts.peg import PLACE, SIDES, Contact, contact_arrays, contact_row, run_contacts
+from studies.contacts.peg import PLACE, SIDES, RestingContact, contact_arrays, contact_row, run_contacts
 from studies.contacts.trials import BOTH, ERRORS, FIGURE, score_contacts
 
 TABLE, ARRAYS = "contacts.csv", "contacts.nc"
@@ -25,9 +25,9 @@ def run(options: argparse.Namespace) -> None:
     estimators = options.estimator or [ESTIMATOR]
     for name in estimators:
         check_estimator(name)
-    kept = load_contacts(options.contacts) if options.contacts is not None else None
+    saved_contacts = load_contacts(options.contacts) if options.contacts is not None else None
     out = lock_folder(options.out)
-    contacts = _simulate(options, out) if kept is None else kept
+    contacts = _simulate(options, out) if saved_contacts is None else saved_contacts
     with options.console.counter(len(SETUPS) * len(estimators), "scores") as bar:
         rows = score_contacts(contacts, out, bar.update, estimators)
     title = "errors of both sides, relative to force and length; borders of sections in mm"
@@ -35,15 +35,15 @@ def run(options: argparse.Namespace) -> None:
     lost = sum(row.found_percent == 0 for row in rows)
     if lost:
         print(f"note: no contact was detected in {lost} of {len(rows)} rows: their errors are NaN", file=sys.stderr)
-    written = [*([TABLE, ARRAYS] if kept is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
+    files = [*([TABLE, ARRAYS] if saved_contacts is None else []), ERRORS, f"{FIGURE}.png", f"{FIGURE}.svg"]
     options.console.table("errors", rows)
-    options.console.wrote(*(out / file for file in written))
+    options.console.wrote(*(out / file for file in files))
 
 
 def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
-    number, kept = options.trials, "nothing is written until the last contact"
+    number, note = options.trials, "nothing is written until the last contact"
     executor = open_executor(options.jobs, options.scheduler)
-    with options.console.jobs(number, "contacts", kept) as ended, executor as opened:
+    with options.console.jobs(number, "contacts", note) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction, (options.beyond, PLACE[1]))
     arrays = contact_arrays(contacts)
     write_csv(out / TABLE, [contact_row(contact) for contact in contacts])
@@ -52,7 +52,7 @@ def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     return arrays
 
 
-def _print_summary(contacts: Sequence[Contact]) -> None:
+def _print_summary(contacts: Sequence[RestingContact]) -> None:
     """Prints the ranges of force and location on each side, and how many contacts were redrawn."""
     for side in SIDES:
         pairs = [(abs(c.settled.force), 1e3 * c.settled.arc_length) for c in contacts if c.draw.side == side]

@@ -49,17 +49,17 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
     0.1 of the length on. Widths of the intervals over the force are medians, scores means, see `interval_score`, of
     contacts that are detected.
     """
-    declared, force, location = setup.uncertainty, estimates.force, estimates.location
-    is_bounded = estimates.bounds < 0.999 * declared.largest_force
-    far, below = location > declared.nearest_contact, force[:, None] <= estimates.bounds
+    uncertainty, force, location = setup.uncertainty, estimates.force, estimates.location
+    is_bounded = estimates.bounds < 0.999 * uncertainty.largest_force
+    is_far, is_below = location > uncertainty.nearest_contact, force[:, None] <= estimates.bounds
     bands = {
         "interval": (estimates.interval, force),
         "transverse": (estimates.transverse_interval, estimates.transverse),
     }
     coverage = {name: encloses(*band) for name, band in bands.items()} | {
-        "bound": (below[:, 0], is_bounded[:, 0]),
-        "bound_beyond": (below[:, 1], is_bounded[:, 1] & far),
-        "bound_several": (below[:, 2], is_bounded[:, 2] & far),
+        "bound": (is_below[:, 0], is_bounded[:, 0]),
+        "bound_beyond": (is_below[:, 1], is_bounded[:, 1] & is_far),
+        "bound_several": (is_below[:, 2], is_bounded[:, 2] & is_far),
         "place": encloses(estimates.location_set, location),
     }
     cells = {
@@ -67,13 +67,13 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
         "detected_percent": _percent(estimates.is_detected),
         "withheld_percent": _percent(~np.isfinite(estimates.interval[:, 0])),
         "unbounded_percent": _percent(~is_bounded[:, 0]),
-        "unbounded_beyond_percent": _percent(~is_bounded[far, 1]),
+        "unbounded_beyond_percent": _percent(~is_bounded[is_far, 1]),
     }
-    for name, (covers, counted) in coverage.items():
-        tenths = [counted & (np.minimum((10 * location).astype(int), 9) == i) for i in _TENTHS]
+    for name, (covers, is_counted) in coverage.items():
+        tenths = [is_counted & (np.minimum((10 * location).astype(int), 9) == i) for i in _TENTHS]
         percents = [100 * covers[tenth].mean() if tenth.sum() >= MIN_CONTACTS else np.nan for tenth in tenths]
         cells |= {
-            f"{name}_percent": _percent(covers[counted]),
+            f"{name}_percent": _percent(covers[is_counted]),
             f"{name}_least_percent": f"{np.nanmin([*percents, np.inf]):.1f}",
             f"{name}_by_tenth": " ".join(f"{percent:.1f}" for percent in percents),
         }
@@ -86,11 +86,11 @@ def coverage_cells(estimates: Estimates, setup: EstimatorSetup) -> dict[str, str
         numbers = statistics(values[inside & np.isfinite(values)])
         cells |= {f"{name}_{key}_{third}": f"{value:.3g}" for key, value in numbers.items()}
     cells["degrees_median"] = f"{statistics(estimates.degrees[np.isfinite(estimates.degrees)])['median']:.2g}"
-    detected = estimates.is_detected & np.isfinite(estimates.interval[:, 0])
+    is_detected = estimates.is_detected & np.isfinite(estimates.interval[:, 0])
     for (name, (interval, true)), (third, inside) in product(bands.items(), thirds.items()):
         widths, scores = (interval[:, -1] - interval[:, 0]) / true, interval_score(interval, true) / true
-        cells[f"{name}_width_{third}"] = f"{statistics(widths[detected & inside])['median']:.3g}"
-        cells[f"{name}_score_{third}"] = f"{statistics(scores[detected & inside])['mean']:.3g}"
+        cells[f"{name}_width_{third}"] = f"{statistics(widths[is_detected & inside])['median']:.3g}"
+        cells[f"{name}_score_{third}"] = f"{statistics(scores[is_detected & inside])['mean']:.3g}"
     return cells | {"transverse_rms_z": f"{rms_z(estimates):.3g}"}
 
 
@@ -175,8 +175,8 @@ def coverage_figure(rows: Sequence[Any]) -> Figure:
             line[0].set_ylabel(f"{sections} sections: {field.replace('_', ', ')}\ntrue [%]")
             for setup, panel in zip(setups, line, strict=True):
                 panel.axhline(TARGET, color="0.6", lw=0.8, ls="--")
-                chosen = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *setup)]
-                for row in chosen:
+                panel_rows = [row for row in rows if (row.sections, row.sensors, row.model) == (sections, *setup)]
+                for row in panel_rows:
                     percents = [float(cell) for cell in getattr(row, f"{field}_by_tenth").split()]
                     color = _COLORS[SITUATIONS.index(row.situation)]
                     panel.plot(locations, percents, color=color, marker="o", ms=2.5, lw=1.2, label=row.situation)
@@ -192,7 +192,9 @@ def coverage_figure(rows: Sequence[Any]) -> Figure:
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    file, jobs, settings = options.out / TABLE, coverage_jobs(), {"size": options.size, "seed": options.seed}
+    file = options.out / TABLE
+    jobs = coverage_jobs()
+    settings = {"size": options.size, "seed": options.seed}
     with counted_jobs(options, len(jobs), "cases") as (executor, ended):
         rows = kept_rows(
             *(file, CoverageRow, coverage_rows, jobs, settings, executor, ended, options.resume),

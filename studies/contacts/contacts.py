@@ -20,7 +20,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.spatial_chain import posture, spatial_chain, vector_product
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.scenario.model_files import model_path
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 G = 9.81  # m/s^2
@@ -37,7 +37,7 @@ def read_finger() -> Finger:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Ground truth of M contacts of one finger at rest, whose D joint positions are flat, way after way."""
+    """Ground truth of M contacts of one finger at rest, whose D joint positions are flat, by deformation."""
 
     finger: Finger
     q: Array  # (M, D) rad
@@ -66,7 +66,7 @@ class Contacts:
         By its moment about the base, over the distance of that place.
         """
         finger, chain = self.finger, spatial_chain(self.finger)
-        q = self.q[:, chain.position_indices(ways_in_space(finger))]
+        q = self.q[:, chain.position_indices(spatial_deformations(finger))]
         link = np.searchsorted(finger.joint_arc_lengths, self.arc_length)
         frames = posture(chain, q).frames[np.arange(len(link)), chain.link_frames(link)]
         height = self.arc_length - finger.link_ends[:-1][link]
@@ -114,9 +114,9 @@ def _read_array(path: Path | str, data: xr.Dataset, name: str, axes: tuple[int, 
     values, (_, low, high, _) = data[name].values, _ARRAYS[name]
     expected = (data.sizes.get("contact", 0), *axes)
     if values.dtype != float or values.shape != expected or not expected[0]:
-        given = f"{values.dtype} {values.shape}"
-        raise InputError(path, name, given, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
-    wrong = values[~((low <= values) & (values <= high))]
-    if len(wrong):
-        raise InputError(path, name, float(wrong[0]), f"give numbers of {low:.3g} to {high:.3g}")
+        dtype = f"{values.dtype} {values.shape}"
+        raise InputError(path, name, dtype, f"give numbers of shape {('contacts', *axes)}, with at least one contact")
+    wrong_values = values[~((low <= values) & (values <= high))]
+    if len(wrong_values):
+        raise InputError(path, name, float(wrong_values[0]), f"give numbers of {low:.3g} to {high:.3g}")
     return np.asarray(values)

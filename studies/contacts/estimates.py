@@ -35,7 +35,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors, disturb
 from studies.contacts.contacts import Contacts, G, read_finger
-from studies.contacts.self_calibration import CALIBRATIONS, UNSCALED, FreeMotion, Scale
+from studies.contacts.self_calibration import CALIBRATIONS, UNSCALED, FreeMeasurements, Scale
 from studies.estimator_setup import MODELS, EstimatorSetup
 
 HELD, PERIOD = 20, 0.01  # samples of every posture, s between them
@@ -47,7 +47,7 @@ SEEDS = 20  # sets of sensors with errors
 class ContactReadings(NamedTuple):
     """Readings of M contacts, by E sets of sensors."""
 
-    free: FreeMotion  # with readings (E, M, K, R)
+    free: FreeMeasurements  # with readings (E, M, K, R)
     pressed: Array  # (E, M, R)
 
 
@@ -58,18 +58,18 @@ def contact_readings(
 
     Each reading is the mean of the last `averaged` samples, up to HELD, of a posture.
     """
-    free = resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), complex(G)))
+    q_free = resting_angles(layout.finger, PRESSURES, np.full(len(PRESSURES), complex(G)))
     if errors is None:
-        pressed = layout.read(contacts.q)
-        still = np.broadcast_to(layout.read(free), (1, len(pressed), len(free), layout.readings))
-        return ContactReadings(FreeMotion(still, PRESSURES, HANGING), pressed[None])
-    straight = np.zeros_like(free[:1])
-    postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *free[:, None], straight, contacts.q)]
+        pressed_readings = layout.read(contacts.q)
+        still_readings = np.broadcast_to(layout.read(q_free), (1, len(pressed_readings), len(q_free), layout.readings))
+        return ContactReadings(FreeMeasurements(still_readings, PRESSURES, HANGING), pressed_readings[None])
+    straight = np.zeros_like(q_free[:1])
+    postures = [np.broadcast_to(q, contacts.q.shape) for q in (straight, *q_free[:, None], straight, contacts.q)]
     ratios = np.repeat(1 + layout.predict(np.array(postures)), HELD, axis=0)  # (time, contact, reading)
     sets = [disturbed_readings(layout, ratios, errors, PERIOD, np.random.default_rng(seed)) for seed in range(seeds)]
-    held = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
-    means = held[:, :, -averaged:].mean(axis=2)
-    return ContactReadings(FreeMotion(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
+    held_readings = np.array(sets).reshape(seeds, len(postures), HELD, len(contacts.q), layout.readings)
+    means = held_readings[:, :, -averaged:].mean(axis=2)
+    return ContactReadings(FreeMeasurements(np.moveaxis(means[:, 1:-2], 1, 2), PRESSURES, HANGING), means[:, -1])
 
 
 def disturbed_readings(
@@ -117,7 +117,7 @@ class Estimates(NamedTuple):
 
 
 def joined(parts: Sequence[Estimates]) -> Estimates:
-    """All contacts of several estimates."""
+    """Joins the contacts of several estimates."""
     return Estimates(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
@@ -127,8 +127,10 @@ def compare(contact: ContactForce | None, contacts: Contacts, leaves_plane: bool
     Of a finger that leaves its plane the friction is estimated as well: its fraction is taken to be the true one.
     """
     assert contact is not None
-    length, unknown = contacts.finger.length, np.full(contact.force.shape, np.nan)
-    force, std, degrees = np.where(contacts.is_inside, contact.force, -contact.force), contact.force_std, unknown
+    length, no_values = contacts.finger.length, np.full(contact.force.shape, np.nan)
+    force = np.where(contacts.is_inside, contact.force, -contact.force)
+    std = contact.force_std
+    degrees = no_values
     if leaves_plane:
         assert contact.vector is not None
         assert contact.vector_covariance is not None
@@ -145,8 +147,8 @@ def compare(contact: ContactForce | None, contacts: Contacts, leaves_plane: bool
         force_std=std,
         estimated_location=contact.arc_length / length,
         location_std=contact.arc_length_std / length,
-        estimated_transverse=unknown if contact.transverse_force is None else contact.transverse_force,
-        transverse_std=unknown if contact.transverse_force_std is None else contact.transverse_force_std,
+        estimated_transverse=no_values if contact.transverse_force is None else contact.transverse_force,
+        transverse_std=no_values if contact.transverse_force_std is None else contact.transverse_force_std,
         degrees=degrees,
     )
 
@@ -189,7 +191,7 @@ def estimate_contacts(
 
 
 def driving_torque(finger: Finger, ways: tuple[str, ...], pressure: Array) -> Array:
-    """Torque of pressures of one chamber, (...) Pa, at the joints, way after way, (..., D) N m."""
+    """Torque of pressures of one chamber, (...) Pa, at the joints, by deformation, (..., D) N m."""
     bending = finger.pressure_torque(pressure)
     return np.concatenate([bending, *[np.zeros_like(bending)] * (len(ways) - 1)], axis=-1)
 

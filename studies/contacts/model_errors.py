@@ -44,17 +44,17 @@ def model_error_rows(difference: str, setup: EstimatorSetup, number: int, seed: 
     """The row of a difference and a setup, of about `number` contacts."""
     situation = DIFFERENCES[difference]
     untouched = situation._replace(contacts=partial(situation.contacts, forces=_NO_FORCES))
-    touched, free = (static_estimates(contacts, setup, number, seed) for contacts in (situation, untouched))
+    touched_estimates, free = (static_estimates(contacts, setup, number, seed) for contacts in (situation, untouched))
     pairs = (
-        (touched.interval, touched.force),
-        (touched.transverse_interval, touched.transverse),
-        (touched.location_set, touched.location),
+        (touched_estimates.interval, touched_estimates.force),
+        (touched_estimates.transverse_interval, touched_estimates.transverse),
+        (touched_estimates.location_set, touched_estimates.location),
     )
-    covered = [covers[stated] for covers, stated in (encloses(*pair) for pair in pairs)]
-    masks = *covered, touched.is_detected, free.is_detected
+    coverages = [covers[stated] for covers, stated in (encloses(*pair) for pair in pairs)]
+    masks = *coverages, touched_estimates.is_detected, free.is_detected
     interval, transverse, location, detected, false = (100 * float(m.mean()) if len(m) else np.nan for m in masks)
-    key, count = (difference, setup.sections, setup.sensors), len(touched.force)
-    return [ModelErrorRow(*key, count, interval, transverse, rms_z(touched), location, detected, false, seed)]
+    key, count = (difference, setup.sections, setup.sensors), len(touched_estimates.force)
+    return [ModelErrorRow(*key, count, interval, transverse, rms_z(touched_estimates), location, detected, false, seed)]
 
 
 def run(options: argparse.Namespace) -> None:

@@ -1,7 +1,7 @@
 """Random contacts of a finger with a peg, simulated: it rests against the peg, and is pressed until it rests again.
 
-In: a seed and the number of contacts. Out: `Contact`s, their arrays and rows. Another number that is drawn is a field
-of `RandomContact` and a line of `draw_contact`.
+In: a seed and the number of contacts. Out: `RestingContact`s, their arrays and rows. Another number that is drawn is a
+field of `RandomContact` and a line of `draw_contact`.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,7 +50,7 @@ def combined_friction(friction: float) -> float:
     return float(CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction())
 
 
-class Settled(NamedTuple):
+class SettledFinger(NamedTuple):
     """The finger and its contact, once it rests; see `TrueContact`."""
 
     q: Array  # (N,) rad
@@ -81,7 +81,7 @@ class ContactBench:
         self._truth = add_true_contact(builder, [self._plant_finger])
         self._plant, self._diagram = plant, builder.Build()
 
-    def press(self, R_WB: RotationMatrix, center: complex, q: Array, pressure: float) -> Settled:
+    def press(self, R_WB: RotationMatrix, center: complex, q: Array, pressure: float) -> SettledFinger:
         """Lets the finger press against the peg until it rests, or `PATIENCE` is over.
 
         Args:
@@ -105,21 +105,22 @@ class ContactBench:
             simulator.AdvanceTo(context.get_time() + PAUSE)
             if self._velocity(plant_context) < STILL:
                 break
-        return self._settled(context, R_WB)
+        return self._settled_finger(context, R_WB)
 
     def _velocity(self, context: Context) -> float:
         return float(np.abs(self._plant.GetVelocities(context)).max())
 
-    def _settled(self, context: Context, R_WB: RotationMatrix) -> Settled:
+    def _settled_finger(self, context: Context, R_WB: RotationMatrix) -> SettledFinger:
         finger, plant_context = self._plant_finger, self._plant.GetMyContextFromRoot(context)
         q = finger.position_selector() @ self._plant.GetPositionsAndVelocities(plant_context)
         forces = self._plant.get_generalized_contact_forces_output_port(finger.model).Eval(plant_context)
         signals = ("link_contact_force", "true_contact_force", "true_contact_total", "true_contact_arc_length")
-        link_force, *others = (self._read(signal, context) for signal in signals)
-        torque, in_world = finger.torque_selector() @ forces, self._read("true_contact_force_world", context)
-        force, total, arc_length = (float(value[0]) for value in others)
-        vector = R_WB.matrix().T @ in_world
-        return Settled(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)
+        link_force, *other_signals = (self._read(signal, context) for signal in signals)
+        torque = finger.torque_selector() @ forces
+        world_force = self._read("true_contact_force_world", context)
+        force, total, arc_length = (float(value[0]) for value in other_signals)
+        vector = R_WB.matrix().T @ world_force
+        return SettledFinger(q, self._velocity(plant_context), torque, link_force, force, total, arc_length, vector)
 
     def _read(self, signal: str, context: Context) -> Array:
         port = self._truth[f"{self._plant_finger.name}.{signal}"]
@@ -190,12 +191,12 @@ class RandomContact:
 
 
 @dataclass(frozen=True)
-class Contact:
+class RestingContact:
     """A single contact at rest."""
 
     number: int
     draw: RandomContact
-    settled: Settled
+    settled: SettledFinger
     flaws: tuple[str, ...]  # of earlier draws, which were not single contacts
     friction: float  # Coulomb, between the finger and the peg
 
@@ -205,14 +206,14 @@ def draw_contact(rng: np.random.Generator, length: float, places: tuple[float, f
     side = str(rng.choice(list(SIDES)))
     radius = float(rng.integers(*RADIUS, endpoint=True))
     place = float(1e3 * length * rng.uniform(*places))
-    touching = float(rng.uniform(*TOUCHING[side]))
-    pressure = touching + (PRESSING[side] - touching) * rng.uniform()
+    touch_pressure = float(rng.uniform(*TOUCHING[side]))
+    pressure = touch_pressure + (PRESSING[side] - touch_pressure) * rng.uniform()
     quaternion = rng.normal(size=4)
     w, x, y, z = (quaternion / np.linalg.norm(quaternion)).tolist()
-    return RandomContact(side, radius, place, touching, float(pressure), (w, x, y, z))
+    return RandomContact(side, radius, place, touch_pressure, float(pressure), (w, x, y, z))
 
 
-def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> Contact:
+def run_contact(seed: int, number: int, friction: float, places: tuple[float, float] = PLACE) -> RestingContact:
     """Simulates draws until one is a single contact; the result does not depend on other contacts.
 
     `friction` is the coefficient of the peg's surface, which combines with the finger's; the peg is placed within
@@ -222,10 +223,10 @@ def run_contact(seed: int, number: int, friction: float, places: tuple[float, fl
     while True:
         rng = np.random.default_rng([seed, number, len(flaws)])
         draw = draw_contact(rng, read_finger().length, places)
-        settled = press(draw, friction)
-        flaw = contact_flaw(draw, settled, combined)
+        settled_finger = press(draw, friction)
+        flaw = contact_flaw(draw, settled_finger, combined)
         if not flaw:
-            return Contact(number, draw, settled, tuple(flaws), combined)
+            return RestingContact(number, draw, settled_finger, tuple(flaws), combined)
         flaws.append(flaw)
 
 
@@ -235,7 +236,7 @@ def bench(radius_mm: float, friction: float) -> ContactBench:
     return ContactBench(1e-3 * radius_mm, friction)
 
 
-def press(draw: RandomContact, friction: float) -> Settled:
+def press(draw: RandomContact, friction: float) -> SettledFinger:
     """The contact at rest, with a peg of that coefficient of friction."""
     finger = read_finger()
     q = resting_angles(finger, 1e3 * draw.touching_kpa, as_planar(draw.gravity[::2]))
@@ -243,14 +244,14 @@ def press(draw: RandomContact, friction: float) -> Settled:
     return bench(draw.radius_mm, friction).press(draw.R_WB, center, q, 1e3 * draw.pressure_kpa)
 
 
-def contact_flaw(draw: RandomContact, settled: Settled, friction: float) -> str:
-    """Reason why it is not a single contact that can be measured, or nothing; `friction` is that of the contact."""
-    touching = np.flatnonzero(touches(settled.link_force))
-    if not len(touching):
+def contact_flaw(draw: RandomContact, settled: SettledFinger, friction: float) -> str:
+    """Reason against a draw as a single measurable contact, or nothing; `friction` of the contact."""
+    touched_links = np.flatnonzero(touches(settled.link_force))
+    if not len(touched_links):
         return "lost"
     if settled.velocity > STILL:
         return "not at rest"
-    if len(touching) > MAX_LINKS or touching[-1] - touching[0] >= len(touching):
+    if len(touched_links) > MAX_LINKS or touched_links[-1] - touched_links[0] >= len(touched_links):
         return "several places"
     if settled.total > EDGE * np.hypot(1, friction) * abs(settled.force):
         return "on an edge"
@@ -259,9 +260,10 @@ def contact_flaw(draw: RandomContact, settled: Settled, friction: float) -> str:
     return ""
 
 
-def contact_arrays(contacts: Sequence[Contact]) -> Contacts:
+def contact_arrays(contacts: Sequence[RestingContact]) -> Contacts:
     """Contacts one after the other."""
-    columns = dict(zip(Settled._fields, map(np.array, zip(*(c.settled for c in contacts), strict=True)), strict=True))
+    values = zip(*(contact.settled for contact in contacts), strict=True)
+    columns = dict(zip(SettledFinger._fields, map(np.array, values), strict=True))
     return Contacts(
         read_finger(),
         q=columns["q"],
@@ -277,7 +279,7 @@ def contact_arrays(contacts: Sequence[Contact]) -> Contacts:
 
 
 @dataclass(frozen=True)
-class ContactRow:
+class ContactTruthRow:
     """The draw for a contact, and its ground truth."""
 
     contact: int
@@ -293,13 +295,13 @@ class ContactRow:
     redrawn: int  # number of draws that were not single contacts
 
 
-def contact_row(contact: Contact) -> ContactRow:
-    """The row of a contact."""
-    draw, settled = contact.draw, contact.settled
+def contact_row(contact: RestingContact) -> ContactTruthRow:
+    """Makes the table row of a contact."""
+    draw, settled_finger = contact.draw, contact.settled
     gravity_x, _, gravity_z = draw.gravity.tolist()
-    return ContactRow(
-        *(contact.number, draw.side, draw.radius_mm, draw.place_mm, 1e3 * settled.arc_length),
-        *(settled.force, settled.total, draw.pressure_kpa, gravity_x, gravity_z, len(contact.flaws)),
+    return ContactTruthRow(
+        *(contact.number, draw.side, draw.radius_mm, draw.place_mm, 1e3 * settled_finger.arc_length),
+        *(settled_finger.force, settled_finger.total, draw.pressure_kpa, gravity_x, gravity_z, len(contact.flaws)),
     )
 
 
@@ -310,7 +312,7 @@ def run_contacts(
     report: Callable[[], Any],
     friction: float = PEG_FRICTION,
     places: tuple[float, float] = PLACE,
-) -> list[Contact]:
+) -> list[RestingContact]:
     """Simulates contacts 0 to `number` - 1 of a seed, see `run_contact`; `report` is called after each."""
     jobs = {i: (seed, i, friction, places) for i in range(number)}
     return list(results(executor, run_contact, jobs, lambda i: report()).values())

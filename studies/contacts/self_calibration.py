@@ -32,7 +32,7 @@ _STEPS = 4  # of Newton's method; with a linear law the first is exact
 _NOISE = 1.0  # of the readings, equal for all; its size does not matter
 
 
-class FreeMotion(NamedTuple):
+class FreeMeasurements(NamedTuple):
     """The measurements on a finger without contact."""
 
     readings: Array  # (..., K, paths * S)
@@ -51,35 +51,35 @@ class Scale(NamedTuple):
 UNSCALED = Scale()
 
 
-def calibrate_gain(nominal: SensorLayout, free: FreeMotion) -> Scale:
+def calibrate_gain(nominal: SensorLayout, measurements: FreeMeasurements) -> Scale:
     """Calibrates the pressure gain alone, (...)."""
-    driven, weight, theta = _torques(nominal, free)
-    return Scale(pressure=_ratio(nominal, theta, driven, weight))
+    drive_torques, weight, theta = _torques(nominal, measurements)
+    return Scale(pressure=_ratio(nominal, theta, drive_torques, weight))
 
 
-def calibrate_stiffness(nominal: SensorLayout, free: FreeMotion) -> Scale:
+def calibrate_stiffness(nominal: SensorLayout, measurements: FreeMeasurements) -> Scale:
     """Calibrates the stiffness alone, (...)."""
-    driven, weight, theta = _torques(nominal, free)
-    ratio = _ratio(nominal, theta, driven + weight, np.zeros_like(weight))
+    drive_torques, weight, theta = _torques(nominal, measurements)
+    ratio = _ratio(nominal, theta, drive_torques + weight, np.zeros_like(weight))
     return Scale(ratio, ratio, 1 / ratio)
 
 
-CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMotion], Scale]] = {
+CALIBRATIONS: dict[str, Callable[[SensorLayout, FreeMeasurements], Scale]] = {
     "none": lambda nominal, free: UNSCALED,
     "trusting stiffness": calibrate_gain,
     "trusting chamber": calibrate_stiffness,
 }
 
 
-def _torques(nominal: SensorLayout, free: FreeMotion) -> tuple[Array, Array, Array]:
+def _torques(nominal: SensorLayout, measurements: FreeMeasurements) -> tuple[Array, Array, Array]:
     """Torques of pressure and of weight, N m, (..., K, N), and the bends of the sections, rad, (..., K, S)."""
-    theta = nominal.linear(free.readings, _NOISE).values
-    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), as_planar(free.gravity[::2])[None])
-    return np.broadcast_to(nominal.finger.pressure_torque(free.pressure), weight.shape), weight, theta
+    theta = nominal.linear(measurements.readings, _NOISE).values
+    weight = gravity_torque(nominal.finger, nominal.shared_equally(theta), as_planar(measurements.gravity[::2])[None])
+    return np.broadcast_to(nominal.finger.pressure_torque(measurements.pressure), weight.shape), weight, theta
 
 
 def _ratio(nominal: SensorLayout, theta: Array, scaled: Array, rest: Array) -> Array:
-    """Factor c by which the torques  c scaled + rest, (..., K, N) N m, bend the sections by theta on average, (...)."""
+    """Factor c of the torques  c scaled + rest, (..., K, N) N m, that bend the sections by theta on average, (...)."""
     law, ratio = nominal.finger.joint_law, np.ones(theta.shape[:-2])
     for _ in range(_STEPS):
         q = nominal.finger.angle(ratio[..., None, None] * scaled + rest)

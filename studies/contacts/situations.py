@@ -47,7 +47,8 @@ FINER = 48  # segments of a plant under a nominal finger of 12
 STRONG, NEAR = {"inner": (2.0, 5.0), "outer": (2.0, 5.0)}, (0.1, 1 / 3)  # N; fractions of the length
 ROUGH = 1.3  # friction, above the 0.9 of the default uncertainty
 BORDER_SHIFT = 1 / 12  # of the length, 10 mm
-STIFFNESS, PRESSURE = (-10, -5, 0, 5, 10), 0.02  # %, errors of the nominal one; fraction, the largest error
+STIFFNESS = (-10, -5, 0, 5, 10)  # %, errors of the nominal stiffness
+PRESSURE = 0.02  # fraction, largest error of the pressure
 _MOTION_SAMPLES, _PERIOD = 100, 0.05  # samples of a motion into the contact and of holding it, s between them
 
 
@@ -82,7 +83,7 @@ STATICS = {
     "at rest": Statics(rubbing_contacts),
     "sliding": Statics(_sliding_contacts),
     "two contacts": Statics(lambda number, seed: several_contacts(number, FRICTION, seed)),
-    "a spread contact": Statics(lambda number, seed: several_contacts(number, FRICTION, seed, spread=True)),
+    "a spread contact": Statics(lambda number, seed: several_contacts(number, FRICTION, seed, is_spread=True)),
     "a plant of 48 segments": Statics(partial(rubbing_contacts, finger=lambda: replace(read_finger(), segments=FINER))),
     "a plant in space": Statics(lambda number, seed: _space_contacts(number, seed, faces=2)),
     "in space": Statics(
@@ -107,7 +108,7 @@ _contacts = cache(lambda make, number, seed: make(number, seed))  # the same for
 
 
 def static_estimates(situation: Statics, setup: EstimatorSetup, number: int, seed: int) -> Estimates:
-    """Estimates about `number` contacts by statics, with errors of the sensors of their own."""
+    """Estimates about `number` contacts by statics, with independent sensor errors."""
     contacts, rng = _contacts(situation.contacts, number, seed), np.random.default_rng(seed)
     finger, sensors = situation.nominal(), setup
     if situation.border_shift:
@@ -120,13 +121,14 @@ def static_estimates(situation: Statics, setup: EstimatorSetup, number: int, see
     parts = []
     for stiffness in np.unique(stiffnesses):
         rows, nominal = stiffnesses == stiffness, replace(setup, stiffness=stiffness / 100)
-        layout, scale = nominal.layout(nominal.nominal_finger(finger), situation.layout), Scale(pressure[rows])
+        layout = nominal.layout(nominal.nominal_finger(finger), situation.layout)
+        scale = Scale(pressure[rows])
         parts.append(estimate_contacts(layout, setup.uncertainty, readings[rows], contacts.subset(rows), scale))
     return joined(parts)
 
 
 def read_pressed(layout: MeasurementModel, q: Array, errors: StrainErrors | None, rng: np.random.Generator) -> Array:
-    """Readings of postures, (M, D) -> (M, R), into which the finger has moved; the sensors see its first ways alone."""
+    """Readings of postures, (M, D) -> (M, R), in which the sensors see the first deformations alone."""
     q = q[:, : len(layout.straight)]
     if errors is None:
         return layout.read(q)
@@ -180,8 +182,8 @@ def arm_estimates(setup: EstimatorSetup, number: int, seed: int) -> dict[str, Es
         for finger in ("left_finger", "right_finger"):
             position = np.asarray(recording[f"{finger}.X_WB"])[:, :, 3]
             acceleration = np.gradient(np.gradient(position, 0.01, axis=0), 0.01, axis=0)
-            moving = np.flatnonzero(np.linalg.norm(acceleration, axis=-1) > _MIN_ACCELERATION)
-            parts.append(_recorded_estimates(recording, finger, moving[:: max(len(moving) // 100, 1)]))
+            moving_samples = np.flatnonzero(np.linalg.norm(acceleration, axis=-1) > _MIN_ACCELERATION)
+            parts.append(_recorded_estimates(recording, finger, moving_samples[:: max(len(moving_samples) // 100, 1)]))
     return {ARM[0]: joined(parts)}
 
 
@@ -204,18 +206,18 @@ def _recorded_estimates(recording: Recording, finger: str, rows: NDArray[np.int_
         values = np.asarray(recording[f"{finger}.{name}"])[rows]
         return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
 
-    length, unknown = read_finger().length, np.full(len(rows), np.nan)
+    length, no_values = read_finger().length, np.full(len(rows), np.nan)
     estimates = Estimates(
         force=np.abs(signal("true_contact_force")),
         location=signal("true_contact_arc_length") / length,
         transverse=signal("true_transverse_force"),
         estimated_force=signal("contact_force"),
-        force_std=unknown,
+        force_std=no_values,
         estimated_location=signal("contact_arc_length") / length,
-        location_std=unknown,
+        location_std=no_values,
         estimated_transverse=signal("transverse_force"),
         transverse_std=signal("transverse_force_std"),
-        degrees=unknown,
+        degrees=no_values,
         probability=signal("contact_probability"),
         interval=signal("contact_force_interval"),
         bounds=signal("contact_force_bounds"),

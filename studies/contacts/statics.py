@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.spatial_chain import Loads, posture, spatial_chain, torques, vector_product, weights
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 from studies.contacts.contacts import INNER, OUTER, Contacts, G, read_finger
 
 MAX_BEND = 2.6  # rad of the whole finger
@@ -51,7 +51,7 @@ def balanced_contacts(
     side: Array,
     mu: Array,
 ) -> Contacts:
-    """Contacts for which a balance is found, and which bend the finger by less than MAX_BEND.
+    """Contacts in balance that bend the finger by less than MAX_BEND.
 
     Args:
         finger: that does not creep.
@@ -62,14 +62,14 @@ def balanced_contacts(
     chain = spatial_chain(finger)
     weight, stiffness = weights(finger, chain, gravity), chain.interleaved(finger.stiffnesses)
     driving = chain.interleaved({"bending": finger.pressure_torque(pressure)})
-    on_link = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
-    pressing, turning = (on_link @ vector for vector in (forces.force, np.cross(forces.place, forces.force)))
+    link_map = np.swapaxes(forces.link[..., None] == np.arange(finger.segments + 1), -1, -2).astype(float)
+    link_forces, link_moments = (link_map @ vector for vector in (forces.force, np.cross(forces.place, forces.force)))
 
     def load_torques(q: Array) -> tuple[Array, Array, Array]:
         """Torques of weight and contacts at the joints, and the sum of the contacts' forces in B."""
         bent = posture(chain, q)
         R = bent.rotations[..., weight.frames, :, :]
-        force, moment = ((R @ vector[..., None])[..., 0] for vector in (pressing, turning))
+        force, moment = ((R @ vector[..., None])[..., 0] for vector in (link_forces, link_moments))
         contact = Loads(weight.frames, np.zeros((finger.segments + 1, 3)), force, moment)
         return torques(bent, weight), torques(bent, contact), force.sum(axis=-2)
 
@@ -86,7 +86,7 @@ def balanced_contacts(
         change = deflection(driving + weight_torque + torque) - q
         q = q + _STEP * change
     _, torque, force = load_torques(q)
-    order = np.argsort(chain.position_indices(ways_in_space(finger)))
+    order = np.argsort(chain.position_indices(spatial_deformations(finger)))
     q, torque = q[:, order], torque[:, order]
     is_balanced = (np.abs(change).max(axis=-1) < _BALANCED) & (np.abs(q[:, : finger.segments].sum(axis=-1)) < MAX_BEND)
     return Contacts(finger, q, pressure, gravity, normal_force, force, torque, s, side, mu).subset(is_balanced)
@@ -112,16 +112,16 @@ def rubbing_contacts(
     `places` are fractions of the length of the finger that `finger` returns, `forces` ranges by side, N.
     """
     fraction = np.random.default_rng(seed).uniform(size=number) if fraction is None else fraction
-    rng, pressed = np.random.default_rng(seed), finger()
+    rng, rubbed_finger = np.random.default_rng(seed), finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
-    s = pressed.length * rng.uniform(*places, number)
+    s = rubbed_finger.length * rng.uniform(*places, number)
     force, pressure = (np.array([rng.uniform(*ranges[name]) for name in side]) for ranges in (forces, PRESSURES))
     rub = fraction * friction * rng.choice([-1, 1], number)
     strength = G * rng.uniform(size=number)
     gravity = strength[:, None] * _plane_directions(2 * np.pi * rng.uniform(size=number))
-    forces_on_faces = _face_forces(pressed, side, s[:, None], force[:, None], rub[:, None])
+    forces_on_faces = _face_forces(rubbed_finger, side, s[:, None], force[:, None], rub[:, None])
     sides, mu = np.array([_SIDES[name] for name in side]), np.broadcast_to(friction, number)
-    return balanced_contacts(pressed, pressure, gravity, forces_on_faces, force, s, sides, mu)
+    return balanced_contacts(rubbed_finger, pressure, gravity, forces_on_faces, force, s, sides, mu)
 
 
 def _plane_directions(angle: Array) -> Array:
@@ -131,37 +131,38 @@ def _plane_directions(angle: Array) -> Array:
 
 def _face_forces(finger: Finger, side: NDArray[np.str_], s: Array, force: Array, rub: Array) -> Forces:
     """Forces (M, K) N on the inner or outer face; `rub` is friction per force, toward the tip."""
-    section, is_inside, none = finger.section(s), (side == "inner")[:, None], np.zeros(s.shape)
+    section, is_inside, zeros = finger.section(s), (side == "inner")[:, None], np.zeros(s.shape)
     faces = np.where(is_inside, section.inner_face, section.outer_face)
-    local = force[..., None] * np.stack([np.where(is_inside, -1.0, 1.0) + none, none, rub], axis=-1)
-    return link_forces(finger, s, np.stack([faces, none, none], axis=-1), local)
+    local = force[..., None] * np.stack([np.where(is_inside, -1.0, 1.0) + zeros, zeros, rub], axis=-1)
+    return link_forces(finger, s, np.stack([faces, zeros, zeros], axis=-1), local)
 
 
 _MIN_DISTANCE, _POINTS = 0.15, 12  # of the length between two contacts, at least; forces of a spread contact
 
 
-def several_contacts(number: int, friction: float, seed: int, spread: bool = False, near: float = 0.3) -> Contacts:
+def several_contacts(
+    number: int, friction: float, seed: int, is_spread: bool = False, base_end: float = 0.3
+) -> Contacts:
     """About `number` pairs of contacts on one side, or contacts spread over a stretch of the finger.
 
-    They lie beyond `near`, a fraction of the length; force and place are the sum of their forces and its centre.
+    They lie beyond `base_end`, a fraction of the length; force and place are the sum of their forces and its centre.
     """
-    rng, finger = np.random.default_rng([seed, spread]), read_finger()
+    rng, finger = np.random.default_rng([seed, is_spread]), read_finger()
     side = np.asarray(rng.choice(list(_SIDES), number), dtype=str)
-    ends = np.sort(rng.uniform(near, 1, (number, 2)), axis=-1)
+    ends = np.sort(rng.uniform(base_end, 1, (number, 2)), axis=-1)
     fractions = rng.uniform(0.2, 0.8, number)[:, None] * np.array([1.0, -1.0]) + np.array([0.0, 1.0])
-    if spread:
-        along = np.linspace(0, 1, _POINTS)
-        ends, fractions = ends @ np.array([1 - along, along]), np.full((number, _POINTS), 1 / _POINTS)
+    if is_spread:
+        places = np.linspace(0, 1, _POINTS)
+        ends = ends @ np.array([1 - places, places])
+        fractions = np.full((number, _POINTS), 1 / _POINTS)
     total, pressure = (np.array([rng.uniform(*ranges[name]) for name in side]) for ranges in (FORCES, PRESSURES))
     gravity = G * _plane_directions(2 * np.pi * rng.uniform(size=number))
     force, rub = total[:, None] * fractions, friction * rng.uniform(-1, 1, fractions.shape)
-    apart = np.ptp(ends, axis=-1) > _MIN_DISTANCE
-    side, s, force, rub, total = side[apart], finger.length * ends[apart], force[apart], rub[apart], total[apart]
+    mask = np.ptp(ends, axis=-1) > _MIN_DISTANCE
+    side, s, force, rub, total = side[mask], finger.length * ends[mask], force[mask], rub[mask], total[mask]
     sides, center = np.array([_SIDES[name] for name in side]), (force * s).sum(axis=-1) / total
     forces = _face_forces(finger, side, s, force, rub)
-    return balanced_contacts(
-        finger, pressure[apart], gravity[apart], forces, total, center, sides, np.zeros_like(total)
-    )
+    return balanced_contacts(finger, pressure[mask], gravity[mask], forces, total, center, sides, np.zeros_like(total))
 
 
 PLACES = 0.1, 0.99  # of the length
@@ -183,15 +184,16 @@ def contacts_in_space(
     """
     rng, finger = np.random.default_rng(seed), finger_in_space()
     s = finger.length * rng.uniform(*places, number)
-    side, turn = rng.integers(faces, size=number) * 2 * np.pi / faces, rng.uniform(0, 2 * np.pi, number)
-    none, along = np.zeros(number), np.array([0.0, 0.0, 1.0])
-    normal = np.stack([np.cos(side), np.sin(side), none], axis=-1).round()
-    across, section = vector_product(np.broadcast_to(along, normal.shape), normal), finger.section(s)
+    side = rng.integers(faces, size=number) * 2 * np.pi / faces
+    turn = rng.uniform(0, 2 * np.pi, number)
+    zeros, z_axis = np.zeros(number), np.array([0.0, 0.0, 1.0])
+    normal = np.stack([np.cos(side), np.sin(side), zeros], axis=-1).round()
+    tangent, section = vector_product(np.broadcast_to(z_axis, normal.shape), normal), finger.section(s)
     depth, middle = (section.inner_face - section.outer_face) / 2, (section.inner_face + section.outer_face) / 2
-    half = np.stack([depth, np.broadcast_to(section.width / 2, s.shape), none], axis=-1)
-    place = (normal + rng.uniform(-_ACROSS, _ACROSS, number)[:, None] * across) * half
+    half = np.stack([depth, np.broadcast_to(section.width / 2, s.shape), zeros], axis=-1)
+    place = (normal + rng.uniform(-_ACROSS, _ACROSS, number)[:, None] * tangent) * half
     place[:, 0] += middle
-    rubbing = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * along
+    rubbing = np.cos(turn)[:, None] * tangent + np.sin(turn)[:, None] * z_axis
     size, mu = rng.uniform(0.1, 1.0, number), np.broadcast_to(friction, number)
     local = size[:, None] * (mu[:, None] * rubbing - normal)
     direction = rng.standard_normal((number, 3))

@@ -58,13 +58,13 @@ class ContactErrorRow:
 
 def relative_errors(estimates: Estimates) -> dict[str, Array]:
     """Errors over true force, true transverse force and length, (..., M); NaN where no contact is detected."""
-    detected = np.isfinite(estimates.estimated_force) & (estimates.estimated_force != 0)
+    is_detected = np.isfinite(estimates.estimated_force) & (estimates.estimated_force != 0)
     errors = {
         "force": np.abs(estimates.estimated_force - estimates.force) / estimates.force,
         "transverse": np.abs(estimates.estimated_transverse - estimates.transverse) / estimates.transverse,
         "place": np.abs(estimates.estimated_location - estimates.location),
     }
-    return {name: np.where(detected, values, np.nan) for name, values in errors.items()}
+    return {name: np.where(is_detected, values, np.nan) for name, values in errors.items()}
 
 
 def error_rows(
@@ -72,8 +72,8 @@ def error_rows(
 ) -> Iterator[ContactErrorRow]:
     """Rows of both sides together, of the inner and of the outer one."""
     for side in (BOTH, *SIDES):
-        chosen = _side_mask(side, contacts)
-        if chosen.any():
+        mask = _side_mask(side, contacts)
+        if mask.any():
             yield ContactErrorRow(
                 estimator=estimator,
                 sections=setup.sections,
@@ -84,8 +84,8 @@ def error_rows(
                 averaged=setup.averaged,
                 friction=float(contacts.friction[0]),
                 side=side,
-                contacts=int(chosen.sum()),
-                **_summary(estimates, chosen),
+                contacts=int(mask.sum()),
+                **_summary(estimates, mask),
             )
 
 
@@ -94,16 +94,16 @@ def _side_mask(side: str, contacts: Contacts) -> NDArray[np.bool_]:
     return np.full(len(contacts.side), True) if side == BOTH else contacts.is_inside == (side == "inner")
 
 
-def _summary(estimates: Estimates, chosen: NDArray[np.bool_]) -> dict[str, float]:
+def _summary(estimates: Estimates, mask: NDArray[np.bool_]) -> dict[str, float]:
     """Numbers of a row of chosen contacts, (M,); NaN if none is detected."""
     errors = relative_errors(estimates)
-    detected = np.isfinite(errors["force"]) & chosen
-    row = {"found_percent": 100 * float(detected[..., chosen].mean())}
+    is_detected = np.isfinite(errors["force"]) & mask
+    row = {"found_percent": 100 * float(is_detected[..., mask].mean())}
     for name, values in errors.items():
-        row |= {f"{name}_{key}_percent": 100 * value for key, value in statistics(values[detected]).items()}
+        row |= {f"{name}_{key}_percent": 100 * value for key, value in statistics(values[is_detected]).items()}
     stds = {"force": estimates.force_std / estimates.force, "place": estimates.location_std}
     for name, std in stds.items():
-        covers = (errors[name] <= STATED * std)[detected]
+        covers = (errors[name] <= STATED * std)[is_detected]
         row[f"{name}_within_2_std_percent"] = 100 * float(covers.mean()) if len(covers) else np.nan
     return row
 
@@ -162,13 +162,13 @@ def contact_errors_figure(columns: Sequence[tuple[EstimatorSetup, Estimates]], c
 def _scatter(axes: Axes, true: Array, estimated: Array, contacts: Contacts) -> None:
     axes.axline((0, 0), slope=1, color="0.75", lw=1, zorder=1)
     for side, color in SIDE_COLORS.items():
-        chosen = _side_mask(side, contacts)
+        mask = _side_mask(side, contacts)
         style: dict[str, Any] = {"s": 13, "alpha": 0.75, "lw": 0.0, "zorder": 2}
-        axes.scatter(true[chosen], estimated[chosen], color=color, label=f"{side} side", clip_on=False, **style)
+        axes.scatter(true[mask], estimated[mask], color=color, label=f"{side} side", clip_on=False, **style)
 
 
 def _describe(setup: EstimatorSetup) -> str:
-    """A setup in three lines."""
+    """Text of a setup, in three lines."""
     mean = f", mean of {setup.averaged} samples" if setup.averaged > 1 else ""
     sensors = f"{setup.sensors} sensors{mean}".capitalize()
     if not setup.stiffness:
@@ -187,13 +187,13 @@ def score_contacts(
 
     `report` is called after each of SETUPS of every estimator.
     """
-    rows, shown = list[ContactErrorRow](), dict[EstimatorSetup, Estimates]()
+    rows, estimates_by_setup = list[ContactErrorRow](), dict[EstimatorSetup, Estimates]()
     for estimator, setup, estimates in contact_estimates(contacts, estimators):
         rows += error_rows(estimator, setup, estimates, contacts)
         if estimator == estimators[0]:
-            shown[setup] = estimates
+            estimates_by_setup[setup] = estimates
         report()
     write_csv(folder / ERRORS, rows)
-    columns = [(setup, shown[setup]) for setup in SHOWN_SETUPS]
+    columns = [(setup, estimates_by_setup[setup]) for setup in SHOWN_SETUPS]
     save_figure(contact_errors_figure(columns, contacts), folder / FIGURE)
     return rows

@@ -43,17 +43,17 @@ def run(options: argparse.Namespace) -> int:
 
 
 def summary(rows: Sequence[DriftRow]) -> list[PolicyRow]:
-    """All parts together, by policy and minute, in the order of the rows."""
+    """Joins all parts by policy and minute, in the order of the rows."""
     groups: dict[tuple[str, int], list[DriftRow]] = {}
     for row in rows:
         groups.setdefault((row.policy, row.minute), []).append(row)
     summaries = []
     for (policy, minute), parts in groups.items():
         samples = np.array([row.samples for row in parts])
-        stated = samples * [row.force_stated_percent for row in parts]
+        stated_counts = samples * [row.force_stated_percent for row in parts]
         means = {
             name: float(
-                np.average([getattr(row, name) for row in parts], weights=stated if name in _STATED else samples)
+                np.average([getattr(row, name) for row in parts], weights=stated_counts if name in _STATED else samples)
             )
             for name in columns(PolicyRow)
             if name not in ("policy", "minute", "samples")
@@ -93,9 +93,9 @@ def drift_figure(rows: Sequence[PolicyRow]) -> Figure:
         figure = Figure(figsize=(8.5, 5), layout="constrained")
         for axes, (name, label) in zip(figure.subplots(2, 2, sharex=True).flat, _PANELS.items(), strict=True):
             for policy, color in zip(dict.fromkeys(row.policy for row in rows), _COLORS, strict=True):
-                chosen = [row for row in rows if row.policy == policy]
-                values = [getattr(row, name) for row in chosen]
-                axes.plot([row.minute for row in chosen], values, "o-", ms=3.5, lw=1.4, color=color, label=policy)
+                policy_rows = [row for row in rows if row.policy == policy]
+                values = [getattr(row, name) for row in policy_rows]
+                axes.plot([row.minute for row in policy_rows], values, "o-", ms=3.5, lw=1.4, color=color, label=policy)
             axes.set_ylabel(label)
             if name.endswith("covered_percent"):
                 axes.axhspan(*COVERED, color="0.9", zorder=0)

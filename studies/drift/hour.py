@@ -33,7 +33,8 @@ from studies.drift.grasps import GRASP, PERIOD, Grasps, join_grasps, simulated_g
 from studies.estimator_setup import EstimatorSetup
 from studies.robustness.rows import position_errors
 
-MINUTES, SPAN = (5, 10, 20, 30, 40, 50, 60), 5  # ends of the spans that are scored, and how long these are, min
+MINUTES = (5, 10, 20, 30, 40, 50, 60)  # ends of the scored spans
+SPAN = 5  # min, length of a scored span
 SECTIONS, SENSORS, GRASPS = 4, 12, 8  # per side; sets of sensors, and simulated grasps, of a set of the study
 FREE_PRESSURE = 2e3  # Pa, below which the gripper is open
 _MOMENT = 5.0  # s after a grasp begins
@@ -82,11 +83,13 @@ def estimate_by_contact(hour: Hour, rows: NDArray[np.int_], free_pressure: float
 
 def estimate_by_recursion(hour: Hour, rows: NDArray[np.int_]) -> PolicyEstimates:
     """`recursive`, which estimates the offsets whenever it sees that the finger is free."""
-    function, wanted = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
-    state, shapes, intervals = function.begin(hour.readings.shape[1:2]), list[ShapeEstimate](), list[Array]()
+    function, row_set = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
+    state = function.begin(hour.readings.shape[1:2])
+    shapes = list[ShapeEstimate]()
+    intervals = list[Array]()
     for i, sample in enumerate(zip(hour.readings, hour.driving, hour.gravity, strict=True)):
         state = function.step(state, *sample)
-        if i in wanted:
+        if i in row_set:
             shapes.append(function.estimate(state, hour.driving[i]))
             intervals.append(function.posterior(state, hour.driving[i]).force_interval)
     q, covariance = (np.array([getattr(shape, name) for shape in shapes]) for name in ("q", "covariance"))
@@ -137,7 +140,7 @@ def drift_rows(part: int, seed: int) -> list[DriftRow]:
 
 
 def held_rows(truth: Grasps, minutes: tuple[int, ...]) -> NDArray[np.int_]:
-    """Samples at which something is held, one a grasp, in the SPAN before each of `minutes`, by increasing numbers."""
+    """Indices of samples with a held object, one a grasp, in the SPAN before each of `minutes`."""
     rows = np.arange(round(_MOMENT / PERIOD), len(truth.q), round(GRASP / PERIOD))
     rows = rows[np.isin(_span_ends(rows), minutes)]
     return rows[truth.force[rows] > _MIN_FORCE]
@@ -151,14 +154,14 @@ def _span_ends(rows: NDArray[np.int_]) -> NDArray[np.int_]:
 def policy_rows(
     part: int, policy: str, hour: Hour, rows: NDArray[np.int_], estimates: PolicyEstimates
 ) -> Iterator[DriftRow]:
-    """A row for each minute in which there are samples, `rows` of the hour, in this order."""
+    """A row for each minute with samples, `rows` of the hour, in this order."""
     finger, ends = hour.layout.finger, _span_ends(rows)
     points = in_space(forward_kinematics(hour.truth.q[rows], finger.segment_length).points)[:, None]
     for minute in np.unique(ends).tolist():
-        chosen = np.flatnonzero(ends == minute)
-        errors = position_errors(finger, estimates.shape.at(chosen), points[chosen])
-        low, middle, high = np.moveaxis(estimates.interval[chosen], -1, 0)
-        force, stated = hour.truth.force[rows[chosen]][:, None], np.isfinite(low)
+        minute_rows = np.flatnonzero(ends == minute)
+        errors = position_errors(finger, estimates.shape.at(minute_rows), points[minute_rows])
+        low, middle, high = np.moveaxis(estimates.interval[minute_rows], -1, 0)
+        force, is_stated = hour.truth.force[rows[minute_rows]][:, None], np.isfinite(low)
         covers = (low <= force) & (force <= high)
         tip = float(errors.tip.mean())
         yield DriftRow(
@@ -169,9 +172,9 @@ def policy_rows(
             tip_mm=1e3 * tip,
             tip_percent=100 * tip / finger.length,
             shape_covered_percent=100 * float(errors.covered.mean()),
-            force_error_n=float(np.median(np.abs(middle - force)[stated])),
-            force_width_n=float(np.median((high - low)[stated])),
-            force_covered_percent=100 * float(covers[stated].mean()),
-            force_stated_percent=100 * float(stated.mean()),
-            samples=int(stated.size),
+            force_error_n=float(np.median(np.abs(middle - force)[is_stated])),
+            force_width_n=float(np.median((high - low)[is_stated])),
+            force_covered_percent=100 * float(covers[is_stated].mean()),
+            force_stated_percent=100 * float(is_stated.mean()),
+            samples=int(is_stated.size),
         )

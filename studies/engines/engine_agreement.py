@@ -73,7 +73,7 @@ CRITERION = (
 
 
 @dataclass(frozen=True)
-class Agreement:
+class EngineAgreement:
     """Agreement of a scenario in MuJoCo with Drake; worst of all fingers and steps."""
 
     scenario: str
@@ -127,22 +127,22 @@ def run_changed(name: str, **changes: str) -> Run:
     return run
 
 
-def agreement(name: str) -> Agreement:
+def agreement(name: str) -> EngineAgreement:
     """Compares a shipped scenario in both engines."""
-    ours, drake = run_changed(name, engine="mujoco"), run_changed(name, engine=DRAKE)
+    mujoco, drake = run_changed(name, engine="mujoco"), run_changed(name, engine=DRAKE)
     with_points = run_changed(name, engine=DRAKE, contact="points")
-    step = str(ours.recording.data.attrs["engine_step"]).partition(";")[0]
-    return Agreement(
-        name, *compare_runs(ours, drake), *compare_runs(ours, with_points), ending(drake), ending(ours), step
+    step = str(mujoco.recording.data.attrs["engine_step"]).partition(";")[0]
+    return EngineAgreement(
+        name, *compare_runs(mujoco, drake), *compare_runs(mujoco, with_points), ending(drake), ending(mujoco), step
     )
 
 
-def compare_runs(ours: Run, drake: Run) -> tuple[float, float, float]:
+def compare_runs(mujoco: Run, drake: Run) -> tuple[float, float, float]:
     """Differences of tips, mm, and of forces and normal forces, percent of Drake's."""
-    shift = float(np.linalg.norm(resting_tips(ours) - resting_tips(drake), axis=-1).max())
+    shift = float(np.linalg.norm(resting_tips(mujoco) - resting_tips(drake), axis=-1).max())
     percentages = []
     for signal in ("true_contact_total", "normal_force"):
-        forces, drake_forces = resting_forces(ours, signal), resting_forces(drake, signal)
+        forces, drake_forces = resting_forces(mujoco, signal), resting_forces(drake, signal)
         percentages.append(float((np.abs(forces - drake_forces) / np.maximum(drake_forces, MIN_FORCE)).max()))
     return 1e3 * shift, 100 * percentages[0], 100 * percentages[1]
 
@@ -211,11 +211,11 @@ def draw_boxes(number: int) -> list[Box]:
     rows: dict[str, list[dict[str, str]]] = {}
     with TemporaryDirectory() as folder, open_executor() as executor:
         for engine in ("mujoco", DRAKE):
-            out, fixed = Path(folder) / engine, {"engine": engine}
-            rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=fixed, own=MEASURES[:1])
+            out, engine_change = Path(folder) / engine, {"engine": engine}
+            rows[engine] = run_sweep(BOX_GRASP, points, out, executor, fixed=engine_change, own=MEASURES[:1])
     return [
-        Box(mass, friction, 1e3 * x, slow["grasp"], fast["grasp"], float(slow[weight_over_friction.__name__]))
-        for (mass, friction, x), slow, fast in zip(
+        Box(mass, friction, 1e3 * x, drake["grasp"], mujoco["grasp"], float(drake[weight_over_friction.__name__]))
+        for (mass, friction, x), drake, mujoco in zip(
             (map(float, point.values()) for point in points), rows[DRAKE], rows["mujoco"], strict=True
         )
     ]
@@ -234,7 +234,8 @@ def creep(box: Box, changes: Mapping[str, Any]) -> Creep:
     """Simulates the creep of a box in `box_grasp` with changes."""
     place = dict(zip(DRAWN_RANGES, (box.mass_kg, box.friction, 1e-3 * box.off_middle_mm), strict=True))
     changes = {**{f"models.{BOX}.{key}": value for key, value in place.items()}, **changes}
-    measures, plant = run_and_measure(BOX_GRASP, changes, MEASURES), changed_scenario(BOX_GRASP, changes).plant_config
+    measures = run_and_measure(BOX_GRASP, changes, MEASURES)
+    plant = changed_scenario(BOX_GRASP, changes).plant_config
     engine = str(changes.get("engine", DRAKE))
     step, tolerance = (1e3 * plant.time_step, plant.stiction_tolerance) if engine == DRAKE else (np.nan, np.nan)
     numbers = (measures[measure.__name__] for measure in (lifted_mm, sinking_mm))
@@ -255,7 +256,7 @@ def compare_boxes(number: int) -> None:
         print_rows(rows, f"A box of {1e3 * sinking.mass_kg:.0f} g and friction {sinking.friction:.2f}")
 
 
-def page_table(rows: Sequence[Agreement]) -> list[str]:
+def page_table(rows: Sequence[EngineAgreement]) -> list[str]:
     """Lines of the page's table: the scenarios whose forces differ most."""
     lines = [
         f"| `{row.scenario}` | {row.tips_mm:.2f} | {row.tips_mm_with_points:.2f} | {row.force_percent:.1f}"
@@ -281,7 +282,7 @@ def run(options: argparse.Namespace) -> None:
     if options.boxes is not None:
         compare_boxes(options.boxes)
         return
-    rows = {row.scenario: row for row in read_csv(TABLE, Agreement)} if TABLE.is_file() else {}
+    rows = {row.scenario: row for row in read_csv(TABLE, EngineAgreement)} if TABLE.is_file() else {}
     for name in options.scenarios or scenario_names():
         try:
             rows[name] = agreement(name)

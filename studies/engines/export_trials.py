@@ -41,7 +41,7 @@ class Lift:
     mujoco_mm: float
 
     @property
-    def held(self) -> tuple[bool, bool]:
+    def is_held(self) -> tuple[bool, bool]:
         """Whether the object is held in Drake and in MuJoCo."""
         return self.drake_mm > 1e3 * MIN_LIFT, self.mujoco_mm > 1e3 * MIN_LIFT
 
@@ -65,19 +65,19 @@ def run(options: argparse.Namespace) -> int:
 def report(rows: Sequence[Row]) -> int:
     """Prints the number of equal trials; 1 if there are too few."""
     for drake, name in ((True, "held in Drake"), (False, "dropped in Drake")):
-        counts = [sum(row.held == (drake, mujoco) for row in rows) for mujoco in (True, False)]
+        counts = [sum(row.is_held == (drake, mujoco) for row in rows) for mujoco in (True, False)]
         print(f"{name:<18} MuJoCo holds {counts[0]:>3}, drops {counts[1]:>3}")
-    equal = sum(row.held[0] == row.held[1] for row in rows)
+    equal = sum(row.is_held[0] == row.is_held[1] for row in rows)
     print(f"{equal} of {len(rows)} alike; the bar is {BAR:.0%}")
     return int(equal < BAR * len(rows))
 
 
 def run_trial(seed: int, number: int, time_step: float | None) -> Row:
-    """One trial in both simulators."""
+    """Runs one trial in both simulators."""
     kind = list(OBJECTS)[number % len(OBJECTS)]
     scenario, variation = random_grasp(kind, seed, number)
-    lifted = {"drake_mm": 1e3 * drake_lift(scenario), "mujoco_mm": 1e3 * mujoco_lift(scenario, time_step)}
-    return Row(**asdict(variation), object=kind, **lifted)
+    lifts = {"drake_mm": 1e3 * drake_lift(scenario), "mujoco_mm": 1e3 * mujoco_lift(scenario, time_step)}
+    return Row(**asdict(variation), object=kind, **lifts)
 
 
 def random_grasp(kind: str, seed: int, number: int) -> tuple[Scenario, TrialVariation]:

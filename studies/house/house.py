@@ -111,8 +111,8 @@ def revisions() -> Iterator[tuple[str, str]]:
 def run(options: argparse.Namespace) -> None:
     """Prints the tables."""
     print("| measure | today | aim, at most |\n|---|---:|---:|")
-    for name, today, aim in measures():
-        print(f"| {name} | {today:,} | {aim} |")
+    for name, value, aim in measures():
+        print(f"| {name} | {value:,} | {aim} |")
     columns = {"last commit": "HEAD", **dict(revisions())}
     print(f"\n| room | {' | '.join(f'{name}, {commit}' for name, commit in columns.items())} |")
     print(f"|---|{len(columns) * '---:|'}")

@@ -20,7 +20,7 @@ from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
-from soft_gripper.fingers.kinematics import in_plane, in_space
+from soft_gripper.fingers.kinematics import in_space, planar_vector
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 from studies.benchmark.contacts import FOLDER, layout
@@ -69,7 +69,7 @@ def contacts() -> Iterator[tuple[str, Array]]:
     """Yields forces, positions and intervals of the benchmark's test contacts."""
     rows = np.genfromtxt(FOLDER / "contacts_test.csv", delimiter=",", names=True)
     readings = np.stack([rows[f"reading_{i}"] for i in range(4)], axis=-1)
-    gravity = in_space(in_plane(rows["gravity_x"], rows["gravity_z"]))
+    gravity = in_space(planar_vector(rows["gravity_x"], rows["gravity_z"]))
     for model, bend_std in (("exact", EXACT), ("default", Uncertainty.bend_per_pressure)):
         shape = ContactShape(layout(), Uncertainty(reading=1.5e-3, bend_per_pressure=bend_std))
         inputs = readings, layout().finger.pressure_torque(rows["pressure"]), gravity
@@ -105,8 +105,8 @@ def run(options: argparse.Namespace) -> int:
         np.savez_compressed(options.folder / "oracle.npz", **cast(dict[str, Any], dict(values())))
         return 0
     results = list(differences(options.folder))
-    worse = [(name, difference, tolerance) for name, difference, tolerance in results if not difference <= tolerance]
-    for name, difference, tolerance in worse:
+    failures = [(name, difference, tolerance) for name, difference, tolerance in results if not difference <= tolerance]
+    for name, difference, tolerance in failures:
         print(f"{name}: differs by {difference:.3g}, allowed {tolerance:g}")
-    print(f"{len(results)} signals, {len(worse)} differ by more than allowed")
-    return int(bool(worse))
+    print(f"{len(results)} signals, {len(failures)} differ by more than allowed")
+    return int(bool(failures))

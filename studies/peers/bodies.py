@@ -19,7 +19,7 @@ class Body(NamedTuple):
     """A body of one shape. Its frame lies in its centre of mass if it is free."""
 
     name: str
-    free: bool
+    is_free: bool
     X_WB: RigidTransform  # initial pose
     X_BG: RigidTransform  # the shape in the frame of the body
     size: tuple[float, ...]  # m: edges of a box; radius and length of a cylinder along z; none for a mesh
@@ -46,18 +46,19 @@ def scene_bodies(scenario: Scenario) -> list[Body]:
     return bodies
 
 
-def _body(scene: Scene, body: RigidBody, name: str, free: bool, X_WB: RigidTransform) -> Body:
+def _body(scene: Scene, body: RigidBody, name: str, is_free: bool, X_WB: RigidTransform) -> Body:
     inspector = scene.scene_graph.model_inspector()
     frame = scene.plant.GetBodyFrameIdOrThrow(body.index())
     (shape,) = inspector.GetGeometries(frame, Role.kProximity)
     size, mesh = _shape(inspector, shape)
     inertia = body.default_spatial_inertia()
-    rotational_inertia = inertia.CalcRotationalInertia().CopyToFullMatrix3() if free else np.zeros((3, 3))
+    rotational_inertia = inertia.CalcRotationalInertia().CopyToFullMatrix3() if is_free else np.zeros((3, 3))
     friction = inspector.GetProximityProperties(shape).GetPropertyOrDefault(
         "material", "coulomb_friction", CoulombFriction(0, 0)
     )
     X_BG = inspector.GetPoseInFrame(shape)
-    return Body(name, free, X_WB, X_BG, size, mesh, body.default_mass(), rotational_inertia, friction.static_friction())
+    friction_coefficient = friction.static_friction()
+    return Body(name, is_free, X_WB, X_BG, size, mesh, body.default_mass(), rotational_inertia, friction_coefficient)
 
 
 def _shape(inspector: SceneGraphInspector, geometry: GeometryId) -> tuple[tuple[float, ...], Path | None]:

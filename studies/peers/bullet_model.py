@@ -12,12 +12,12 @@ from soft_gripper.fingers import Finger
 from soft_gripper.fingers.finger_links import joint_name
 from soft_gripper.truth.contact import combined_friction
 from studies.peers.bodies import Body
-from studies.peers.task import Setting, Task
+from studies.peers.task import PeerTask, Setting
 
 _UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0}
 
 
-class Gripper(NamedTuple):
+class BulletGripper(NamedTuple):
     """A model with fingers in PyBullet; the joints are those of the fingers, one after the other."""
 
     body: int
@@ -25,17 +25,17 @@ class Gripper(NamedTuple):
     joints: list[int]
 
 
-def add_scene(client: BulletClient, task: Task, setting: Setting) -> tuple[list[Gripper], int | None]:
+def add_scene(client: BulletClient, task: PeerTask, setting: Setting) -> tuple[list[BulletGripper], int | None]:
     """Adds all of a task; returns the grippers and the free body, if there is one."""
     grippers = [_add_gripper(client, task, number, setting) for number in range(len(task.grippers))]
     grasped = None
     for body in task.bodies:
         number = _add_body(client, task, body)
-        grasped = number if body.free else grasped
+        grasped = number if body.is_free else grasped
     return grippers, grasped
 
 
-def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting) -> Gripper:
+def _add_gripper(client: BulletClient, task: PeerTask, number: int, setting: Setting) -> BulletGripper:
     model, expanded = task.grippers[number]
     X = model.X_PC.GetDeterministicValue()
     with TemporaryDirectory() as folder:
@@ -52,21 +52,21 @@ def _add_gripper(client: BulletClient, task: Task, number: int, setting: Setting
         # Every joint has a motor that holds it, unless it is disabled; implicit torques include the damping.
         client.setJointMotorControl2(body, joint, pybullet.VELOCITY_CONTROL, force=0)
         client.changeDynamics(body, joint, jointDamping=0.0 if setting["implicit"] else value)
-    return Gripper(body, expanded.fingers, joints)
+    return BulletGripper(body, expanded.fingers, joints)
 
 
-def _finger_friction(task: Task) -> float:
+def _finger_friction(task: PeerTask) -> float:
     """PyBullet multiplies the frictions of two surfaces; this friction makes the product Drake's value."""
-    touched_body = task.free or next(iter(task.bodies), None)
+    touched_body = task.grasped_body or next(iter(task.bodies), None)
     if touched_body is None:
         return 0.0
     return combined_friction(task.fingers[0].contact.friction, touched_body.friction) / touched_body.friction
 
 
-def _add_body(client: BulletClient, task: Task, body: Body) -> int:
+def _add_body(client: BulletClient, task: PeerTask, body: Body) -> int:
     position, turn = _pose(body.X_BG)
     number = client.createMultiBody(
-        body.mass if body.free else 0.0,
+        body.mass if body.is_free else 0.0,
         client.createCollisionShape(
             **_shape(client, body), collisionFramePosition=position, collisionFrameOrientation=turn
         ),
@@ -74,10 +74,10 @@ def _add_body(client: BulletClient, task: Task, body: Body) -> int:
         *_pose(body.X_WB),
     )
     friction = body.friction
-    if task.free is not None and not body.free:
-        friction = combined_friction(task.free.friction, body.friction) / task.free.friction
+    if task.grasped_body is not None and not body.is_free:
+        friction = combined_friction(task.grasped_body.friction, body.friction) / task.grasped_body.friction
     client.changeDynamics(number, -1, lateralFriction=friction, **_UNDAMPED)
-    if body.free:
+    if body.is_free:
         client.changeDynamics(number, -1, localInertiaDiagonal=body.inertia.diagonal().tolist())
     return number
 

@@ -8,12 +8,12 @@ from pybullet_utils.bullet_client import BulletClient
 
 from soft_gripper.arrays import Array
 from soft_gripper.fingers import forward_kinematics, gravity_torque
-from studies.peers.bullet_model import Gripper, add_scene
+from studies.peers.bullet_model import BulletGripper, add_scene
 from studies.peers.sensing import sense
-from studies.peers.task import Run, Setting, Task, Trial
+from studies.peers.task import PeerTask, PeerTrial, Run, Setting
 
 
-def make_run(task: Task, setting: Setting) -> Run:
+def make_run(task: PeerTask, setting: Setting) -> Run:
     """Makes runs by a client that is emptied before each.
 
     PyBullet has no joint springs. Python applies their torques at every step: explicitly, or so that the step of
@@ -22,7 +22,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     client, substeps = BulletClient(pybullet.DIRECT), task.substeps(setting["step"])
     pressures = task.pressures(substeps)
 
-    def run() -> Trial:
+    def run() -> PeerTrial:
         client.resetSimulation()
         client.setGravity(*task.scenario.gravity)
         client.setPhysicsEngineParameter(fixedTimeStep=setting["step"], **setting.get("engine", {}))
@@ -43,7 +43,7 @@ def make_run(task: Task, setting: Setting) -> Run:
         if task.sensed:
             sense(task, angles, pressures[:, -1])
         seconds = process_time() - start
-        return Trial(seconds, forward_kinematics(angles, task.fingers[0].segment_length).tip, objects)
+        return PeerTrial(seconds, forward_kinematics(angles, task.fingers[0].segment_length).tip, objects)
 
     return run
 
@@ -51,7 +51,7 @@ def make_run(task: Task, setting: Setting) -> Run:
 class _Springs:
     """The torques at the joints of all fingers of one gripper, F of N joints."""
 
-    def __init__(self, client: BulletClient, gripper: Gripper, setting: Setting, gravity: complex):
+    def __init__(self, client: BulletClient, gripper: BulletGripper, setting: Setting, gravity: complex):
         self._client, self._gripper, self._gravity = client, gripper, gravity
         self._step, self._implicit = setting["step"], setting["implicit"]
         finger, fingers = gripper.fingers[0], len(gripper.fingers)

@@ -8,7 +8,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from studies.peers.measures import creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
-from studies.peers.task import Run, Setting, Task, Trial, load_task
+from studies.peers.task import PeerTask, PeerTrial, Run, Setting, load_task
 
 EQUAL_FACTOR = 1.1  # ratio to our error or creep up to which another counts as equal
 
@@ -39,7 +39,7 @@ class Result(NamedTuple):
         return self.holds and self.quality <= EQUAL_FACTOR * other.quality
 
     def times_behind(self, other: "Result") -> float:
-        """Ratio of its time to that of another one; median over the alternating rounds."""
+        """Ratio of its time to the other result's; median over the alternating rounds."""
         return float(np.median(self.seconds / other.seconds))
 
 
@@ -57,9 +57,9 @@ def installed_simulators(names: Iterable[str]) -> list[str]:
 
 
 def compare(name: str, config: dict[str, Any], simulators: Iterable[str], rounds: int) -> list[Result]:
-    """All results of a task, ours with its default first."""
+    """Runs a task in all simulators; our default result comes first."""
     runs: list[tuple[str, Setting, Run]] = []
-    references: dict[str, Trial] = {}
+    references: dict[str, PeerTrial] = {}
     for simulator in simulators:
         settings = config["simulators"][simulator].get(name)
         if settings is not None:
@@ -79,7 +79,7 @@ def _make(simulator: str, name: str, config: dict[str, Any], setting: Setting) -
 
 
 def _result(
-    task: Task, name: str, simulator: str, setting: Setting, trial: Trial, reference: Trial, seconds: Array
+    task: PeerTask, name: str, simulator: str, setting: Setting, trial: PeerTrial, reference: PeerTrial, seconds: Array
 ) -> Result:
     error = tip_error(task, trial, reference)
     return Result(name, simulator, setting, seconds, error, creep(task, trial), holds(task, trial))
@@ -87,17 +87,17 @@ def _result(
 
 def chosen_results(results: list[Result]) -> list[Result]:
     """Our default, then of every simulator the fastest result that matches it, or the best one if none does."""
-    ours = results[0]
-    chosen = [ours]
+    own_result = results[0]
+    selection = [own_result]
     for simulator in dict.fromkeys(result.simulator for result in results if result.simulator != OURS):
         simulator_results = [result for result in results if result.simulator == simulator]
-        matching = [result for result in simulator_results if result.matches(ours)]
-        chosen.append(max(matching, key=lambda r: r.speed) if matching else min(simulator_results, key=_rank))
-    return chosen
+        matching = [result for result in simulator_results if result.matches(own_result)]
+        selection.append(max(matching, key=lambda r: r.speed) if matching else min(simulator_results, key=_rank))
+    return selection
 
 
 def equal_setting(results: list[Result], other: Result) -> Result | None:
-    """Our fastest result that matches that of another simulator; None if none of our settings does."""
+    """Our fastest result that matches another simulator's result; None if no setting of ours does."""
     matching = [result for result in results if result.simulator == OURS and result.matches(other)]
     return max(matching, key=lambda result: result.speed, default=None)
 

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from soft_gripper.arrays import Array
 from soft_gripper.fingers import Finger
 from studies.peers.sensing import sense
-from studies.peers.task import Run, Setting, Task, Trial
+from studies.peers.task import PeerTask, PeerTrial, Run, Setting
 
 _GRAVITY_DIRECTION = (0.0, 0.0, 1.0)  # a finger hangs: gravity pulls along z of its frame B
 
@@ -18,7 +18,7 @@ class _Rods(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcin
     """The features of PyElastica in use, which it requires as base classes."""
 
 
-def make_run(task: Task, setting: Setting) -> Run:
+def make_run(task: PeerTask, setting: Setting) -> Run:
     """Makes runs by rods that are built anew before each.
 
     Elements are the finger's links, so that nodes between them are its joints, of the same stiffness. Pressure is rest
@@ -30,7 +30,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     step, substeps = setting["step"], task.substeps(setting["step"])
     pressures, stepper = task.pressures(substeps), elastica.PositionVerlet()
 
-    def run() -> Trial:
+    def run() -> PeerTrial:
         rods, fingers = _make_rods(task, step)
         bends = [_rest_curvature(finger) for finger in task.fingers]
         tips = np.zeros((len(pressures), len(fingers)), dtype=complex)
@@ -50,12 +50,12 @@ def make_run(task: Task, setting: Setting) -> Run:
                 angles[sample] = [rod.kappa[0] * rod.voronoi_dilatation * rod.rest_voronoi_lengths for rod in fingers]
         if task.sensed:
             sense(task, angles, pressures[:, -1])
-        return Trial(process_time() - start, tips, np.zeros((len(tips), 0)))
+        return PeerTrial(process_time() - start, tips, np.zeros((len(tips), 0)))
 
     return run
 
 
-def _make_rods(task: Task, step: float) -> tuple[_Rods, list[elastica.CosseratRod]]:
+def _make_rods(task: PeerTask, step: float) -> tuple[_Rods, list[elastica.CosseratRod]]:
     rods, gravity = _Rods(), np.linalg.norm(task.scenario.gravity)
     fingers = [_make_rod(finger) for finger in task.fingers]
     for finger, rod in zip(task.fingers, fingers, strict=True):

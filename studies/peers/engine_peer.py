@@ -11,13 +11,13 @@ import numpy as np
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import Run as Simulated
 from soft_gripper.diagrams.simulation import run_many
-from studies.peers.task import Run, Setting, Task, Trial
+from studies.peers.task import PeerTask, PeerTrial, Run, Setting
 
 _PLANE_AXES = np.array([1j, 0, 1])  # of a finger, as a complex number
 _SENSED_SIGNALS = ("strain", "theta", "estimated_joint_angles", "external_torque")
 
 
-def make_run(task: Task, setting: Setting) -> Run:
+def make_run(task: PeerTask, setting: Setting) -> Run:
     """Makes equal runs of the task, `runs` at once; a `time_step` of the setting refines the engine's step.
 
     The tips are those of the sample before, as all truth in a recording, also in the converged run.
@@ -27,7 +27,7 @@ def make_run(task: Task, setting: Setting) -> Run:
     scenario.plant_config.time_step = setting.get("time_step", scenario.plant_config.time_step)
     scenarios = [scenario] * setting["runs"]
 
-    def run() -> Trial:
+    def run() -> PeerTrial:
         start = process_time()
         recordings = [run.recording for run in cast(Iterator[Simulated], run_many(scenarios, described=False))]
         for recording in recordings if task.sensed else ():
@@ -36,14 +36,18 @@ def make_run(task: Task, setting: Setting) -> Run:
         recording = recordings[0]
         names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
         tips = np.array([recording.samples(name) @ _PLANE_AXES for name in names]).T
-        held = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
-        return Trial(seconds, tips, held)
+        positions = (
+            recording[f"{task.grasped_body.name}.pose"].values[1:, -3:]
+            if task.grasped_body
+            else np.zeros((len(tips), 0))
+        )
+        return PeerTrial(seconds, tips, positions)
 
     run()  # its station is built
     return run
 
 
-def _read_signals(task: Task, recording: Recording) -> None:
+def _read_signals(task: PeerTask, recording: Recording) -> None:
     """Reads the signals that are compared, which computes them."""
     for finger in task.fingers:
         for name in _SENSED_SIGNALS:

@@ -5,11 +5,11 @@ import numpy as np
 
 from soft_gripper.extras.export.mjcf import EXPLICIT_STEP, to_mjcf
 from soft_gripper.fingers.finger_links import joint_name
-from studies.peers.task import Setting, Task
+from studies.peers.task import PeerTask, Setting
 
 
-def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
-    """The model under the options of a setting; the stiffness of its skins is that of the integrator."""
+def make_model(task: PeerTask, setting: Setting) -> mujoco.MjModel:
+    """The model under the options of a setting, with skins as stiff as its integrator requires."""
     step = setting["step"] if setting["integrator"] == "discrete" else min(setting["step"], EXPLICIT_STEP)
     exported = to_mjcf(task.scenario, step)
     meshes = {name: source.read_bytes() for name, source in exported.meshes.items()}
@@ -18,7 +18,7 @@ def make_model(task: Task, setting: Setting) -> mujoco.MjModel:
     return spec.compile()
 
 
-def angle_indices(model: mujoco.MjModel, task: Task) -> np.ndarray:
+def angle_indices(model: mujoco.MjModel, task: PeerTask) -> np.ndarray:
     """Indices of the joint angles in qpos, (F, N)."""
     model_fingers = [(config.name, finger) for config, expanded in task.grippers for finger in expanded.fingers]
     return np.array(
@@ -31,11 +31,11 @@ def angle_indices(model: mujoco.MjModel, task: Task) -> np.ndarray:
 
 def object_indices(model: mujoco.MjModel) -> np.ndarray:
     """Indices of the position of the free body in qpos, (3,); empty if there is none."""
-    (free,) = np.nonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
-    return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free)]).astype(int)
+    (free_joints,) = np.nonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+    return np.concatenate([[], *(model.jnt_qposadr[joint] + np.arange(3) for joint in free_joints)]).astype(int)
 
 
-def _set_options(spec: mujoco.MjSpec, task: Task, setting: Setting) -> None:
+def _set_options(spec: mujoco.MjSpec, task: PeerTask, setting: Setting) -> None:
     option = spec.option
     option.timestep = setting["step"]
     option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{setting['integrator'].upper()}")

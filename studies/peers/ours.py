@@ -15,10 +15,10 @@ from soft_gripper.diagrams.wiring.plant_signals import add_plant_signals
 from soft_gripper.diagrams.wiring.sensors import add_joint_angles
 from soft_gripper.fingers import PlantFinger, forward_kinematics
 from soft_gripper.scenario import sensor_layout
-from studies.peers.task import Run, Setting, Task, Trial
+from studies.peers.task import PeerTask, PeerTrial, Run, Setting
 
 
-def make_run(task: Task, setting: Setting) -> Run:
+def make_run(task: PeerTask, setting: Setting) -> Run:
     """A diagram of the task; `setting` has fields of `plant_config`."""
     scenario, builder = task.scenario, DiagramBuilder()
     for field, value in setting.items():
@@ -27,16 +27,16 @@ def make_run(task: Task, setting: Setting) -> Run:
     drive = add_pressure_drive(builder, scene.fingers, scenario.pressure)
     add_steps(builder, "pressure", scenario.pressure.steps, scenario.step_duration, drive.pressure_commands)
     signals = {}
-    if task.free is not None:
-        pose = f"{task.free.name}.pose"
-        signals[pose] = add_plant_signals(builder, scene, [task.free.name])[pose]
+    if task.grasped_body is not None:
+        pose = f"{task.grasped_body.name}.pose"
+        signals[pose] = add_plant_signals(builder, scene, [task.grasped_body.name])[pose]
     for finger in scene.fingers:
         signals |= _sense(builder, task, finger, drive.pressures[finger.name])
     logs = add_logs(builder, signals, task.period)
     remove_unread_blocks(builder, signals)  # as `simulate` and sweeps do
     diagram = builder.Build()
 
-    def run() -> Trial:
+    def run() -> PeerTrial:
         simulator = Simulator(diagram)
         ApplySimulatorConfig(solver_config(scenario), simulator)
         simulator.Initialize()
@@ -48,18 +48,22 @@ def make_run(task: Task, setting: Setting) -> Run:
             seconds = process_time() - start
         q = np.array([recording.samples(f"{finger.name}.joint_angles") for finger in scene.fingers])
         tips = forward_kinematics(q, task.fingers[0].segment_length).tip.T
-        positions = recording[f"{task.free.name}.pose"].values[1:, -3:] if task.free else np.zeros((len(tips), 0))
-        return Trial(seconds, tips, positions)
+        positions = (
+            recording[f"{task.grasped_body.name}.pose"].values[1:, -3:]
+            if task.grasped_body
+            else np.zeros((len(tips), 0))
+        )
+        return PeerTrial(seconds, tips, positions)
 
     return run
 
 
-def _sense(builder: DiagramBuilder, task: Task, finger: PlantFinger, pressure: OutputPort) -> dict[str, OutputPort]:
+def _sense(builder: DiagramBuilder, task: PeerTask, finger: PlantFinger, pressure: OutputPort) -> dict[str, OutputPort]:
     """The signals of one finger: its joint angles alone, or all that is measured and estimated."""
     scenario = task.scenario
     if not task.sensed:
         return {f"{finger.name}.joint_angles": add_joint_angles(builder, finger)}
-    measured = add_sensors(builder, finger, scenario.sensor, pressure)
+    measurements = add_sensors(builder, finger, scenario.sensor, pressure)
     layout, gravity = sensor_layout(finger.finger, scenario.sensor), np.array(scenario.gravity)
-    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, scenario.sensor, gravity, measured)
-    return {f"{finger.name}.{name}": port for name, port in {**measured, **estimated}.items()}
+    estimated = add_estimation(builder, finger.name, layout, scenario.estimator, scenario.sensor, gravity, measurements)
+    return {f"{finger.name}.{name}": port for name, port in {**measurements, **estimated}.items()}

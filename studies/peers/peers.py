@@ -27,7 +27,8 @@ def run(options: argparse.Namespace) -> None:
     config = yaml.safe_load(Path(__file__).with_name("settings.yaml").read_text(encoding="utf-8"))
     for task in options.tasks:
         require(task in config["tasks"], "peers", "TASK", task, f"known: {', '.join(config['tasks'])}")
-    tasks, simulators = options.tasks or list(config["tasks"]), installed_simulators(config["simulators"])
+    tasks = options.tasks or list(config["tasks"])
+    simulators = installed_simulators(config["simulators"])
     results = {}
     print(*table([]), sep="\n", flush=True)
     for task in tasks:

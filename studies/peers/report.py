@@ -26,7 +26,7 @@ _TABLE_HEADING = (
 
 def table(results: Iterable[list[Result]]) -> list[str]:
     """The chosen_results settings of all tasks, as lines of Markdown."""
-    return [*_TABLE_HEADING, *(line for of_task in results for line in rows(of_task))]
+    return [*_TABLE_HEADING, *(line for task_results in results for line in rows(task_results))]
 
 
 def rows(results: list[Result]) -> list[str]:
@@ -39,30 +39,30 @@ def rows(results: list[Result]) -> list[str]:
 
 
 def _words(result: Result) -> str:
-    """A setting in a few words."""
+    """Text of a setting, in a few words."""
     parts = (f"{key} {value}" for key, value in _flatten(result.setting).items())
     return ", ".join(parts)
 
 
 def _flatten(setting: Setting) -> Setting:
     """Fields, those of a nested mapping among them; steps in ms."""
-    flat: Setting = {}
+    flat_setting: Setting = {}
     for key, value in setting.items():
         if isinstance(value, dict):
-            flat |= value
+            flat_setting |= value
         elif key in ("step", "time_step"):
-            flat["step"] = f"{1e3 * value:g} ms"
+            flat_setting["step"] = f"{1e3 * value:g} ms"
         else:
-            flat[key] = value
-    return flat
+            flat_setting[key] = value
+    return flat_setting
 
 
 def _cells(result: Result, results: list[Result]) -> str:
-    ours, match = results[0], equal_setting(results, result)
+    own_result, match = results[0], equal_setting(results, result)
     creep = "" if np.isnan(result.creep) else f"{1e3 * result.creep:.4f}"
-    verdict = "yes" if result.matches(ours) else "no" if result.holds else "does not hold"
+    verdict = "yes" if result.matches(own_result) else "no" if result.holds else "does not hold"
     slowdown = "none of ours" if match is None else f"{result.times_behind(match):.2g}"
-    times = f"{result.times_behind(ours):.2g}"
+    times = f"{result.times_behind(own_result):.2g}"
     return f"{result.speed:.3g} | {1e3 * result.error:.3f} | {creep} | {times} | {verdict} | {slowdown}"
 
 
@@ -71,9 +71,9 @@ def draw(results: dict[str, list[Result]], stem: Path) -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 6), layout="constrained")
         panels = figure.subplots(2, -(-len(results) // 2), squeeze=False).ravel()
-        simulators = list(dict.fromkeys(r.simulator for of_task in results.values() for r in of_task))
-        for panel, (task, of_task) in zip(panels, results.items(), strict=False):
-            _draw_panel(panel, task, of_task, simulators)
+        simulators = list(dict.fromkeys(r.simulator for task_results in results.values() for r in task_results))
+        for panel, (task, task_results) in zip(panels, results.items(), strict=False):
+            _draw_panel(panel, task, task_results, simulators)
         for panel in panels[len(results) :]:
             panel.axis("off")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)

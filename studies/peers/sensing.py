@@ -6,10 +6,10 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators import BendSharing, arcs_from_readings, joints_on_arcs
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows
 from soft_gripper.sensors import SensorLayout, extension_ratios
-from studies.peers.task import Task
+from studies.peers.task import PeerTask
 
 
-def sense(task: Task, q: Array, pressure: Array) -> tuple[Array, Array, Planar, Array, Array]:
+def sense(task: PeerTask, q: Array, pressure: Array) -> tuple[Array, Array, Planar, Array, Array]:
     """Strain, arcs, positions of the joints, joint angles and external torque of fingers that are alike and hang.
 
     Args:

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from importlib import import_module
 
-from studies.peers.task import Run, Setting, Task
+from studies.peers.task import PeerTask, Run, Setting
 
-MakeRun = Callable[[Task, Setting], Run]
+MakeRun = Callable[[PeerTask, Setting], Run]
 OURS = "soft-gripper"
 _MODULES = {
     OURS: "ours",

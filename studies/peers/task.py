@@ -18,7 +18,7 @@ from studies.peers.bodies import Body, scene_bodies
 Setting = dict[str, Any]  # of a simulator, as in settings.yaml
 
 
-class Trial(NamedTuple):
+class PeerTrial(NamedTuple):
     """A run, sampled at the end of every period of the sensors; T samples, F fingers."""
 
     seconds: float  # CPU time of stepping, and of sensing if requested
@@ -26,11 +26,11 @@ class Trial(NamedTuple):
     held: Array  # (T, 3) m in the world, of the free body; (T, 0) where there is none
 
 
-Run = Callable[[], Trial]  # from the beginning, every time
+Run = Callable[[], PeerTrial]  # from the beginning, every time
 
 
 @dataclass(frozen=True)
-class Task:
+class PeerTask:
     """A scenario with pressures in steps; `sensed` requests strain, shape and external torque at every sample."""
 
     scenario: Scenario
@@ -49,13 +49,12 @@ class Task:
 
     @cached_property
     def bodies(self) -> list[Body]:
-        """All bodies that are not grippers, in their poses."""
+        """Bodies other than grippers, in their poses."""
         return scene_bodies(self.scenario)
 
     @property
-    def free(self) -> Body | None:
-        """The grasped object."""
-        return next((body for body in self.bodies if body.free), None)
+    def grasped_body(self) -> Body | None:
+        return next((body for body in self.bodies if body.is_free), None)
 
     @property
     def period(self) -> float:
@@ -71,17 +70,17 @@ class Task:
     def pressures(self, substeps: int) -> Array:
         """Lagging pressures in the chambers in the middle of all substeps of every period, (T, substeps, F) Pa."""
         lag = self.scenario.pressure.time_constant
-        fades = np.exp(-(np.arange(substeps) + 0.5) / substeps * self.period / lag)[:, None]
+        decay = np.exp(-(np.arange(substeps) + 0.5) / substeps * self.period / lag)[:, None]
         last_pressures = np.zeros_like(self.commands)
         for i, command in enumerate(self.commands[:-1]):
             last_pressures[i + 1] = command + (last_pressures[i] - command) * np.exp(-self.period / lag)
-        return self.commands[:, None] + (last_pressures - self.commands)[:, None] * fades
+        return self.commands[:, None] + (last_pressures - self.commands)[:, None] * decay
 
     def substeps(self, step: float) -> int:
         """Steps of `step` s in a period."""
         return round(self.period / step)
 
 
-def load_task(spec: dict[str, Any], overrides: tuple[str, ...] = ()) -> Task:
+def load_task(spec: dict[str, Any], overrides: tuple[str, ...] = ()) -> PeerTask:
     """A task as settings.yaml describes it, with more overrides of its scenario."""
-    return Task(load_scenario(spec["scenario"], [*spec["overrides"], *overrides]), spec.get("sensed", False))
+    return PeerTask(load_scenario(spec["scenario"], [*spec["overrides"], *overrides]), spec.get("sensed", False))

@@ -35,8 +35,8 @@ def map_figure(rows: Sequence[RobustnessRow]) -> Figure:
         panels = figure.subplots(len(nominals), len(counts), sharex=True, sharey=True, squeeze=False)
         for line, nominal in zip(panels, nominals, strict=True):
             for axes, count in zip(line, counts, strict=True):
-                chosen = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
-                image = _draw(axes, _largest_errors(chosen, estimators, noises))
+                panel_rows = [row for row in rows if (row.nominal, row.sections) == (nominal, count)]
+                image = _draw(axes, _largest_errors(panel_rows, estimators, noises))
                 axes.set_xticks(range(len(noises)), ["0" if n == 0 else f"{n:g}×" for n in noises])
                 axes.set_yticks(range(len(estimators)), estimators)
             line[0].set_ylabel(f"nominal model:\n{nominal}")
@@ -75,15 +75,15 @@ HIGHER = 1.5  # times the bars of the shipped finger, for others with an exact n
 
 
 def robustness_claims(rows: Sequence[RobustnessRow], plants: Sequence[PlantRow]) -> list[Claim]:
-    """All claims."""
-    others = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
+    """Checks all claims against the rows."""
+    other_plants = [name for name in dict.fromkeys(row.plant for row in plants) if name != RUBBER.name]
     return [
         _error_claim(rows),
         _arcs_claim(rows),
         _coverage_claim(rows),
         *(
             _bar_claim([row for row in plants if row.plant == name], bar.times(HIGHER), name)
-            for name in others
+            for name in other_plants
             for bar in BARS
         ),
     ]
@@ -95,16 +95,16 @@ def realistic_rows(rows: Sequence[RobustnessRow], estimator: str, sections: int)
 
 
 def _error_claim(rows: Sequence[RobustnessRow]) -> Claim:
-    chosen = realistic_rows(rows, BEST, SENSORS)
-    mean, p95 = (float(np.max([getattr(row, name) for row in chosen])) for name in ("mean_mm", "p95_mm"))
+    best_rows = realistic_rows(rows, BEST, SENSORS)
+    mean, p95 = (float(np.max([getattr(row, name) for row in best_rows])) for name in ("mean_mm", "p95_mm"))
     text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: within {MEAN:g} mm (mean) and {P95:g} mm (95th percentile)"
     return Claim("ours", text, mean <= MEAN and p95 <= P95, f"{mean:.2f} and {p95:.2f} mm")
 
 
 def _arcs_claim(rows: Sequence[RobustnessRow]) -> Claim:
-    ours, arcs = realistic_rows(rows, BEST, SENSORS), realistic_rows(rows, ARCS, MORE)
-    ratios = np.array([few.mean_mm / more.mean_mm for few, more in zip(ours, arcs, strict=True)])
-    worst = ours[int(np.argmax(ratios))]
+    own_rows, arcs_rows = realistic_rows(rows, BEST, SENSORS), realistic_rows(rows, ARCS, MORE)
+    ratios = np.array([own.mean_mm / other.mean_mm for own, other in zip(own_rows, arcs_rows, strict=True)])
+    worst = own_rows[int(np.argmax(ratios))]
     text = f"{BEST}, {SENSORS} {REALISTIC} sensors per side: better than {ARCS} with {MORE}"
     number = f"{ratios.min():.2f} to {ratios.max():.2f} times the mean error; worst: {worst.scenario}, {worst.nominal}"
     return Claim("ours", text, bool(ratios.max() < 1), number)
@@ -120,8 +120,8 @@ def _coverage_claim(rows: Sequence[RobustnessRow]) -> Claim:
 
 def _bar_claim(rows: Sequence[PlantRow], bar: Bar, plant: str) -> Claim:
     best = [row for row in rows if (row.plant, row.estimator) == (plant, BEST) and row.sections in bar.sections]
-    chosen = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
+    bar_rows = [row for row in best if row.scenario in (bar.scenarios or (row.scenario,))]
     columns = ("mean_mm", "worst_mm", "tip_mm")
-    mean, worst, tip = (float(np.max([getattr(row, column) for row in chosen])) for column in columns)
-    holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or worst <= bar.worst)
-    return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {worst:.2f} mm; tip {tip:.2f} mm")
+    mean, largest, tip = (float(np.max([getattr(row, column) for row in bar_rows])) for column in columns)
+    holds = mean <= bar.mean and tip <= 2 * bar.mean and (bar.worst is None or largest <= bar.worst)
+    return Claim("ours", f"{plant}: {BEST}, {bar.text}", holds, f"{mean:.2f} and {largest:.2f} mm; tip {tip:.2f} mm")

@@ -101,17 +101,17 @@ class Plant:
 
     def scenario(self, name: str, folder: Path) -> Scenario:
         """A shipped scenario with these fingers; their files are written to `folder`."""
-        shipped = load_scenario(name)
+        shipped_scenario = load_scenario(name)
         changes: dict[str, Any] = {"plant_config.time_step": self.time_step, **self.changes.get(name, {})}
-        for i, model in enumerate(shipped.models):
+        for i, model in enumerate(shipped_scenario.models):
             if model.file.endswith(".urdf"):
                 file = folder / Path(model.file).name
                 text = changed_urdf(model_path(model.file), change=lambda m: replace(m, finger=self.finger(m.finger)))
                 file.write_text(text, encoding="utf-8")
                 changes[f"models.{i}.file"] = str(file.resolve())
         for end in ("minimum", "maximum"):
-            changes[f"pressure.{end}"] = self.pressure * getattr(shipped.pressure, end)
-        changes["pressure.steps.all"] = [self.pressure * step for step in shipped.pressure.steps["all"]]
+            changes[f"pressure.{end}"] = self.pressure * getattr(shipped_scenario.pressure, end)
+        changes["pressure.steps.all"] = [self.pressure * step for step in shipped_scenario.pressure.steps["all"]]
         return changed_scenario(name, changes)
 
 
@@ -128,7 +128,7 @@ EVERY = 10  # of the held samples, so far apart: they hardly differ except in wh
 
 @dataclass(frozen=True)
 class FingerAtRest:
-    """A finger of a recording with T samples, of which K at its held steps are used."""
+    """A finger of a recording with T samples; K of them, at its held steps, are used."""
 
     station: Station
     recording: Recording
@@ -180,5 +180,5 @@ class FingerAtRest:
 def touched_fingers(name: str, station: Station, recording: Recording) -> Sequence[FingerAtRest]:
     """The fingers of a recording that touch something; all of them if none does."""
     contacts = contact_table(name, station, recording)
-    touched = {row.finger for row in touched_finger_rows(contacts, contacts)}
-    return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in touched]
+    names = {row.finger for row in touched_finger_rows(contacts, contacts)}
+    return [FingerAtRest(station, recording, finger) for finger in station.fingers if finger.name in names]

@@ -77,16 +77,16 @@ class SummaryRow:
 def summary(
     rows: Sequence[RobustnessRow], plants: Sequence[PlantRow], estimators: Sequence[str] = SHOWN
 ) -> Iterator[SummaryRow]:
-    """Realistic sensors with the worst nominal model, coverage over nominal models, and rubber.
+    """Yields summary rows: realistic sensors with the worst nominal model, coverage over nominal models, and rubber.
 
     Estimators without a covariance have errors with realistic sensors alone.
     """
 
-    def errors(chosen: Sequence[Any]) -> str:
-        return f"{max(row.mean_mm for row in chosen):.2f}/{max(row.p95_mm for row in chosen):.2f}"
+    def errors(rows: Sequence[Any]) -> str:
+        return f"{max(row.mean_mm for row in rows):.2f}/{max(row.p95_mm for row in rows):.2f}"
 
-    def coverage(chosen: Sequence[Any]) -> str:
-        percents = [100 * row.coverage for row in chosen]
+    def coverage(rows: Sequence[Any]) -> str:
+        percents = [100 * row.coverage for row in rows]
         return f"{min(percents):.0f}-{max(percents):.0f}"
 
     scenarios, counts = list(dict.fromkeys(row.scenario for row in rows)), (1, 2, 4)
@@ -100,11 +100,11 @@ def summary(
             yield SummaryRow(table, scenario, name, *cells)
     for scenario, name in product(scenarios, estimators):
         key = RUBBER.name, scenario, name
-        chosen = {row.sections: row for row in plants if (row.plant, row.scenario, row.estimator) == key}
-        if not math.isnan(chosen[2].coverage):
-            one, two, four = (errors([chosen[n]]) for n in counts)
+        rows_by_count = {row.sections: row for row in plants if (row.plant, row.scenario, row.estimator) == key}
+        if not math.isnan(rows_by_count[2].coverage):
+            cells = [*(errors([rows_by_count[n]]) for n in counts), f"{100 * rows_by_count[2].coverage:.0f}"]
             table = "another plant: mean/95th percentile [mm]"
-            yield SummaryRow(table, scenario, name, one, two, four, f"{100 * chosen[2].coverage:.0f}")
+            yield SummaryRow(table, scenario, name, *cells)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -119,20 +119,21 @@ def run(options: argparse.Namespace) -> int:
     settings = {"seeds": options.seeds, "estimators": estimators}
     pairs = list(product(map(str, SECTIONS), estimators))
     nominals = [nominal_name(*errors) for errors in NOMINAL_ERRORS]
-    noisy = {
+    noise_jobs = {
         (name, noise): [(name, e, nominal, f"{noise:.6f}", n) for nominal in nominals for n, e in pairs]
         for name, noise in NOISE_JOBS
     }
-    plants = {job: [(*job, e, n) for n, e in pairs] for job in PLANT_JOBS}
+    plant_jobs = {job: [(*job, e, n) for n, e in pairs] for job in PLANT_JOBS}
     note = f"`python -m studies robustness --out {out} --seeds {options.seeds} --resume` runs the others"
-    with counted_jobs(options, len(noisy) + len(plants), "robustness jobs", note) as (executor, ended):
+    with counted_jobs(options, len(noise_jobs) + len(plant_jobs), "robustness jobs", note) as (executor, ended):
         folder, run_by = writable_folder(out / FOLDER), (executor, ended, options.resume)
-        rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noisy, {"evaluation": out} | settings, *run_by)
-        others = kept_rows(folder / OTHERS, PlantRow, plant_rows, plants, settings, *run_by)
+        rows = kept_rows(folder / NOISY, RobustnessRow, noise_rows, noise_jobs, {"evaluation": out} | settings, *run_by)
+        plant_results = kept_rows(folder / OTHERS, PlantRow, plant_rows, plant_jobs, settings, *run_by)
     save_figure(map_figure(rows), folder / "robustness")
-    claims, shown = robustness_claims(rows, others), list(summary(rows, others, [*SHOWN, *options.estimator]))
-    print_rows(shown)
-    console.table("robustness", shown, folder / SUMMARY)
+    claims = robustness_claims(rows, plant_results)
+    summary_rows = list(summary(rows, plant_results, [*SHOWN, *options.estimator]))
+    print_rows(summary_rows)
+    console.table("robustness", summary_rows, folder / SUMMARY)
     print_claims(claims)
     console.table("claims", claims)
     console.wrote(*(folder / file for file in (SUMMARY, NOISY, OTHERS, "robustness.png")))

@@ -51,7 +51,7 @@ def estimator_errors(
     estimator: str,
     layout: MeasurementModel,
     uncertainty: Uncertainty,
-    held: FingerAtRest,
+    resting: FingerAtRest,
     readings: Array,
     gain: float = 1.0,
 ) -> Errors:
@@ -61,18 +61,19 @@ def estimator_errors(
         estimator: its name, see `estimator_function`.
         layout: the nominal sensors and finger.
         uncertainty: of these.
-        held: the finger.
+        resting: the finger.
         readings: of its sensors, (T, seeds, paths * S).
         gain: of the pressure sensor.
     """
-    function, rows = estimator_function(estimator, layout, uncertainty, held.period), held.samples
+    function = estimator_function(estimator, layout, uncertainty, resting.period)
+    rows = resting.samples
     seeds = (1, readings.shape[1])
-    pressure = np.tile(gain * held.pressure[:, None], seeds)
-    gravity = np.tile(held.gravity[:, None], (*seeds, 1))
+    pressure = np.tile(gain * resting.pressure[:, None], seeds)
+    gravity = np.tile(resting.gravity[:, None], (*seeds, 1))
     finger = layout.finger
-    driving = recorded_driving(function, finger, readings, pressure, gravity, held.period)
+    driving = recorded_driving(function, finger, readings, pressure, gravity, resting.period)
     estimate = estimates_at(function, rows, readings, driving, gravity)
-    truth = held.points(np.append(finger.joint_arc_lengths, finger.length))
+    truth = resting.points(np.append(finger.joint_arc_lengths, finger.length))
     return position_errors(finger, estimate, truth[:, None])
 
 
@@ -89,13 +90,13 @@ def band_coverage(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> NDA
     if estimate.covariance is None:
         return np.zeros(0, dtype=bool)
     normals = in_space(forward_kinematics(estimate.q, nominal.segment_length).normals)
-    across = (normals * (truth - in_space(estimate.points(nominal)))).sum(axis=-1)
+    normal_errors = (normals * (truth - in_space(estimate.points(nominal)))).sum(axis=-1)
     moves = (Places(nominal, BENDS).place_jacobian(estimate.q) * normals[..., None, :, :]).sum(
         axis=-1
     )  # (..., D, N + 1)
     variance = ((estimate.covariance @ moves) * moves).sum(axis=-2)
-    within: NDArray[np.bool_] = (np.abs(across) <= BAND * np.sqrt(np.maximum(variance, 0)))[..., 1:]
-    return within
+    is_within: NDArray[np.bool_] = (np.abs(normal_errors) <= BAND * np.sqrt(np.maximum(variance, 0)))[..., 1:]
+    return is_within
 
 
 def setup_errors(
@@ -112,26 +113,26 @@ def setup_errors(
     """
     parts: dict[tuple[EstimatorSetup, str], list[Errors]] = defaultdict(list)
     noise = setups[0].errors
-    for held in fingers:
-        readings = {count: held.readings(count, noise, seeds if noise else 1) for count in SECTIONS}
+    for resting in fingers:
+        readings = {count: resting.readings(count, noise, seeds if noise else 1) for count in SECTIONS}
         for setup, estimator in product(setups, estimators):
-            sensors = sensor_layout(setup.nominal_finger(nominal or held.simulated), held.station.scenario.sensor)
+            sensors = sensor_layout(setup.nominal_finger(nominal or resting.simulated), resting.station.scenario.sensor)
             layout, gain = with_sections(sensors, setup.sections), 1 + setup.pressure
-            inputs = layout, setup.uncertainty, held, readings[setup.sections], gain
+            inputs = layout, setup.uncertainty, resting, readings[setup.sections], gain
             parts[setup, estimator].append(estimator_errors(estimator, *inputs))
     return {key: joined(errors) for key, errors in parts.items()}
 
 
 def joined(parts: Sequence[Errors]) -> Errors:
-    """All samples of several errors."""
+    """Joins the samples of several errors."""
     return Errors(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
 def pose_statistics(errors: Errors) -> tuple[float, float, float, float]:
     """Mean, 95th percentile and worst of the pose error, mm, and the covered fraction, NaN without a covariance."""
     pose = 1e3 * errors.pose
-    covered = float(errors.covered.mean()) if errors.covered.size else float("nan")
-    return float(pose.mean()), float(np.quantile(pose, 0.95)), float(pose.max()), covered
+    coverage = float(errors.covered.mean()) if errors.covered.size else float("nan")
+    return float(pose.mean()), float(np.quantile(pose, 0.95)), float(pose.max()), coverage
 
 
 NOISES = (0.0, 1.0, 2.0, 4.0)  # errors of the sensors, see `EstimatorSetup`
@@ -207,12 +208,12 @@ def plant_table(
     plant: Plant, name: str, fingers: Sequence[FingerAtRest], seeds: int, estimators: Sequence[str]
 ) -> list[PlantRow]:
     """A row for every number of sections and estimator, in this order; of a known plant with ideal sensors."""
-    noise, declared = (0.0, 0.0) if plant.is_known else (1.0, MODULUS)
-    setups = [EstimatorSetup(count, noise, declared=declared) for count in SECTIONS]
+    noise, modulus_error = (0.0, 0.0) if plant.is_known else (1.0, MODULUS)
+    setups = [EstimatorSetup(count, noise, declared=modulus_error) for count in SECTIONS]
     nominal = None if plant.is_known else read_finger()
     rows = []
     for (setup, estimator), errors in setup_errors(fingers, setups, seeds, estimators, nominal).items():
-        mean, p95, worst, coverage = pose_statistics(errors)
+        mean, p95, largest, coverage = pose_statistics(errors)
         tip = 1e3 * float(errors.tip.mean())
-        rows.append(PlantRow(plant.name, name, estimator, setup.sections, mean, p95, worst, tip, coverage, seeds))
+        rows.append(PlantRow(plant.name, name, estimator, setup.sections, mean, p95, largest, tip, coverage, seeds))
     return rows

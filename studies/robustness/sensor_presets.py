@@ -50,21 +50,22 @@ class PresetRow:
 def finger_scores(station: Station, recording: Recording) -> Iterator[tuple[float, ...]]:
     """Errors, percentages and torque of each finger, in the order of PresetRow."""
 
-    def held(signal: str) -> np.ndarray:
+    def held_values(signal: str) -> np.ndarray:
         return held_samples(station.scenario, recording, signal)
 
     for finger in (finger.name for finger in station.fingers):
-        errors = (1e3 * float(held(f"{finger}.{name}").mean()) for name in ("pose_error", "fingertip_error"))
-        estimated, true = held(f"{finger}.gaussian.estimated_joint_angles"), held(f"{finger}.sampled_joint_angles")
-        variance = held(f"{finger}.gaussian.joint_angle_covariance").sum(axis=(-2, -1))
-        covered = np.abs((estimated - true).sum(axis=-1)) <= BAND * np.sqrt(variance)
+        errors = (1e3 * float(held_values(f"{finger}.{name}").mean()) for name in ("pose_error", "fingertip_error"))
+        estimated = held_values(f"{finger}.gaussian.estimated_joint_angles")
+        true = held_values(f"{finger}.sampled_joint_angles")
+        variance = held_values(f"{finger}.gaussian.joint_angle_covariance").sum(axis=(-2, -1))
+        is_covered = np.abs((estimated - true).sum(axis=-1)) <= BAND * np.sqrt(variance)
         false = recording.values(f"{finger}.contact") != 0
-        torque = 1e3 * float(np.sqrt((held(f"{finger}.external_torque")[..., 0] ** 2).mean()))
-        yield *errors, 100 * float(covered.mean()), 100 * float(false.mean()), torque
+        torque = 1e3 * float(np.sqrt((held_values(f"{finger}.external_torque")[..., 0] ** 2).mean()))
+        yield *errors, 100 * float(is_covered.mean()), 100 * float(false.mean()), torque
 
 
 def preset_row(preset: str) -> PresetRow:
-    """The row of a preset."""
+    """Simulates a preset, and makes its table row."""
     changes = CHANGES | {"sensor.errors.preset": preset}
     scenarios = [changed_scenario("free_bending", changes | {"sensor.seed": seed}) for seed in range(SEEDS)]
     runs = cast(Iterator[Run], run_many(scenarios))

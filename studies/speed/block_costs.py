@@ -57,7 +57,8 @@ CLOSED_RATIO_BARS = (("free_bending", "all", 2.9), ("box_grasp", "all", 1.7), ("
 # Scenario, its models with fingers, and the most times that fingers which yield in space take as long as planar ones:
 # the plant with its drive, and closed.
 SPATIAL_BARS = (("free_bending", ("left_finger", "right_finger"), 2.3, 1.7), ("box_grasp", ("gripper",), 2.3, 1.7))
-SPATIAL_ESTIMATOR_BAR, IN_SPACE = 3.0, ("bending", "sideways", "twist")  # times as long as in the plane
+SPATIAL_ESTIMATOR_BAR = 3.0  # times as long as in the plane
+IN_SPACE = ("bending", "sideways", "twist")
 BLOCKS_BAR = 0.2  # ms a sample at most, all blocks of both fingers together
 CREEP_BAR = 1.15  # a grasp whose nominal fingers creep takes at most this many times as long
 CREEP = {"share": "0.1 0.1", "time": "0.5 4"}
@@ -78,10 +79,8 @@ def run(options: argparse.Namespace) -> int:
     print("\nA sample of one finger [us]    median    min    max   bar")
     estimators_hold = [_print_estimator(name, bar) for name, bar in ESTIMATOR_BARS.items()]
     print("\nTimes as long                  median    min    max   bar")
-    creep_holds, spatial_estimator_holds = (
-        _print_creep("box_grasp"),
-        _print_spatial_estimator("gaussian", SPATIAL_ESTIMATOR_BAR),
-    )
+    creep_holds = _print_creep("box_grasp")
+    spatial_estimator_holds = _print_spatial_estimator("gaussian", SPATIAL_ESTIMATOR_BAR)
     return (
         0
         if all(speeds_hold)
@@ -116,12 +115,12 @@ def _print_blocks(name: str, overrides: list[str]) -> bool:
     running = make_station(load_scenario(name, overrides))
     plant = _bare_plant(station)
     repeats = [(_run(plant, station), _run(station.diagram, station), measure_blocks(running)) for _ in range(REPEATS)]
-    bare, closed = (np.array(times).T for times in list(zip(*repeats, strict=True))[:2])
-    alone = [repeat[2] for repeat in repeats]
-    costs = {name: np.array([cost[name] for cost in alone]) for name in alone[0]}
-    blocks = closed - bare
+    plant_times, loop_times = (np.array(times).T for times in list(zip(*repeats, strict=True))[:2])
+    block_times = [repeat[2] for repeat in repeats]
+    costs = {name: np.array([cost[name] for cost in block_times]) for name in block_times[0]}
+    blocks = loop_times - plant_times
     holds = bool(np.median(blocks[0]) <= BLOCKS_BAR)
-    _print_row("bare plant", bare[0])
+    _print_row("bare plant", plant_times[0])
     for name, cost in costs.items():
         _print_row(f"  {name}, read", cost)
     _print_rows("all blocks", blocks, f"{'at most' if holds else 'MISSES'} {BLOCKS_BAR:g}")
@@ -136,7 +135,7 @@ def _bare_plant(station: Station) -> Diagram:
 
 
 def _print_closed_ratio(name: str, truth: str, bar: float) -> bool:
-    """Prints the time of the station with all its signals over that of the plant with its drive."""
+    """Prints the ratio of the time of the station with all its signals to the time of the plant with its drive."""
     station = make_private_station(load_scenario(name, [f"record.truth={truth}"]))
     plant = bare_diagram(station.scenario)
     ratios = np.array([_run(station.diagram, station) / _run(plant, station) for _ in range(REPEATS)]).T
@@ -146,16 +145,16 @@ def _print_closed_ratio(name: str, truth: str, bar: float) -> bool:
 
 
 def _print_spatial_ratio(name: str, models: tuple[str, ...], *bars: float) -> bool:
-    """Prints the time of fingers that also yield sideways and in twist over that of planar ones."""
+    """Prints the ratio of the time of fingers that also yield sideways and in twist to the time of planar ones."""
     steps = ["pressure.steps.all=[60.0e3, 120.0e3]"]
     yields = [f"models.{model}.fingers.all.yields=bending sideways twist" for model in models]
     stations = [make_private_station(load_scenario(name, [*steps, *changes])) for changes in ([], yields)]
     runs = [(diagram, station) for station in stations for diagram in (bare_diagram(station.scenario), station.diagram)]
     times = np.array([[_run(*run) for run in runs] for _ in range(REPEATS)]).reshape(REPEATS, 2, 2, 2)
-    bare, closed = np.moveaxis(times[:, 1] / times[:, 0], 0, -1)  # (bare or closed, nothing or all read, repeats)
-    holds = np.median([bare[0], closed[0]], axis=1) <= bars
-    for kind, ratios, bar, met in zip(("bare plant", "closed"), (bare[:1], closed), bars, holds, strict=True):
-        _print_rows(f"{name}, {kind}", ratios, f"{'at most' if met else 'MISSES'} {bar:g}")
+    plant, loop = np.moveaxis(times[:, 1] / times[:, 0], 0, -1)  # (bare or closed, nothing or all read, repeats)
+    holds = np.median([plant[0], loop[0]], axis=1) <= bars
+    for kind, ratios, bar, holds_bar in zip(("bare plant", "closed"), (plant[:1], loop), bars, holds, strict=True):
+        _print_rows(f"{name}, {kind}", ratios, f"{'at most' if holds_bar else 'MISSES'} {bar:g}")
     return bool(holds.all())
 
 
@@ -168,9 +167,10 @@ def _print_estimator(name: str, bar: float) -> bool:
 
 
 def _print_spatial_estimator(name: str, bar: float) -> bool:
-    """Prints the time of a spatial finger's estimator over that of a planar one's, two sections each."""
+    """Prints the ratio of the times of a spatial and a planar finger's estimator, two sections each."""
     spatial = SensorConfig(sections=2, layout="four_faces_and_diagonal")
-    planar, space = SensorLayout(_finger(), 2), sensor_layout(replace(_finger(), yields=IN_SPACE), spatial)
+    planar = SensorLayout(_finger(), 2)
+    space = sensor_layout(replace(_finger(), yields=IN_SPACE), spatial)
     ratios = np.array([_estimate_time(name, space) / _estimate_time(name, planar) for _ in range(REPEATS)])
     holds = bool(np.median(ratios) <= bar)
     _print_row(f"{name}, in space", ratios, f"{'at most' if holds else 'MISSES'} {bar:g}")
@@ -267,8 +267,8 @@ def _sample_time(block: System, context: Context) -> float:
     seconds = 0.0
     if block.GetUniquePeriodicDiscreteUpdateAttribute() is not None:  # not all that have discrete states take samples
         seconds += cpu_time(lambda: block.EvalUniquePeriodicDiscreteUpdate(context))
-    computed, read = (cpu_time(lambda: [port.Eval(context) for port in outputs]) for _ in range(2))
-    return seconds + computed - read
+    first_time, second_time = (cpu_time(lambda: [port.Eval(context) for port in outputs]) for _ in range(2))
+    return seconds + first_time - second_time
 
 
 def _print_rows(name: str, values: Array, bar: str) -> None:

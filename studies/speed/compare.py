@@ -47,9 +47,9 @@ def run(options: argparse.Namespace) -> None:
         print(f"{name:<24} {other_time / own_time:>6.2f} {other_time:>10.2f} {own_time:>9.2f}", flush=True)
 
 
-def start_times(other: Path, script: str) -> tuple[float, float]:
+def start_times(checkout: Path, script: str) -> tuple[float, float]:
     """Median computing time of a script in both checkouts, s."""
-    rounds = [[start_time(folder.resolve(), script) for folder in (other, ROOT)] for _ in range(ROUNDS)]
+    rounds = [[start_time(folder.resolve(), script) for folder in (checkout, ROOT)] for _ in range(ROUNDS)]
     other_time, own_time = np.median(rounds, axis=0)
     return float(other_time), float(own_time)
 

@@ -41,8 +41,8 @@ def run(options: argparse.Namespace) -> None:
                 for i, station in enumerate(pair):
                     made: list[Recording] = []
                     seconds_run = cpu_time(partial(made.extend, map(run_station, [station])))
-                    read = cpu_time(partial(read_all, made[0]))
-                    seconds[kind][i] = np.minimum(seconds[kind][i], [seconds_run, seconds_run + read])
+                    read_time = cpu_time(partial(read_all, made[0]))
+                    seconds[kind][i] = np.minimum(seconds[kind][i], [seconds_run, seconds_run + read_time])
                     recordings.setdefault(kind, made[0])
         reference = recordings["surface"]
         for kind, recording in recordings.items():

@@ -48,13 +48,13 @@ def run(options: argparse.Namespace) -> None:
     box = make_private_station(load_scenario("box_grasp", ["pressure.steps={all: [60e3]}"]))
     vectors = {number: gymnasium.make_vec("SoftGrasp-v0", number, "async") for number in (1, 2)}
     rounds: dict[str, list[float]] = {name: [] for name in ("reset", "episode", "box", "one", "two", "many")}
-    many = gymnasium.make_vec("SoftGrasp-v0", ENVIRONMENTS, "vector_entry_point")
+    vector_env = gymnasium.make_vec("SoftGrasp-v0", ENVIRONMENTS, "vector_entry_point")
     for seed in range(ROUNDS):
         rounds["reset"].append(measure_duration(partial(env.reset, seed=seed), time.process_time))
         rounds["episode"].append(measure_duration(lambda: episode(env, 0), time.process_time))
         rounds["box"].append(measure_duration(partial(make_simulator(box).AdvanceTo, 2.0), time.process_time))
-        many.reset(seed=seed)
-        rounds["many"].append(measure_duration(lambda: episode(many, ENVIRONMENTS), time.process_time))
+        vector_env.reset(seed=seed)
+        rounds["many"].append(measure_duration(lambda: episode(vector_env, ENVIRONMENTS), time.process_time))
         for name, number in (("one", 1), ("two", 2)):
             vectors[number].reset(seed=seed)
             rounds[name].append(measure_duration(partial(episode, vectors[number], number), time.perf_counter))
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> None:
     print(f"SoftGrasp-v0: {simulated / median['episode']:.1f} times real time")
     print(f"box_grasp, no signal read: {2.0 / median['box']:.1f} times real time")
     gains = [2 * one / two for one, two in zip(rounds["one"], rounds["two"], strict=True)]
-    steps = [ENVIRONMENTS * one / all_ for one, all_ in zip(rounds["episode"], rounds["many"], strict=True)]
+    steps = [ENVIRONMENTS * one / many for one, many in zip(rounds["episode"], rounds["many"], strict=True)]
     print(f"{ENVIRONMENTS} environments in MuJoCo: {np.median(steps):.1f} times the steps a second of computing time")
     print(f"two processes: {np.median(gains):.2f} times the steps of one")
     for vector in vectors.values():

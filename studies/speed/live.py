@@ -40,7 +40,7 @@ COMMAND = [
 ]
 
 
-class Measured(NamedTuple):
+class LiveMeasurements(NamedTuple):
     """Measurements of one run."""
 
     unreported: int  # readings without result, and not counted as lost
@@ -82,15 +82,15 @@ def receive_results(socket_: socket.socket, arrival_times: dict[int, float]) -> 
             arrival_times.setdefault(int(result["count"]), time.monotonic())
 
 
-def measure(seconds: float, changes: list[str], options: list[str]) -> Measured:
+def measure(seconds: float, changes: list[str], options: list[str]) -> LiveMeasurements:
     """Sends readings for some time, s, and measures the results."""
     messages = recorded_messages(changes)
     with TemporaryDirectory() as folder, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
         link.bind((LOOPBACK, 0))
         link.settimeout(3.0)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind((LOOPBACK, 0))
-            port = free.getsockname()[1]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free_socket:
+            free_socket.bind((LOOPBACK, 0))
+            port = free_socket.getsockname()[1]
         bench = Path(folder) / "bench.yaml"
         write_bench(bench, {name: len(value) for name, value in messages[0].items()}, (port, link.getsockname()[1]))
         set_options = [part for change in changes for part in ("--set", change)]
@@ -110,17 +110,17 @@ def measure(seconds: float, changes: list[str], options: list[str]) -> Measured:
         listener.join()
     lost_count = int(re.findall(r"(\d+) lost", output)[0])
     latency = np.array([arrivals[count] - time_sent for count, time_sent in sent.items() if count in arrivals])
-    return Measured(len(sent) - len(latency) - lost_count, latency, sizes[-1] - sizes[0], output)
+    return LiveMeasurements(len(sent) - len(latency) - lost_count, latency, sizes[-1] - sizes[0], output)
 
 
 def send(
     link: socket.socket, port: int, messages: list[dict[str, Any]], seconds: float, process: int
 ) -> tuple[dict[int, float], list[float]]:
     """Sends readings: their times, s, and the memory of the process after a tenth of the time and at the end, MB."""
-    sent, sizes, began, number = {}, [], time.monotonic(), round(seconds / PERIOD)
+    sent, sizes, begin, number = {}, [], time.monotonic(), round(seconds / PERIOD)
     for i in range(number):
         message = encoded({"count": float(i), "time": PERIOD * i, **messages[i % len(messages)]}, "json")
-        time.sleep(max(0.0, began + PERIOD * i - time.monotonic()))
+        time.sleep(max(0.0, begin + PERIOD * i - time.monotonic()))
         sent[i] = time.monotonic()
         link.sendto(message, (LOOPBACK, port))
         if i in (number // 10, number - 1):
@@ -129,7 +129,7 @@ def send(
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints what was measured; exit code 1: a reading was lost and not reported, or memory grew by more than 5 MB."""
+    """Prints the measurements; exit code 1: a reading was lost and not reported, or memory grew by more than 5 MB."""
     changes = [f"estimator.type={options.estimator}"]
     result = measure(options.seconds, changes, ["--page"] if options.page else [])
     print(result.said.strip())

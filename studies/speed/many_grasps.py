@@ -46,7 +46,7 @@ SEARCH = {"designs": 12, "test_draws": 4, "unseen": {}}
 
 
 @dataclass(frozen=True)
-class Cost:
+class SweepCost:
     """Cost of a sweep."""
 
     boxes: str
@@ -75,28 +75,28 @@ def run(options: argparse.Namespace) -> None:
     print_rows([*(engine_costs(options.runs or 40) if options.varied else process_costs(options.runs or 1000))])
 
 
-def process_costs(runs: int) -> Iterator[Cost]:
+def process_costs(runs: int) -> Iterator[SweepCost]:
     """Yields rows of one process and of two."""
     for boxes in SAMPLES:
         with TemporaryDirectory() as folder:
             tables = [Path(folder) / str(jobs) for jobs in (1, 2)]
             times = [clock_time(boxes, runs, jobs, table) for jobs, table in enumerate(tables, start=1)]
-            single, double = ((table / "sweep.csv").read_bytes() for table in tables)
-            same = "yes" if single == double else "no"
+            single_table, double_table = ((table / "sweep.csv").read_bytes() for table in tables)
+            agreement = "yes" if single_table == double_table else "no"
             for jobs, seconds in enumerate(times, start=1):
-                yield Cost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, same)
+                yield SweepCost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, agreement)
 
 
 def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:
     """Time of a sweep, s."""
-    (light, heavy), (smooth, rough) = SAMPLES[boxes]
-    ranges = {"mass": (light, heavy), "friction": (smooth, rough), "X_PC.translation.0": (-0.004, 0.004)}
+    masses, frictions = SAMPLES[boxes]
+    ranges = {"mass": masses, "friction": frictions, "X_PC.translation.0": (-0.004, 0.004)}
     axes = [f"models.box.{key}={low}..{high}" for key, (low, high) in ranges.items()]
-    fixed = [f"--set={key}={value}" for key, value in FIXED.items()]
-    command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed)
-    began = time.perf_counter()
+    fixed_options = [f"--set={key}={value}" for key, value in FIXED.items()]
+    command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed_options)
+    begin = time.perf_counter()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return time.perf_counter() - began
+    return time.perf_counter() - begin
 
 
 def engine_costs(runs: int) -> Iterator[EngineCost]:
@@ -110,8 +110,8 @@ def engine_costs(runs: int) -> Iterator[EngineCost]:
         study.write_text(yaml.safe_dump({**yaml.safe_load(STUDY.read_text(encoding="utf-8")), **SEARCH}))
         times = [cpu_time_of(search(engine, study)) for engine in ENGINES]
         with (study.parent / "drake" / "runs.csv").open(newline="", encoding="utf-8") as table:
-            made = len([*csv.DictReader(table)])
-    yield engine_cost("designs", made, times)
+            run_count = len([*csv.DictReader(table)])
+    yield engine_cost("designs", run_count, times)
 
 
 def engine_cost(varied: str, runs: int, times: Sequence[float]) -> EngineCost:

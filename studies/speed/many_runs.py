@@ -44,7 +44,7 @@ class Swept:
 def run(options: argparse.Namespace) -> None:
     """Prints the table and draws the figure."""
     jobs = list(range(1, (os.cpu_count() or 1) + 1))
-    alone, times = time_alternately(jobs)
+    single_times, times = time_alternately(jobs)
     rates = {kind: [1 / times[kind, n] for n in jobs] for kind in KINDS}
     long = {kind: sweep(kind, RUNS, jobs[-1]) for kind in KINDS}
     print(
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> None:
     print("|---|" + "---:|" * (len(jobs) + 2))
     for kind in KINDS:
         cells = [f"{rate:.1f}" for rate in rates[kind]]
-        overhead, memory = 1e3 * (times[kind, 1] - alone), long[kind].resident[:, 1]
+        overhead, memory = 1e3 * (times[kind, 1] - single_times), long[kind].resident[:, 1]
         print(f"| {kind} | {' | '.join(cells)} | {overhead:.0f} | {memory[50]:.0f}, {memory[-1]:.0f} |")
     draw(jobs, rates, long)
 
@@ -66,16 +66,16 @@ def time_alternately(jobs: list[int]) -> tuple[float, dict[tuple[str, int], floa
     The shortest of the rounds counts, since other load and a slower clock only add to it.
     """
     station = make_private_station(load_scenario("free_bending", [f"{key}={value}" for key, value in FIXED.items()]))
-    alone: list[float] = []
+    single_times: list[float] = []
     times: dict[tuple[str, int], list[float]] = {(kind, n): [] for kind in KINDS for n in jobs}
     for _ in range(ROUNDS):
-        began = time.perf_counter()
+        begin = time.perf_counter()
         for _ in range(TIMED_RUNS):
             run_station(station)
-        alone.append((time.perf_counter() - began) / TIMED_RUNS)
+        single_times.append((time.perf_counter() - begin) / TIMED_RUNS)
         for (kind, n), kind_times in times.items():
             kind_times.append(sweep(kind, TIMED_RUNS, n).seconds / TIMED_RUNS)
-    return min(alone), {key: min(kind_times) for key, kind_times in times.items()}
+    return min(single_times), {key: min(kind_times) for key, kind_times in times.items()}
 
 
 def sweep(kind: str, runs: int, jobs: int) -> Swept:
@@ -90,14 +90,14 @@ def sweep(kind: str, runs: int, jobs: int) -> Swept:
     resident = []
     with TemporaryDirectory() as folder, open_executor(jobs) as executor:
         run_sweep("free_bending", points[: 2 * jobs], Path(folder) / "first", executor, fixed=FIXED)
-        began = time.perf_counter()
+        begin = time.perf_counter()
 
         def report(_: bool) -> None:
             main_process, *workers = sorted(family(os.getpid()), key=lambda process: process.pid != os.getpid())
             resident.append([main_process.resident(), max(worker.resident() for worker in workers)])
 
         run_sweep("free_bending", points, Path(folder) / "all", executor, fixed=FIXED, report=report)
-        return Swept(time.perf_counter() - began, np.array(resident))
+        return Swept(time.perf_counter() - begin, np.array(resident))
 
 
 def draw(jobs: list[int], rates: dict[str, list[float]], long: dict[str, Swept]) -> None:
@@ -115,5 +115,5 @@ def draw(jobs: list[int], rates: dict[str, list[float]], long: dict[str, Swept])
         rate_axes.set_ylim(bottom=0)
         rate_axes.legend(frameon=False)
         memory_axes.set(xlabel="runs", ylabel="memory [MB], largest worker;\ndotted: what began it")
-        memory_axes.set_ylim(0, 1.1 * max(swept.resident.max() for swept in long.values()))
+        memory_axes.set_ylim(0, 1.1 * max(sweep_result.resident.max() for sweep_result in long.values()))
         save_figure(figure, FIGURE)

@@ -43,7 +43,7 @@ class Player(SignalFeed):
 
 
 def moves(sliders: Sequence[Slider]) -> Iterator[tuple[float, Slider, float]]:
-    """The times and positions of the sliders; the first slider is that of all fingers."""
+    """Times and positions of the sliders; the first slider moves all fingers."""
     grip = sliders[0]
     yield CLOSE, grip, 0.6 * grip.value if "opening" in grip.name else (grip.low + grip.high) / 2
     yield OPEN, grip, grip.value
@@ -63,10 +63,10 @@ def factor(name: str, folder: Path) -> float:
 def run(options: argparse.Namespace) -> int:
     """Prints a line per scenario."""
     logging.getLogger("drake").setLevel(logging.WARNING)  # whose log names the address of every Meshcat
-    slow = 0
+    slow_count = 0
     with TemporaryDirectory() as folder:
         for name in options.scenarios or scenario_names():
             speed = factor(name, Path(folder))
-            slow += speed < BAR
+            slow_count += speed < BAR
             print(f"{name:<26} {speed:.2f}{'' if speed >= BAR else f'  MISSES {BAR}'}", flush=True)
-    return int(slow > 0)
+    return int(slow_count > 0)

@@ -18,7 +18,7 @@ from soft_gripper import ModelConfig, Scenario, load_scenario
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
 from studies import ROOT
 from studies.peers import engine_peer, ours
-from studies.peers.task import Run, Task
+from studies.peers.task import PeerTask, Run
 
 FIGURE = ROOT / "docs" / "scaling"
 OVERRIDES = ["pressure.steps.all=[60e3]", "pressure.settle=1.0", "pressure.hold_samples=100"]
@@ -73,8 +73,8 @@ def run(options: argparse.Namespace) -> None:
     costs[AT_ONCE] = measure_costs(RUNS, mujoco_run)
     print("| varied | | plant and drive [ms] | with sensing [ms] |\n|---|---:|---:|---:|")
     for name, seconds in costs.items():
-        for value, (bare, sensed) in zip(varied_values(name), 1e3 * seconds, strict=True):
-            print(f"| {name} | {value} | {bare:.1f} | {sensed:.1f} |")
+        for value, (plant_time, sensed) in zip(varied_values(name), 1e3 * seconds, strict=True):
+            print(f"| {name} | {value} | {plant_time:.1f} | {sensed:.1f} |")
     draw(costs)
 
 
@@ -84,14 +84,14 @@ def drake_runs(vary: Callable[[Scenario, int], None]) -> Callable[[int, bool], R
     def make(value: int, sensed: bool) -> Run:
         scenario = load_scenario("free_bending", OVERRIDES)
         vary(scenario, value)
-        return ours.make_run(Task(scenario, sensed), {})
+        return ours.make_run(PeerTask(scenario, sensed), {})
 
     return make
 
 
 def mujoco_run(number: int, sensed: bool) -> Run:
     """Makes a number of runs at once, whose estimates are computed if they are read."""
-    return engine_peer.make_run(Task(load_scenario("free_bending", OVERRIDES), sensed), {"runs": number})
+    return engine_peer.make_run(PeerTask(load_scenario("free_bending", OVERRIDES), sensed), {"runs": number})
 
 
 def measure_costs(values: tuple[int, ...], make: Callable[[int, bool], Run]) -> np.ndarray:

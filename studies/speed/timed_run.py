@@ -36,13 +36,13 @@ def main(name: str) -> None:
         recordings.append(station.recording(simulator.get_context()))
 
     times = {"closed": part_times(simulator, scenario, record)}
-    first, whole = recordings
-    read_all(first)  # a single sample: imports what the reading of all takes
-    times["read"] = [cpu_time(lambda: read_all(whole))]
+    first_recording, full_recording = recordings
+    read_all(first_recording)  # a single sample: imports what the reading of all takes
+    times["read"] = [cpu_time(lambda: read_all(full_recording))]
     if scenario.task is None:
-        bare = Simulator(bare_diagram(scenario))
-        ApplySimulatorConfig(solver_config(scenario), bare)
-        times["bare"] = part_times(bare, scenario, lambda: None)
+        plant_simulator = Simulator(bare_diagram(scenario))
+        ApplySimulatorConfig(solver_config(scenario), plant_simulator)
+        times["bare"] = part_times(plant_simulator, scenario, lambda: None)
     print(json.dumps(times))
 
 

@@ -69,7 +69,7 @@ STYLES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {  # of lines, and of
 }
 
 
-class Result(NamedTuple):
+class SolverResult(NamedTuple):
     """Cost of a solver, and error of its fingertips."""
 
     seconds: float  # CPU time for a simulated second
@@ -77,7 +77,7 @@ class Result(NamedTuple):
     moving: float  # m, root mean square over the moving samples
 
 
-Results = dict[tuple[str, str], Result]  # by solver and setting
+Results = dict[tuple[str, str], SolverResult]  # by solver and setting
 
 
 def run(options: argparse.Namespace) -> None:
@@ -87,10 +87,11 @@ def run(options: argparse.Namespace) -> None:
     extrapolated = 2 * timed_tips(make(discrete(0.1)))[1] - timed_tips(make(discrete(0.2)))[1]
     print_results(results)
     default = results[DEFAULT].seconds
-    settled, moving = errors(extrapolated, reference)
+    settled_error, moving_error = errors(extrapolated, reference)
     print(f"\nComputing time 1 is {1e3 * default:.0f} ms for a simulated second, no signal read.")
     print(f"The reference takes {seconds / default:.0f}.")
-    print(f"The discrete plant towards 0 ms is {1e6 * settled:.4f} µm and {1e3 * moving:.5f} mm from the reference.\n")
+    distances = f"{1e6 * settled_error:.4f} µm and {1e3 * moving_error:.5f} mm"
+    print(f"The discrete plant towards 0 ms is {distances} from the reference.\n")
     print_floor(reference)
     draw(results)
 
@@ -102,7 +103,7 @@ def measure(reference: Planar) -> Results:
     results = {}
     for key in stations:
         seconds = float(np.median([repeat[key][0] for repeat in repeats]))
-        results[key] = Result(seconds, *errors(repeats[0][key][1], reference))
+        results[key] = SolverResult(seconds, *errors(repeats[0][key][1], reference))
     return results
 
 
@@ -126,9 +127,9 @@ def timed_tips(station: Station) -> tuple[float, Planar]:
 def errors(tips: Planar, reference: Planar) -> tuple[float, float]:
     """Error of the settled and of the moving fingertips, m."""
     difference = tips - reference
-    settled = np.abs(difference[..., -SETTLED:].mean(axis=-1)).max()
-    moving = np.sqrt((np.abs(difference[..., :MOVING]) ** 2).mean())
-    return float(settled), float(moving)
+    settled_error = np.abs(difference[..., -SETTLED:].mean(axis=-1)).max()
+    moving_error = np.sqrt((np.abs(difference[..., :MOVING]) ** 2).mean())
+    return float(settled_error), float(moving_error)
 
 
 def print_results(results: Results) -> None:
@@ -136,8 +137,8 @@ def print_results(results: Results) -> None:
     default = results[DEFAULT].seconds
     print("| solver | setting | computing time | settled tip [µm] | moving tip [mm] |")
     print("|---|---|---:|---:|---:|")
-    for key, (seconds, settled, moving) in results.items():
-        print(f"| {' | '.join(key)} | {seconds / default:.1f} | {1e6 * settled:.3f} | {1e3 * moving:.3f} |")
+    for key, (seconds, settled_error, moving_error) in results.items():
+        print(f"| {' | '.join(key)} | {seconds / default:.1f} | {1e6 * settled_error:.3f} | {1e3 * moving_error:.3f} |")
 
 
 def print_floor(reference: Planar) -> None:
@@ -147,22 +148,22 @@ def print_floor(reference: Planar) -> None:
     print("| accuracy | steps up to 10 ms | up to 1 ms | up to 10 ms, no pressure lag |")
     print("|---|---:|---:|---:|")
     for name, accuracy in ACCURACIES.items():
-        usual, short = continuous("cenic", accuracy), continuous("cenic", accuracy, max_step_ms=1.0)
-        runs = ((usual, reference), (short, reference), ([*usual, *NO_LAG_CHANGES], without_lag))
-        moving = [1e3 * errors(timed_tips(make(overrides))[1], truth)[1] for overrides, truth in runs]
-        print(f"| {name} | " + " | ".join(f"{error:.3f}" for error in moving) + " |")
+        usual_steps, short_steps = continuous("cenic", accuracy), continuous("cenic", accuracy, max_step_ms=1.0)
+        runs = ((usual_steps, reference), (short_steps, reference), ([*usual_steps, *NO_LAG_CHANGES], without_lag))
+        moving_errors = [1e3 * errors(timed_tips(make(overrides))[1], truth)[1] for overrides, truth in runs]
+        print(f"| {name} | " + " | ".join(f"{error:.3f}" for error in moving_errors) + " |")
 
 
 def draw(results: Results) -> None:
     """Draws a panel for the settled and one for the moving tip, a line per solver, a point per setting."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9, 4), layout="constrained")
-        settled, moving = figure.subplots(1, 2, sharex=True)
-        _draw_panel(settled, results, "settled", 1e6)
-        _draw_panel(moving, results, "moving", 1e3)
-        settled.set(title="Settled fingertip", ylabel="worst error [µm]")
-        moving.set(title="Moving fingertip", ylabel="rms error in the 0.5 s after a step [mm]")
-        moving.legend(frameon=False)
+        settled_axes, moving_axes = figure.subplots(1, 2, sharex=True)
+        _draw_panel(settled_axes, results, "settled", 1e6)
+        _draw_panel(moving_axes, results, "moving", 1e3)
+        settled_axes.set(title="Settled fingertip", ylabel="worst error [µm]")
+        moving_axes.set(title="Moving fingertip", ylabel="rms error in the 0.5 s after a step [mm]")
+        moving_axes.legend(frameon=False)
         for suffix, metadata in ((".png", None), (".svg", {"Date": None})):
             figure.savefig(FIGURE.with_suffix(suffix), dpi=150, metadata=metadata)
 

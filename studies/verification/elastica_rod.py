@@ -22,8 +22,8 @@ def tip(finger: Finger, pressure: float, force: Array) -> Array:
     PyElastica is of first order in the number of elements, since rest curvature is at inner nodes alone: extrapolated
     from 20 and 40.
     """
-    coarse, fine = (_tip(finger, pressure, force, elements) for elements in (20, 40))
-    return 2 * fine - coarse
+    coarse_tip, fine_tip = (_tip(finger, pressure, force, elements) for elements in (20, 40))
+    return 2 * fine_tip - coarse_tip
 
 
 def _tip(finger: Finger, pressure: float, force: Array, elements: int) -> Array:

@@ -14,7 +14,7 @@ from pushed_fingers import compliance, with_cloth
 from soft_gripper.pictures.rendering import SceneRenderer, framing_camera
 from soft_gripper.pictures.style import STYLE
 from studies import ROOT
-from studies.verification.grasps import GRASPS, PUSH_TIME, Run
+from studies.verification.grasps import GRASPS, PUSH_TIME, GraspRun
 from studies.verification.tables import RODS, shipped_finger
 
 DOCS = ROOT / "docs"
@@ -36,33 +36,33 @@ def draw_rods() -> bool:
         return False
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9, 3.6), layout="constrained")
-        static, moving = figure.subplots(1, 2, width_ratios=(1, 1.6))
+        static_axes, moving_axes = figure.subplots(1, 2, width_ratios=(1, 1.6))
         for name, color, marker in zip(RODS, (RED, BLUE), "os", strict=True):
             errors = [100 * shape_errors(rod(name, links), shapes[name]).mean() for links in LINKS]
-            static.plot(LINKS, errors, color=color, marker=marker, ms=5, lw=1.5, label=name.replace("tpu", "TPU"))
-        static.plot(LINKS, 0.9 * (6 / np.array(LINKS)) ** 2, "--", color=GREY, lw=1, label="second order")
-        static.axhline(0.025, color=GREY, lw=0.8, ls=":")
-        static.annotate("the files are rounded", (6, 0.0255), color=GREY, fontsize="small", va="bottom")
-        static.set(xscale="log", yscale="log", xlabel="links", ylabel="mean error of the tip [% of the length]")
-        static.set_title("250 shapes at rest", loc="left")
-        static.xaxis.set_major_locator(FixedLocator(LINKS))
-        static.xaxis.set_minor_locator(NullLocator())
-        static.yaxis.set_major_locator(FixedLocator((0.02, 0.05, 0.1, 0.2, 0.5, 1)))
-        static.yaxis.set_minor_locator(NullLocator())
-        for axis in (static.xaxis, static.yaxis):
+            static_axes.plot(LINKS, errors, color=color, marker=marker, ms=5, lw=1.5, label=name.replace("tpu", "TPU"))
+        static_axes.plot(LINKS, 0.9 * (6 / np.array(LINKS)) ** 2, "--", color=GREY, lw=1, label="second order")
+        static_axes.axhline(0.025, color=GREY, lw=0.8, ls=":")
+        static_axes.annotate("the files are rounded", (6, 0.0255), color=GREY, fontsize="small", va="bottom")
+        static_axes.set(xscale="log", yscale="log", xlabel="links", ylabel="mean error of the tip [% of the length]")
+        static_axes.set_title("250 shapes at rest", loc="left")
+        static_axes.xaxis.set_major_locator(FixedLocator(LINKS))
+        static_axes.xaxis.set_minor_locator(NullLocator())
+        static_axes.yaxis.set_major_locator(FixedLocator((0.02, 0.05, 0.1, 0.2, 0.5, 1)))
+        static_axes.yaxis.set_minor_locator(NullLocator())
+        for axis in (static_axes.xaxis, static_axes.yaxis):
             axis.set_major_formatter("{x:g}")
-        static.legend(frameon=False)
-        _draw_release(moving, releases[0])
+        static_axes.legend(frameon=False)
+        _draw_release(moving_axes, releases[0])
         _save(figure, "verification_rods")
     return True
 
 
 def _draw_release(axes: Axes, release: Release) -> None:
     is_shown = release.time <= SHOWN_TIME
-    ours = released_tips(rod("tpu", 24, release.relaxation_time), release._replace(time=release.time[is_shown]))
+    own_tips = released_tips(rod("tpu", 24, release.relaxation_time), release._replace(time=release.time[is_shown]))
     for axis, (color, name) in enumerate(zip((RED, BLUE, GREY), "xyz", strict=True)):
         axes.plot(release.time[is_shown], 1e3 * release.tips[is_shown, axis], color=color, lw=4.5, alpha=0.3)
-        axes.plot(release.time[is_shown], 1e3 * ours[:, axis], color=color, lw=1, label=name)
+        axes.plot(release.time[is_shown], 1e3 * own_tips[:, axis], color=color, lw=1, label=name)
     axes.set(xlabel="time [s]", ylabel="tip [mm]", xlim=(0, SHOWN_TIME))
     axes.set_title("A rod of TPU is released: Cosserat rod (wide lines), 24 links (thin)", loc="left")
     axes.legend(frameon=False, ncols=3, loc="lower right")
@@ -95,7 +95,7 @@ def draw_compliance() -> None:
         _save(figure, "verification_compliance")
 
 
-def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
+def draw_grasps(runs: Mapping[tuple[str, bool], GraspRun]) -> None:
     """Draws every object in the air, before its push; runs are by the grasp's name and whether fingers are spatial."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(2.1 * len(GRASPS), 4.75), layout="constrained")
@@ -112,7 +112,7 @@ def draw_grasps(runs: Mapping[tuple[str, bool], Run]) -> None:
         _save(figure, "verification_grasps")
 
 
-def _picture(run: Run) -> np.ndarray:
+def _picture(run: GraspRun) -> np.ndarray:
     renderer = SceneRenderer(run.scenario, run.recording, PICTURE_PIXELS, PICTURE_PIXELS)
     object_name = run.scenario.models[-1].name
     middle = renderer.scene.object_position(object_name, PUSH_TIME)

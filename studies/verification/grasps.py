@@ -42,7 +42,7 @@ _ROLLED = (np.pi / 2, 0.0, 0.0)  # rad, of a cylinder whose axis lies along y
 
 
 @dataclass(frozen=True)
-class Grasp:
+class TurnedGrasp:
     """A shipped scenario whose object stands elsewhere: turned about the vertical, degrees, and shifted along y, m."""
 
     scenario: str
@@ -55,15 +55,15 @@ class Grasp:
 _CYLINDER = ModelConfig("cylinder", "package://soft_gripper/objects/cylinder.obj", free=True)
 _CYLINDER.mass, _CYLINDER.friction = 0.05, 0.8
 GRASPS = {
-    "box": Grasp("box_grasp"),
-    "box, 15 mm off the plane": Grasp("box_grasp", shift=0.015),
-    "box, turned by 20 degrees": Grasp("box_grasp", turn=20.0),
-    "cylinder on its side, turned by 30 degrees": Grasp("box_grasp", turn=30.0, height=0.02301, object=_CYLINDER),
-    "apple, three fingers": Grasp("three_finger_grasp", height=0.02742),
+    "box": TurnedGrasp("box_grasp"),
+    "box, 15 mm off the plane": TurnedGrasp("box_grasp", shift=0.015),
+    "box, turned by 20 degrees": TurnedGrasp("box_grasp", turn=20.0),
+    "cylinder on its side, turned by 30 degrees": TurnedGrasp("box_grasp", turn=30.0, height=0.02301, object=_CYLINDER),
+    "apple, three fingers": TurnedGrasp("three_finger_grasp", height=0.02742),
 }
 
 
-class Outcome(NamedTuple):
+class GraspOutcome(NamedTuple):
     """Final state of an object; angles in degrees, forces in N, lengths in mm."""
 
     on_table: float  # turn about the vertical when the fingers have closed
@@ -76,21 +76,21 @@ class Outcome(NamedTuple):
     compliance: float  # mm/N, of the held object under the push
 
 
-class Run(NamedTuple):
+class GraspRun(NamedTuple):
     """A grasp that was simulated."""
 
     scenario: Scenario
     recording: Recording  # of the plant's state
-    outcome: Outcome
+    outcome: GraspOutcome
 
 
-def grasp_scenario(grasp: Grasp, yields: str) -> Scenario:
+def grasp_scenario(grasp: TurnedGrasp, yields: str) -> Scenario:
     """Scenario of a grasp, whose gripper hangs on a lift."""
     scenario = load_scenario(grasp.scenario, [f"models.gripper.fingers.all.yields={yields}"])
     gripper, table, body = scenario.models
-    rolled = RollPitchYaw(*_ROLLED).ToRotationMatrix() if grasp.object else RotationMatrix()
-    turned = RotationMatrix.MakeZRotation(np.radians(grasp.turn)) @ rolled
-    place = Transform(RigidTransform(turned, [0.0, grasp.shift, grasp.height]))
+    R_roll = RollPitchYaw(*_ROLLED).ToRotationMatrix() if grasp.object else RotationMatrix()
+    R_turn = RotationMatrix.MakeZRotation(np.radians(grasp.turn)) @ R_roll
+    place = Transform(RigidTransform(R_turn, [0.0, grasp.shift, grasp.height]))
     gripper.parent = "lift::carriage"
     scenario.models = [_LIFT, gripper, table, replace(grasp.object or body, X_PC=place)]
     return scenario
@@ -114,7 +114,7 @@ class _Push(LeafSystem):
         output.set_value([self._force])
 
 
-def run(grasp: Grasp, yields: str) -> Run:
+def run(grasp: TurnedGrasp, yields: str) -> GraspRun:
     """Simulates a grasp."""
     scenario, builder = grasp_scenario(grasp, yields), DiagramBuilder()
     scene = add_plant(builder, scenario)
@@ -142,27 +142,26 @@ def run(grasp: Grasp, yields: str) -> Run:
     situations = [
         _situation(scene, thing, states[np.searchsorted(times, time)]) for time in (CLOSED_TIME, PUSH_TIME, END)
     ]
-    return Run(scenario, Recording(data), _outcome(situations, contacts, len(scene.fingers), bool(grasp.object)))
+    return GraspRun(scenario, Recording(data), _outcome(situations, contacts, len(scene.fingers), bool(grasp.object)))
 
 
 def _object_contacts(scene: Scene, context: Context, thing: str) -> Array:
     """Normal force of all patches on an object, N, and friction over the largest friction, (P, 2)."""
-    inspector, results = (
-        scene.scene_graph.model_inspector(),
-        scene.plant.get_contact_results_output_port().Eval(context),
-    )
-    object_geometries, contacts = (set(scene.plant.GetCollisionGeometriesForBody(first_body(scene.plant, thing))), [])
+    inspector = scene.scene_graph.model_inspector()
+    results = scene.plant.get_contact_results_output_port().Eval(context)
+    object_geometries = set(scene.plant.GetCollisionGeometriesForBody(first_body(scene.plant, thing)))
+    contacts = []
     for info in map(results.hydroelastic_contact_info, range(results.num_hydroelastic_contacts())):
         surface, force = info.contact_surface(), info.F_Ac_W().translational()
         pair = {surface.id_M(), surface.id_N()}
         if object_geometries & pair:
             normal = sum(surface.area(face) * surface.face_normal(face) for face in range(surface.num_faces()))
-            pressing = abs(force @ normal) / np.linalg.norm(normal)
+            normal_force = abs(force @ normal) / np.linalg.norm(normal)
             skins = [
                 inspector.GetProximityProperties(skin).GetProperty("material", "coulomb_friction") for skin in pair
             ]
-            bearable = CalcContactFrictionFromSurfaceProperties(*skins).static_friction() * pressing
-            contacts.append((pressing, np.sqrt(max(force @ force - pressing**2, 0.0)) / bearable))
+            bearable = CalcContactFrictionFromSurfaceProperties(*skins).static_friction() * normal_force
+            contacts.append((normal_force, np.sqrt(max(force @ force - normal_force**2, 0.0)) / bearable))
     return np.array(contacts).reshape(-1, 2)
 
 
@@ -183,19 +182,21 @@ def _situation(scene: Scene, thing: str, state: Array) -> _Situation:
     return _Situation(plant.EvalBodyPoseInWorld(context, first_body(plant, thing)), np.array(tips), np.array(twists))
 
 
-def _outcome(situations: Sequence[_Situation], contacts: Sequence[Array], fingers: int, is_rolled: bool) -> Outcome:
-    closed, lifted, pushed = situations
+def _outcome(
+    situations: Sequence[_Situation], contacts: Sequence[Array], fingers: int, is_rolled: bool
+) -> GraspOutcome:
+    closed_state, lifted_state, pushed_state = situations
     initial = RollPitchYaw(*_ROLLED).ToRotationMatrix() if is_rolled else RotationMatrix()
-    turns = [(situation.X_WO.rotation() @ initial.inverse()).matrix() for situation in (closed, lifted)]
+    turns = [(situation.X_WO.rotation() @ initial.inverse()).matrix() for situation in (closed_state, lifted_state)]
     on_table, in_air = (float(np.degrees(np.arctan2(turn[1, 0], turn[0, 0]))) for turn in turns)
-    moved = 1e3 * (pushed.X_WO.translation() - lifted.X_WO.translation())
-    return Outcome(
+    shift = 1e3 * (pushed_state.X_WO.translation() - lifted_state.X_WO.translation())
+    return GraspOutcome(
         on_table,
         in_air,
         float(np.degrees(np.arccos(np.clip(turns[1][2, 2], -1, 1)))),
         float(np.mean([patches[:, 0].sum() for patches in contacts])) / fingers,
-        float(1e3 * np.abs(lifted.tips[:, 1]).max()),
-        float(np.degrees(np.abs(lifted.twists).max())),
+        float(1e3 * np.abs(lifted_state.tips[:, 1]).max()),
+        float(np.degrees(np.abs(lifted_state.twists).max())),
         float(max(patches[:, 1].max(initial=0.0) for patches in contacts)),
-        float(moved[1]) / PUSH_FORCE,
+        float(shift[1]) / PUSH_FORCE,
     )

@@ -25,7 +25,7 @@ from soft_gripper.extras.soft.objects.make_soft import block
 from soft_gripper.extras.soft.soft_kind import SoftKind
 from soft_gripper.extras.soft.tetrahedra import Tetrahedra, orient_cells
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
-from studies.verification.tables import Row, Table
+from studies.verification.tables import DocTable, Row
 
 TIME_STEP = 0.005  # s
 RAMP_TIME, HOLD_TIME, RAMP_STEPS = 0.5, 0.5, 50  # s, and the steps in which the force grows
@@ -98,8 +98,8 @@ def _add_plates(plant: MultibodyPlant, low: float, high: float, friction: float)
         AddRigidHydroelasticProperties(PLATE[2], properties)
         name = f"{body.name()}_face"
         plant.RegisterCollisionGeometry(body, RigidTransform([0.0, 0.0, middle]), Box(*PLATE), name, properties)
-    down = PrismaticJoint("down", plant.world_frame(), upper.body_frame(), [0, 0, -1], damping=PLATE_DAMPING)
-    plant.AddJointActuator("press", plant.AddJoint(down))
+    press_joint = PrismaticJoint("down", plant.world_frame(), upper.body_frame(), [0, 0, -1], damping=PLATE_DAMPING)
+    plant.AddJointActuator("press", plant.AddJoint(press_joint))
 
 
 def _forces(plant: MultibodyPlant, context: Context) -> tuple[float, float]:
@@ -118,7 +118,7 @@ def ball(cells: int) -> Tetrahedra:
     return mesh.scaled(RADIUS * float(4 / 3 * np.pi / mesh.volumes.sum()) ** (1 / 3))
 
 
-class Change(NamedTuple):
+class BallDeformation(NamedTuple):
     """Deformation of a ball, m."""
 
     halves: float  # approach of the centres of mass of its upper and its lower half
@@ -126,19 +126,19 @@ class Change(NamedTuple):
     poles: float  # approach of the two, indentations included
 
 
-def change(pressed_ball: Pressed) -> Change:
+def change(pressed_ball: Pressed) -> BallDeformation:
     """Deformation of a simulated ball."""
     mesh, displacement = pressed_ball.rest, pressed_ball.displacement
     height, axial = mesh.vertices[:, 2], displacement[:, 2]
-    above = height[mesh.cells].mean(axis=1) > 0
+    is_above = height[mesh.cells].mean(axis=1) > 0
     low, high = (
-        np.average(axial[mesh.cells[half]].mean(axis=1), weights=mesh.volumes[half]) for half in (~above, above)
+        np.average(axial[mesh.cells[half]].mean(axis=1), weights=mesh.volumes[half]) for half in (~is_above, is_above)
     )
     distance = np.linalg.norm(mesh.vertices[:, :2], axis=1)
     is_equator = (np.abs(height) < 1e-9) & (distance > 0.95 * RADIUS)
     outward = (displacement[is_equator, :2] * mesh.vertices[is_equator, :2]).sum(axis=1) / distance[is_equator]
     poles = float(axial[np.argmin(height)] - axial[np.argmax(height)])
-    return Change(float(low - high), 2 * float(outward.mean()), poles)
+    return BallDeformation(float(low - high), 2 * float(outward.mean()), poles)
 
 
 _SERIES_TERMS, _INTEGRAL_NODES = 400, 100  # of the series, and of the integrals
@@ -164,14 +164,14 @@ class PressedBall:
         self._a = stress / ((n + 1) * (n**2 - n - 2 - 2 * nu) - n * (n - 1) * ratio)
         self._b = -self._a * ratio
 
-    def change(self) -> Change:
+    def change(self) -> BallDeformation:
         """Deformation of the ball."""
-        share, of_share = _gauss(0.0)
-        cosine, of_cosine = _gauss(0.0)
+        share, share_weights = _gauss(0.0)
+        cosine, cosine_weights = _gauss(0.0)
         axial = self._axial(share[:, None, None], cosine[:, None])
-        halves = -6 * float(of_share * share**2 @ axial @ of_cosine)  # over the volume of one, 2 pi / 3
+        halves = -6 * float(share_weights * share**2 @ axial @ cosine_weights)  # over the volume of one, 2 pi / 3
         equator, pole = self._radial(1.0, np.array([[0.0], [1.0]])) @ np.ones(len(self._n))
-        return Change(halves, 2 * float(equator), -2 * float(pole))
+        return BallDeformation(halves, 2 * float(equator), -2 * float(pole))
 
     def _radial(self, share: Array | float, cosine: Array) -> Array:
         """Terms of the displacement outward, m, at a share of the radius and an angle from the pole; (..., terms)."""
@@ -197,8 +197,8 @@ def _gauss(begin: float) -> tuple[Array, Array]:
 
 def hertz(force: float, material: Material) -> float:
     """Approach of two plates to each other with a ball between them, m, if contacts are small (Hertz, 1881)."""
-    reduced = material.modulus / (1 - material.poissons_ratio**2)
-    return 2 * float((9 * force**2 / (16 * reduced**2 * RADIUS)) ** (1 / 3))
+    plane_modulus = material.modulus / (1 - material.poissons_ratio**2)
+    return 2 * float((9 * force**2 / (16 * plane_modulus**2 * RADIUS)) ** (1 / 3))
 
 
 def shortening(pressed_block: Pressed) -> float:
@@ -224,7 +224,7 @@ def block_rows() -> Iterator[Row]:
 
 
 def ball_rows(cells: Sequence[int] = CELL_COUNTS) -> Iterator[Row]:
-    """Balls of several meshes."""
+    """Rows of balls with several meshes."""
     material = Material()
     expected = PressedBall(BALL_FORCE, material).change()
     for count in cells:
@@ -235,7 +235,7 @@ def ball_rows(cells: Sequence[int] = CELL_COUNTS) -> Iterator[Row]:
         yield f"{len(mesh.cells)}", [*errors, plates]
 
 
-BLOCKS = Table(
+BLOCKS = DocTable(
     "Poisson's ratio | friction | shortening by [mm] | F h / (E A) [mm] | difference [%]", (3, 3, 2), block_rows
 )
-BALLS = Table("tetrahedra | halves [%] | equator [%] | poles [%] | plates [%]", (1, 1, 1, 1), ball_rows)
+BALLS = DocTable("tetrahedra | halves [%] | equator [%] | poles [%] | plates [%]", (1, 1, 1, 1), ball_rows)

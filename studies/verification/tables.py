@@ -1,4 +1,4 @@
-"""Makes the tables of docs/verification.md. Another table is a `Table` in TABLES, with a function of its rows."""
+"""Makes the tables of docs/verification.md. Another table is a `DocTable` in TABLES, with a function of its rows."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -13,7 +13,7 @@ from pushed_fingers import bent, compliance, with_cloth
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from studies.verification.grasps import GRASPS, SPATIAL, Outcome, run
+from studies.verification.grasps import GRASPS, SPATIAL, GraspOutcome, run
 
 RODS = ("tpu", "steel")
 MIN_LOST_COMPLIANCE = 1e3  # mm/N, of an object that is pushed out of the grasp
@@ -21,7 +21,7 @@ MIN_LOST_COMPLIANCE = 1e3  # mm/N, of an object that is pushed out of the grasp
 Row = tuple[str, list[float]]  # cells of text, and then the numbers
 
 
-class Table(NamedTuple):
+class DocTable(NamedTuple):
     """A table; it has no rows if its data are missing."""
 
     header: str
@@ -96,7 +96,7 @@ def _compliances() -> Iterator[Row]:
     yield "in its plane", [compliance(finger, pressure, 0) for pressure in pressures]
 
 
-def outcome_row(name: str, yields: str, outcome: Outcome) -> Row:
+def outcome_row(name: str, yields: str, outcome: GraspOutcome) -> Row:
     """Row of a grasp with the measures on the page."""
     o = outcome
     numbers = [o.lifted, o.tilt, o.force, o.friction, o.compliance]
@@ -109,14 +109,14 @@ def _grasps() -> Iterator[Row]:
             yield outcome_row(name, yields, run(grasp, yields).outcome)
 
 
-RESTING_RODS = Table(
+RESTING_RODS = DocTable(
     "rod | 6 links | 12 | 24 | 48 | 95th percentile, 24 | order, 6 to 12", (2, 3, 3, 3, 3, 2), _resting_rods
 )
-RELEASED_RODS = Table("rod | mean of all releases | best | worst", (3, 3, 3), _released_rods)
-BENT_FINGERS = Table("at the tip | sideways [mm] | 6 segments | 12 | 24 | order", (2, 2, 3, 3, 2), _bent_fingers)
-SOLVERS = Table("pressure | solver | x [mm] | y [mm] | z [mm]", (2, 2, 2), _three_rods)
-COMPLIANCE = Table("[mm/N] | 0 kPa | 60 kPa | 100 kPa | 150 kPa", (1, 1, 1, 1), _compliances)
-GRASP_TABLE = Table(
+RELEASED_RODS = DocTable("rod | mean of all releases | best | worst", (3, 3, 3), _released_rods)
+BENT_FINGERS = DocTable("at the tip | sideways [mm] | 6 segments | 12 | 24 | order", (2, 2, 3, 3, 2), _bent_fingers)
+SOLVERS = DocTable("pressure | solver | x [mm] | y [mm] | z [mm]", (2, 2, 2), _three_rods)
+COMPLIANCE = DocTable("[mm/N] | 0 kPa | 60 kPa | 100 kPa | 150 kPa", (1, 1, 1, 1), _compliances)
+GRASP_TABLE = DocTable(
     "object | fingers | yaw in the air [°] | tilt [°] | normal force [N] | friction used | gives [mm/N]",
     (1, 1, 2, 2, 2),
     _grasps,

@@ -104,8 +104,8 @@ def test_a_recording_names_the_users_own_blocks():
         return sg.estimators.ShapeEstimator(sg.estimators.ArcShape(layout), layout, gravity)
 
     station = sg.make_station(sg.load_scenario("obstructed_inside"), make_estimator=make)
-    assert station.parts.about["sensor"] == "strain"
-    assert station.parts.about["estimator"].endswith(f"{make.__qualname__}")
+    assert station.parts.attributes["sensor"] == "strain"
+    assert station.parts.attributes["estimator"].endswith(f"{make.__qualname__}")
 
 
 @pytest.mark.parametrize("plants", ["another station", "a plant"])

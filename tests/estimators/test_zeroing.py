@@ -38,7 +38,7 @@ def grasp(layout):
 
 
 def zeros_of(layout, uncertainty, readings, driving, gravity):
-    return GaussianShape(layout, uncertainty, PERIOD).zeroing.over_time(readings, driving, gravity)
+    return GaussianShape(layout, uncertainty, PERIOD).zeroing.zeros_over_time(readings, driving, gravity)
 
 
 @pytest.mark.parametrize("first", [0, 1])
@@ -48,7 +48,7 @@ def test_all_samples_at_once_are_one_after_the_other(layout, grasp, first):
     readings = readings + 1e-3 * np.random.default_rng(2).normal(size=readings.shape)
     readings[::7, 0] = np.nan
     zeroing = GaussianShape(layout, ZEROED, PERIOD).zeroing
-    found = zeroing.over_time(readings, driving, gravity, first)
+    found = zeroing.zeros_over_time(readings, driving, gravity, first)
     zeros = zeroing.begin()
     for i, sample in enumerate(zip(readings, driving, gravity, strict=True)):
         zeros = zeroing.step(zeros if i > first else zeroing.begin(), *sample)

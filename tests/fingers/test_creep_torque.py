@@ -160,7 +160,7 @@ def test_energy_never_grows_in_a_finger_without_load(time_step):
         context = swinging.plant.GetMyContextFromRoot(root)
         q, state = swinging.plant.GetPositions(context), block.GetMyContextFromRoot(root)
         z = (state.get_discrete_state_vector() if time_step else state.get_continuous_state_vector()).CopyToVector()
-        z = z.reshape(2, 4) + block._after * q
+        z = z.reshape(2, 4) + block._new_gain * q
         share = np.array([[0.2], [0.1]])
         memory = (share * finger.stiffness * (z**2 / 2 - q * z)).sum()
         energies.append(

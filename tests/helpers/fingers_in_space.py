@@ -12,7 +12,7 @@ from soft_gripper.estimators.mechanics import TIP_FRACTION
 from soft_gripper.fingers.spatial_chain import Loads, posture, resting_positions, spatial_chain, torques, weights
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
-from soft_gripper.sensors.measurement import ways_in_space
+from soft_gripper.sensors.measurement import spatial_deformations
 
 WAYS = ("bending", "sideways", "twist")
 DOWN = np.array([0.0, 0.0, 9.81])  # of a finger that hangs, whose +z points down
@@ -29,11 +29,11 @@ def sensors(finger, name="four_faces_and_diagonal", sections=2):
 
 def by_way(finger, values):
     """Values of the joints along the chain, (..., D), in the order way after way."""
-    return values[..., np.argsort(spatial_chain(finger).position_indices(ways_in_space(finger)))]
+    return values[..., np.argsort(spatial_chain(finger).position_indices(spatial_deformations(finger)))]
 
 
 def bent_chain(finger, q):
-    return posture(spatial_chain(finger), q[..., spatial_chain(finger).position_indices(ways_in_space(finger))])
+    return posture(spatial_chain(finger), q[..., spatial_chain(finger).position_indices(spatial_deformations(finger))])
 
 
 def driven(finger, pressure, drive=1.0):

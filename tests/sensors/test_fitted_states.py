@@ -30,7 +30,7 @@ def test_regions_are_equal_pieces_of_a_line(region):
         rows = np.flatnonzero(region == number)
         assert (np.diff(rows) == 1).all(), "a region is connected"
         assert 10 <= len(rows) <= 40
-    assert LINE.without(region == 0).distance(LINE.states[region == 0]).min() > 0
+    assert LINE.leave_out(region == 0).distance(LINE.states[region == 0]).min() > 0
 
 
 def test_a_few_states_that_lie_apart_are_no_halves_of_their_own():

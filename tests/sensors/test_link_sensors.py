@@ -48,7 +48,7 @@ def test_orientations_in_space_are_rotation_vectors(spatial):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_they_see_bends_and_twist_but_no_stretch(spatial, kind):
-    seen = {each.way: each.is_seen for each in observability(sensors(spatial, kind), 1e-3)}
+    seen = {each.deformation: each.is_seen for each in observability(sensors(spatial, kind), 1e-3)}
     assert seen == {"bending": True, "sideways": True, "twist": True, "stretch": False}
 
 

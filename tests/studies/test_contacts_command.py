@@ -10,7 +10,7 @@ from soft_gripper.files.row_table import read_csv
 from studies.commands import STUDIES
 from studies.contacts import estimates as contact_estimates
 from studies.contacts.contacts import load_contacts
-from studies.contacts.peg import ContactRow
+from studies.contacts.peg import ContactTruthRow
 from studies.contacts.trials import ContactErrorRow
 
 
@@ -23,7 +23,7 @@ def one_set_of_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_table_and_arrays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert dispatch(["contacts", "--trials", "4", "--seed", "2", "--jobs", "1", "--out", str(tmp_path)], STUDIES) == 0
-    rows, arrays = read_csv(tmp_path / "contacts.csv", ContactRow), load_contacts(tmp_path / "contacts.nc")
+    rows, arrays = read_csv(tmp_path / "contacts.csv", ContactTruthRow), load_contacts(tmp_path / "contacts.nc")
     assert [row.contact for row in rows] == [0, 1, 2, 3]
     np.testing.assert_allclose([abs(row.force_n) for row in rows], arrays.normal_force, atol=1e-6)
     assert [row.force_n > 0 for row in rows] == list(arrays.is_inside)

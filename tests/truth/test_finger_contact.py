@@ -40,7 +40,7 @@ def over_time(samples, finger=FINGER):
     tables = [patch_table(found, LINKS, POSES) for found in samples]
     sample = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
     contacts = finger_contacts(np.concatenate(tables), sample, np.full(len(tables), True))
-    return contact_signals(contacts.of([FINGER, NEIGHBOUR].index(finger)), len(finger.bodies), finger.only_bends)
+    return contact_signals(contacts.select([FINGER, NEIGHBOUR].index(finger)), len(finger.bodies), finger.only_bends)
 
 
 def signals(*found, finger=FINGER):

@@ -84,7 +84,7 @@ class Cost(NamedTuple):
 
 
 class Bench:
-    """Computations of a station from measurements, in a Drake diagram of its own.
+    """Computes the signals of a station from measurements, in a separate Drake diagram.
 
     ::
 
@@ -134,7 +134,7 @@ class Bench:
         self._give({name: np.zeros(size) for name, size in self.inputs.items()})
 
     def cost(self, signals: Sequence[str]) -> Cost:
-        """Measures the cost of a sample and of reading these signals, with bent fingers, in a context of its own."""
+        """Measures the cost of a sample and of reading these signals, with bent fingers, in a separate context."""
         copied = copy(self)
         times = []
         copied._begin()
@@ -144,16 +144,16 @@ class Bench:
                 for name, layout in self.layouts.items()
             }
             poses = {name: _UPRIGHT_POSE for name in self.inputs if name.endswith(".X_WB")}
-            began, elapsed = thread_time(), monotonic()
+            cpu_begin, elapsed = thread_time(), monotonic()
             copied.step(readings | poses)
             copied.read(signals)
-            times.append((thread_time() - began, monotonic() - elapsed))
+            times.append((thread_time() - cpu_begin, monotonic() - elapsed))
         processor, elapsed = np.transpose(times[_COST_SAMPLES // 4 :])
         return Cost(float(np.quantile(processor, 0.9)), float(np.mean(elapsed)))
 
-    def step(self, measured: Mapping[str, Array]) -> None:
-        """Takes a sample, a period after that before; `measured` has every input by name."""
-        self._give(measured)
+    def step(self, measurements: Mapping[str, Array]) -> None:
+        """Takes a sample, a period after that before; `measurements` has every input by name."""
+        self._give(measurements)
         self._advance()
 
     def skip(self) -> None:
@@ -242,14 +242,16 @@ def _make_parts(scenario: Scenario, moving: Sequence[str]) -> _BenchParts:
     parts = _BenchParts(DiagramBuilder(), scenario.sensor.period)
     nominal = read_nominal_model(scenario.nominal)
     gravity = np.array(scenario.gravity)
-    measured = {}
+    finger_ports = {}
     for finger in scene.fingers:
         parts.layouts[finger.name] = nominal.layout(finger.finger, scenario.sensor)
-        measured[finger.name] = _add_measured(parts, finger, finger.name in moving)
-    estimated = add_estimations(parts.builder, parts.layouts, scenario.estimator, scenario.sensor, gravity, measured)
+        finger_ports[finger.name] = _add_measured(parts, finger, finger.name in moving)
+    estimated = add_estimations(
+        parts.builder, parts.layouts, scenario.estimator, scenario.sensor, gravity, finger_ports
+    )
     for name, ports in estimated.items():
-        parts.signals |= {f"{name}.{signal}": port for signal, port in {**measured[name], **ports}.items()}
-        held_signals = (signal for signal in measured[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
+        parts.signals |= {f"{name}.{signal}": port for signal, port in {**finger_ports[name], **ports}.items()}
+        held_signals = (signal for signal in finger_ports[name] if signal != "X_WB" or f"{name}.X_WB" in parts.inputs)
         parts.measured += [f"{name}.{signal}" for signal in held_signals]
     if forms_gripper(scene.fingers):
         _add_grip(parts, scene.fingers, scenario)
@@ -262,19 +264,19 @@ def _add_measured(parts: _BenchParts, finger: PlantFinger, is_moving: bool) -> P
     parameters = finger.finger
     layout = parts.layouts[finger.name]
     readings = HeldInput(parts.period, layout.readings, layout.unit, **layout.axes)
-    measured = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
+    inputs = {layout.quantity: parts.hold(f"{name}.{layout.quantity}", readings)}
     if parameters.pressures:
         block = HeldInput(parts.period, parameters.pressures, "Pa", **parameters.chamber_axis)
-        measured["sampled_pressure"] = parts.hold(f"{name}.pressure", block)
+        inputs["sampled_pressure"] = parts.hold(f"{name}.pressure", block)
     if parameters.tendons:
         block = HeldInput(parts.period, len(parameters.tendons), "N", **parameters.tendon_axis)
-        measured["sampled_tension"] = parts.hold(f"{name}.tension", block)
+        inputs["sampled_tension"] = parts.hold(f"{name}.tension", block)
     if is_moving:
-        measured["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
+        inputs["X_WB"] = parts.hold(f"{name}.X_WB", HeldInput(parts.period, 12, UNITS, **AXES))
     else:
         base = parts.builder.AddNamedSystem(f"{name}.base_pose", FixedBasePose(finger.X_WB))
-        measured["X_WB"] = base.get_output_port()
-    return measured
+        inputs["X_WB"] = base.get_output_port()
+    return inputs
 
 
 def _add_instrument(parts: _BenchParts, name: str) -> None:
@@ -293,15 +295,15 @@ def _add_grip(parts: _BenchParts, fingers: Sequence[PlantFinger], scenario: Scen
         parts.signals["grip.object_width"] = add_object_width(parts.builder, gripper, nominal, parts.signals)
     if scenario.control.set_points is None and "opening" not in scenario.external:
         return
-    by_tendons = all(finger.finger.tendons and not finger.finger.pressures for finger in fingers)
-    supply = grip_supply(scenario, fingers, "tendons" if by_tendons else "pressure")
-    commands = _commands(parts.builder, fingers, scenario.tendons.command if by_tendons else "pressure")
+    has_tendons_only = all(finger.finger.tendons and not finger.finger.pressures for finger in fingers)
+    supply = grip_supply(scenario, fingers, "tendons" if has_tendons_only else "pressure")
+    commands = _commands(parts.builder, fingers, scenario.tendons.command if has_tendons_only else "pressure")
     set_point, signals = add_grip_control(parts.builder, fingers, scenario.control, supply, parts.signals, commands)
     parts.signals |= signals
     if "opening" in scenario.external:
-        held = parts.hold(SET_POINT, HeldInput(parts.period, 1, "m"))
-        parts.builder.Connect(held, set_point)
-        parts.signals[SET_POINT] = held
+        set_input = parts.hold(SET_POINT, HeldInput(parts.period, 1, "m"))
+        parts.builder.Connect(set_input, set_point)
+        parts.signals[SET_POINT] = set_input
         parts.measured.append(SET_POINT)
     else:
         parts.signals |= add_set_points(parts.builder, set_point, scenario.control, parts.period)
@@ -311,8 +313,8 @@ def _commands(builder: DiagramBuilder, fingers: Sequence[PlantFinger], kind: str
     """Ports for the commands of grip control, which drive nothing here."""
     commands = Commands(kind, {"pressure": "Pa", "tension": "N", "pull": "m"}[kind], {}, {})
     for finger in fingers:
-        own = finger.finger
-        commands.axes[finger.name] = own.chamber_axis if kind == "pressure" else own.tendon_axis
-        through = PassThrough(own.pressures if kind == "pressure" else len(own.tendons))
-        commands.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", through).get_input_port()
+        model = finger.finger
+        commands.axes[finger.name] = model.chamber_axis if kind == "pressure" else model.tendon_axis
+        pass_through = PassThrough(model.pressures if kind == "pressure" else len(model.tendons))
+        commands.inputs[finger.name] = builder.AddNamedSystem(f"{finger.name}.commanded", pass_through).get_input_port()
     return commands

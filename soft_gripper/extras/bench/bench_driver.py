@@ -94,8 +94,8 @@ def parse_reading(message: Message, config: BenchConfig, ranges: Ranges, quantit
         values |= {f"{name}.{kind}": value for kind, value in driving.items() if f"{name}.{kind}" in ranges}
     if config.opening is not None:
         values[SET_POINT] = select_numbers(numbers, [config.opening])
-    unread = {*quantities.values(), *(name for name in values if ".measured_" in name)}
-    check_plausible(values, ranges, unread)
+    measured_names = {*quantities.values(), *(name for name in values if ".measured_" in name)}
+    check_plausible(values, ranges, measured_names)
     count = None if config.count is None else count_of(float(select_numbers(numbers, [config.count])[0]))
     device_time = math.nan if config.time is None else float(select_numbers(numbers, [config.time])[0])
     if not abs(device_time) <= _MAX_DEVICE_TIME and not math.isnan(device_time):
@@ -126,11 +126,11 @@ class Pace:
 
     def allows(self) -> bool:
         """Whether another reading may be used now."""
-        now = self.clock()
+        time = self.clock()
         # A device whose clock is a little faster than this one's is no flood.
-        self._allowed += 1.1 * (now - self._last) / self.period
+        self._allowed += 1.1 * (time - self._last) / self.period
         self._allowed = min(self._allowed, _MAX_BUNCH_TIME / self.period)
-        self._last = now
+        self._last = time
         if self._allowed < 1:
             return False
         self._allowed -= 1
@@ -201,9 +201,9 @@ class BenchDriver(Driver):
         self.malformed = ""  # fault of the first malformed message
         self.latencies: deque[float] = deque(maxlen=_MAX_LATENCIES)  # s, from a message to its result
         self.efforts: deque[float] = deque(maxlen=_MAX_LATENCIES)  # s, processor time of the same
-        unknown = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
-        self._estimates: dict[str, Array] = unknown  # of the last reading
-        self.results: dict[str, Any] = unknown  # the last that were sent; SI units
+        no_results = {name: np.full(bench.signals[name].size(), np.nan) for name in self.sent}
+        self._estimates: dict[str, Array] = no_results  # of the last reading
+        self.results: dict[str, Any] = no_results  # the last that were sent; SI units
 
     @property
     def counts(self) -> Counts:
@@ -228,7 +228,7 @@ class BenchDriver(Driver):
         self._zeroing, self._zeroed_at = [], self._clock() + seconds
 
     def end_zeroing(self) -> None:
-        """Takes the mean of the collected readings as that of free fingers.
+        """Zeroes the sensors: the mean of the collected readings becomes the reading of free fingers.
 
         Raises:
             InputError: if nothing was collected.
@@ -270,7 +270,7 @@ class BenchDriver(Driver):
             sys.setswitchinterval(self._switch_interval)
 
     def advance(self) -> bool:
-        """Waits for readings, until the next result is due at most, and uses them; there is nothing to be shown.
+        """Waits for readings, at most until the next result is due, and uses them.
 
         Raises:
             InputError: if the estimators fail, an own source or sink does, or no reading came to zero the sensors.
@@ -288,13 +288,13 @@ class BenchDriver(Driver):
             if not waiting and self._error is not None:
                 error, self._error = self._error, None
                 raise error
-        for i, (message, arrived) in enumerate(waiting, 1):
+        for i, (message, arrival) in enumerate(waiting, 1):
             # Both this reading, and then the newest, are to be estimated in time.
-            is_late = self._would_be_stale(arrived, 1) or self._would_be_stale(waiting[-1][1], 2)
+            is_late = self._would_be_stale(arrival, 1) or self._would_be_stale(waiting[-1][1], 2)
             if self._pace is not None and i < len(waiting) and is_late:
                 self._take_newest(waiting[i - 1 :])
                 break
-            self._take(message, arrived)
+            self._take(message, arrival)
         if self._clock() >= self._zeroed_at:
             self.end_zeroing()
         return False
@@ -313,11 +313,11 @@ class BenchDriver(Driver):
                     self._changed.notify_all()
 
     def _receive(self, receive: Callable[[float], list[Message]]) -> None:
-        """Waits for messages until a result is due at most, and sends that."""
+        """Waits for messages, at most until a result is due, and then sends the result."""
         messages = receive(min(max(0.0, self._due - self._clock()), _MAX_WAIT))
-        arrived = self._clock()
+        arrival = self._clock()
         with self._changed:
-            self._waiting += zip(messages, repeat(arrived))
+            self._waiting += zip(messages, repeat(arrival))
             while len(self._waiting) > MAX_WAITING:
                 self._waiting.popleft()
                 self.counts.excess += 1
@@ -326,23 +326,23 @@ class BenchDriver(Driver):
             if self._pace is not None and self._clock() >= self._due and not self._closes.is_set():
                 self._send_known(is_new=False)
 
-    def _would_be_stale(self, arrived: float, estimates: int) -> bool:
+    def _would_be_stale(self, arrival: float, estimates: int) -> bool:
         """Whether a reading would be stale after a number of estimates that cost as much as the last."""
-        return self._clock() - arrived + estimates * self._cost >= self._config.stale_after
+        return self._clock() - arrival + estimates * self._cost >= self._config.stale_after
 
     def _take_newest(self, waiting: list[tuple[Message, float]]) -> None:
         """Uses the newest valid message, and passes over those before."""
         while waiting:
-            message, arrived = waiting.pop()
+            message, arrival = waiting.pop()
             self._passed_over += len(waiting)
-            if self._take(message, arrived):
+            if self._take(message, arrival):
                 self.counts.excess += len(waiting)
                 return
             self._passed_over -= len(waiting)
 
-    def _take(self, message: Message, arrived: float) -> bool:
+    def _take(self, message: Message, arrival: float) -> bool:
         """Uses the reading in a message, unless it comes too late; returns whether there is one."""
-        began, effort = self._clock(), time.thread_time()
+        begin, effort = self._clock(), time.thread_time()
         try:
             reading = parse_reading(message, self._config, self._ranges, self._bench.quantities)
         except MalformedError as error:
@@ -355,28 +355,28 @@ class BenchDriver(Driver):
         missing = self._watch.accept(reading.count)
         if missing is None:
             return True  # a newer estimate has been sent already
-        estimates = self._estimate(reading, missing, arrived)
+        estimates = self._estimate(reading, missing, arrival)
         for line in (*self._first.note(reading.values), *(() if self.is_zeroing else self.calibration.note())):
             self._say(line)
         command = self._bench.read(self._commands)
         with self._changed:
             self._last = reading
-            self._arrived = arrived
+            self._arrived = arrival
             self._estimates = estimates
             self._command = {n: np.where(np.isfinite(u), u, self._config.safe_command) for n, u in command.items()}
             self._send_known(is_new=True)
             self._changes.note()
         self.tally.note(reading.values, estimates)
-        now = self._clock()
-        self._cost = now - began
-        self.latencies.append(now - arrived)
+        end = self._clock()
+        self._cost = end - begin
+        self.latencies.append(end - arrival)
         self.efforts.append(time.thread_time() - effort)
         return True
 
-    def _estimate(self, reading: Reading, missing: int, arrived: float) -> dict[str, Array]:
+    def _estimate(self, reading: Reading, missing: int, arrival: float) -> dict[str, Array]:
         """Estimates from a reading; `missing` readings before it did not arrive."""
         try:
-            self._let_pass(missing, arrived)
+            self._let_pass(missing, arrival)
             if self._restarts_control:
                 self._restarts_control = False
                 self._bench.restart_control()  # safe commands have moved the fingers
@@ -388,21 +388,21 @@ class BenchDriver(Driver):
         except Exception as error:  # numpy's and Drake's, and those of a user's estimator
             raise InputError("live", "reading", reading.count, f"the estimators failed: {described(error)}") from error
 
-    def _let_pass(self, missing: int, arrived: float) -> None:
+    def _let_pass(self, missing: int, arrival: float) -> None:
         """Lets the time of missing readings pass.
 
         The estimators process lost readings while there is time, those passed over never: it costs as much as an
         estimate.
         """
         passed_over, self._passed_over = self._passed_over, 0
-        lost = min(max(0, missing - passed_over), round(_MAX_SKIPPED_TIME / self._bench.period))
-        while lost and not (self._pace and self._clock() - arrived > 0.5 * self._config.stale_after):
+        lost_count = min(max(0, missing - passed_over), round(_MAX_SKIPPED_TIME / self._bench.period))
+        while lost_count and not (self._pace and self._clock() - arrival > 0.5 * self._config.stale_after):
             self._bench.skip()
             self._record(math.nan, math.nan)
-            lost -= 1
-        self._bench.pass_over(lost + passed_over)
+            lost_count -= 1
+        self._bench.pass_over(lost_count + passed_over)
         if self.recorder is not None and self.recorder.is_open:
-            self.recorder.pass_over(lost + passed_over)
+            self.recorder.pass_over(lost_count + passed_over)
 
     def _record(self, count: float, device_time: float) -> None:
         if self.recorder is not None and self.recorder.is_open:
@@ -413,7 +413,7 @@ class BenchDriver(Driver):
         self._bench.step(values)
         if self._zeroing is not None:
             expected = self._bench.free_readings()
-            self._zeroing.append({name: values[name] - free for name, free in expected.items()})
+            self._zeroing.append({name: values[name] - free_reading for name, free_reading in expected.items()})
 
     def _header(self, age: float, is_stale: bool) -> dict[str, Any]:
         count = math.nan if self._last is None or self._last.count is None else float(self._last.count)
@@ -428,16 +428,16 @@ class BenchDriver(Driver):
 
     def _send_known(self, is_new: bool) -> None:
         """Sends the last estimates, with their commands unless these are too old; under the lock."""
-        now = self._clock()
-        age = now - self._arrived if self._pace is not None else 0.0
-        tick = max(now + self._bench.period, self._arrived + 1.5 * self._bench.period * is_new)
+        time = self._clock()
+        age = time - self._arrived if self._pace is not None else 0.0
+        tick = max(time + self._bench.period, self._arrived + 1.5 * self._bench.period * is_new)
         stale_at = self._arrived + self._config.stale_after
-        self._due = stale_at if now < stale_at < tick else tick
+        self._due = stale_at if time < stale_at < tick else tick
         if self._last is None:
             self._send_safe()
             return
         # The clock may reach `stale_at` with an age that rounds to less.
-        is_stale = self._pace is not None and now >= stale_at
+        is_stale = self._pace is not None and time >= stale_at
         if is_stale and not self._is_silent:
             self.counts.silences += 1
         self._is_silent = is_stale
@@ -456,7 +456,7 @@ class BenchDriver(Driver):
         self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe())
 
     def _safe(self) -> dict[str, Array]:
-        """Safe commands."""
+        """Commands without estimates, from `safe_command`."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
     def _send(self, results: dict[str, Any], commanded: float | None = None) -> None:
@@ -478,10 +478,10 @@ def sent_signals(bench: Bench, config: BenchConfig) -> list[str]:
 
 def recorded_signals(bench: Bench, config: BenchConfig) -> list[str]:
     """Signals of a bench that are recorded: measurements, results, commands, and the shape."""
-    also = [*_default_signals(bench), *(name for name in bench.signals if name.endswith(f".{ANGLES}"))]
+    default_names = [*_default_signals(bench), *(name for name in bench.signals if name.endswith(f".{ANGLES}"))]
     commands = [name for name in bench.signals if name.rpartition(".")[2] in COMMANDS]
-    requested = also if config.record is None else config.record
-    return [*dict.fromkeys([*bench.measured, *sent_signals(bench, config), *requested, *commands])]
+    result_names = default_names if config.record is None else config.record
+    return [*dict.fromkeys([*bench.measured, *sent_signals(bench, config), *result_names, *commands])]
 
 
 def _default_signals(bench: Bench) -> list[str]:
@@ -513,8 +513,8 @@ class _RecentChanges:
         lag = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
         age_factor = max(1.0, age / (lag * self._bench.period))
         for band in self._subjects.keys() & results.keys():
-            past = np.array([points[band] for points in self._past])
-            change = np.nan_to_num(past[lag:] - past[:-lag])
+            past_points = np.array([points[band] for points in self._past])
+            change = np.nan_to_num(past_points[lag:] - past_points[:-lag])
             wider[band] = np.hypot(results[band], age_factor * np.linalg.norm(change, axis=-1).max(axis=0))
         return wider
 

@@ -8,6 +8,8 @@
 | `file:readings.csv` | lines of a file, at the rate of the sensors, or of a pipe; results overwrite a file |
 | `file:readings.mcap` | rows of a bag, of netCDF or of a C3D file, see `tables`; the time gives the rows |
 | `MODULE:FUNCTION` | a generator of messages in Python, or a function that takes each result |
+
+Another scheme is an entry of `openers` in `Endpoints.source` or `Endpoints.sink`.
 """
 
 import os
@@ -43,7 +45,7 @@ class Source(Protocol):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will ever arrive again."""
+        """Whether the source has ended."""
 
     def receive(self, timeout: float) -> list[Message]:
         """Messages that have arrived, MAX_WAITING at most; waits up to `timeout` s for the first."""
@@ -264,13 +266,13 @@ class LineSource:
         if self.is_over or not _is_readable(self._descriptor, timeout):
             return []
         try:
-            arrived = os.read(self._descriptor, MAX_MESSAGE_BYTES)
+            data = os.read(self._descriptor, MAX_MESSAGE_BYTES)
         except BlockingIOError:
             return []
         except OSError:  # unplugged
-            arrived = b""
-        self.is_over = not arrived
-        *lines, self._partial_line = (self._partial_line + arrived).split(b"\n")
+            data = b""
+        self.is_over = not data
+        *lines, self._partial_line = (self._partial_line + data).split(b"\n")
         if self._is_cut:
             self._partial_line, self._is_cut = self._partial_line if lines else b"", not lines
             lines = lines[1:]
@@ -289,10 +291,10 @@ class PacedSource:
         self._due = time.monotonic()
 
     def receive(self, timeout: float) -> list[Message]:
-        early = self._due - time.monotonic()
-        if self._period and early > 0:
-            time.sleep(min(early, timeout))
-            if early > timeout:
+        wait_time = self._due - time.monotonic()
+        if self._period and wait_time > 0:
+            time.sleep(min(wait_time, timeout))
+            if wait_time > timeout:
                 return []
         self._due += self._period
         for message in self._messages:
@@ -308,7 +310,7 @@ def _host_and_port(parts: SplitResult) -> tuple[str, int]:
 
 
 def file_path(parts: SplitResult) -> Path:
-    """The file that an address names."""
+    """Path of the file that an address names."""
     return Path(unquote(f"{parts.netloc}{parts.path}"))
 
 

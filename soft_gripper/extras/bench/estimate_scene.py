@@ -41,15 +41,15 @@ class EstimateScene:
         """
         self._meshcat = meshcat
         builder = DiagramBuilder()
-        whole = add_plant(DiagramBuilder(), scenario)
-        drawn = replace(scenario, models=_placed_models(scenario.models, whole.fingers, bool(moving)))
+        full_scene = add_plant(DiagramBuilder(), scenario)
+        drawn = replace(scenario, models=_placed_models(scenario.models, full_scene.fingers, bool(moving)))
         scene = add_plant(builder, replace(drawn, arm=None, directives=[]) if moving else drawn)
         self._sizes = {
             name: signals[name].size() for finger in scene.fingers for name in _drawn_names(finger.name, signals)
         }
         inputs = {name: _add_input(builder, name, size) for name, size in self._sizes.items()}
         add_estimates(builder, scene, inputs, meshcat, scenario.pressure)
-        set_up_view(whole, meshcat, scenario)
+        set_up_view(full_scene, meshcat, scenario)
         self._positions = _estimated_positions(scene.fingers, signals)
         self._base = next((f for f in scene.fingers if f.name in moving), None)
         self._posed = _PosedScene(builder, scene)
@@ -62,7 +62,7 @@ class EstimateScene:
         return [*self._sizes, *self._positions, *base]
 
     def show(self, values: Mapping[str, Array]) -> None:
-        """Draws a sample, `signals` by name, (size,) each; those that are missing are unknown."""
+        """Draws a sample, `signals` by name, (size,) each; missing ones are unknown."""
         for name, size in self._sizes.items():
             self._posed.give(name, values.get(name, np.full(size, np.nan)))
         for name, indices in self._positions.items():

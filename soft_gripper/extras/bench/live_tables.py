@@ -87,8 +87,8 @@ def _cell(
     cell_values = [values.get(name, _UNKNOWN_VALUE) for name in names]
     if not math.isfinite(cell_values[0][0]):
         return _UNKNOWN_TEXT
-    said = text(*cell_values) if text is not None else signal_of(ports[names[0]]).meanings[int(cell_values[0][0])]
-    return (said, "bad") if names[0].rpartition(".")[2] in _ALARM_SIGNALS and cell_values[0][0] else said
+    words = text(*cell_values) if text is not None else signal_of(ports[names[0]]).meanings[int(cell_values[0][0])]
+    return (words, "bad") if names[0].rpartition(".")[2] in _ALARM_SIGNALS and cell_values[0][0] else words
 
 
 _UNKNOWN_VALUE = np.array([np.nan])

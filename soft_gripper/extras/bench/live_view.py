@@ -64,10 +64,10 @@ class LiveView(BenchDriver):
         else:
             if was_zeroing and not self.is_zeroing:
                 self.note = "zeroed: the sensors now read those of fingers that hang free"
-        now = self._clock()
-        if now < self._next:
+        time = self._clock()
+        if time < self._next:
             return False
-        self._next = now + PERIOD
+        self._next = time + PERIOD
         return True
 
     def press(self, _: Button) -> None:
@@ -96,29 +96,29 @@ class LiveView(BenchDriver):
 
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
         """Draws the fingers, and fills the tables."""
-        tabled = needed_signals(self.fingers, self._bench.signals)
-        values = self._sent_values({*tabled, *self._estimate_scene.signals, *wanted})
+        table_signals = needed_signals(self.fingers, self._bench.signals)
+        values = self._sent_values({*table_signals, *self._estimate_scene.signals, *wanted})
         if self._has_scene:
             self._estimate_scene.show({name: values[name] for name in self._estimate_scene.signals if name in values})
-        shown = self.fingers, self._bench.signals, values, self.calibration.disagreeing
-        tables = [finger_table(*shown), readings_table(self.counts)]
+        contents = self.fingers, self._bench.signals, values, self.calibration.disagreeing
+        tables = [finger_table(*contents), readings_table(self.counts)]
         return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
 
     def _sent_values(self, names: Iterable[str]) -> dict[str, Array]:
-        """Values of signals: as sent last, with wider bands, or else as read; none before the first reading."""
-        sent = self.results
+        """Values of signals: the last sent ones with wider bands, or else those read; none before the first reading."""
+        results = self.results
         if self.counts.used == 0:
             return {}
-        return {name: sent[name] if name in sent else self._bench.read([name])[name] for name in names}
+        return {name: results[name] if name in results else self._bench.read([name])[name] for name in names}
 
     def _status(self) -> dict[str, Any]:
         results = self.results
         is_zeroing = self.is_zeroing
         is_stale = bool(results.get("stale", 1.0))
         waits = "waiting for readings" if self.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
-        recent = [*islice(reversed(self.latencies), _SHOWN_LATENCIES)]
-        middle, most = 1e3 * np.percentile(recent, [50, 99]) if recent else (np.nan, np.nan)
-        latency = f"reading to result {middle:.1f} ms, 99 % {most:.1f} ms" if recent else ""
+        recent_latencies = [*islice(reversed(self.latencies), _SHOWN_LATENCIES)]
+        middle, highest = 1e3 * np.percentile(recent_latencies, [50, 99]) if recent_latencies else (np.nan, np.nan)
+        latency = f"reading to result {middle:.1f} ms, 99 % {highest:.1f} ms" if recent_latencies else ""
         return {
             "time": self._clock() - self._began,
             "mode": waits if is_stale else "zeroing" if is_zeroing else "live",

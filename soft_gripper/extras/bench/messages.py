@@ -8,6 +8,8 @@
 
 Whatever arrives is checked before anything is done with it: a message that is too large, has other fields than
 described, or a number that is not finite, is malformed. Only `null`, in JSON, says that a sensor was not read.
+
+Another packed format is an entry of `_PACKED_TYPES`.
 """
 
 import json
@@ -73,7 +75,7 @@ def select_numbers(values: Mapping[str, float], names: Sequence[str]) -> Array:
 
 
 def count_of(value: float) -> int:
-    """The number of a message.
+    """Converts a number from a message to the count of the message.
 
     Raises:
         MalformedError: if it is not a whole number from 0 on.
@@ -87,10 +89,10 @@ def encoded(results: Mapping[str, float | Array], form: str) -> bytes:
     """A message with named scalars and vectors; without names, all numbers one after the other. NaN is null in JSON."""
     if form == "json":
         return (json.dumps({name: _plain_value(value) for name, value in results.items()}) + "\n").encode()
-    flat = np.concatenate([np.ravel(value) for value in results.values()])
+    numbers = np.concatenate([np.ravel(value) for value in results.values()])
     if form == "text":
-        return (",".join(f"{value:.9g}" for value in flat) + "\n").encode()
-    return flat.astype(_PACKED_TYPES[form]).tobytes()
+        return (",".join(f"{value:.9g}" for value in numbers) + "\n").encode()
+    return numbers.astype(_PACKED_TYPES[form]).tobytes()
 
 
 def _from_json(message: bytes) -> dict[str, float]:

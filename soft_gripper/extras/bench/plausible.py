@@ -60,14 +60,14 @@ def _tensions(scenario: Scenario) -> _Range:
 
 
 def _readings(layout: MeasurementModel) -> _Range:
-    """Range of the readings of sensors, for each that of the sensor with the largest reading."""
+    """Range of the readings of sensors: for all, the range of the sensor with the largest reading."""
     limit = np.full(layout.readings, (np.abs(layout.jacobian).sum(axis=-1) * _MAX_BEND).max())
     ends = np.array([layout.response.reading(1 + sign * limit) for sign in (-1.0, 0.0, 1.0)])
     return ends.min(axis=0), ends.max(axis=0)
 
 
-def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str]) -> None:
-    """Checks numbers by input of a bench; those `unread` may be NaN: their sensors were not read.
+def check_plausible(values: Mapping[str, Array], ranges: Ranges, measured_names: set[str]) -> None:
+    """Checks numbers by input of a bench; those `measured_names` may be NaN: their sensors were not read.
 
     Raises:
         MalformedError: if one is outside its range, or not a rotation.
@@ -75,7 +75,7 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, unread: set[str
     for name, value in values.items():
         lowest, highest = ranges[name]
         outside = ~((value >= lowest) & (value <= highest))
-        if name in unread:
+        if name in measured_names:
             outside &= ~np.isnan(value)
         if outside.any():
             i = int(outside.argmax())
@@ -99,21 +99,21 @@ class FirstPressures:
         self._unit, self._factor = config.pressure_unit, config.pressure_factor
         self._first_readings: list[dict[str, Array]] = []
 
-    def note(self, measured: Mapping[str, Array]) -> Iterator[str]:
+    def note(self, values: Mapping[str, Array]) -> Iterator[str]:
         """Takes measurements by input of a bench; yields lines after enough of them."""
         if self._remaining == 0:
             return
         self._remaining -= 1
-        self._first_readings.append({name: value for name, value in measured.items() if name.endswith(".pressure")})
+        self._first_readings.append({name: value for name, value in values.items() if name.endswith(".pressure")})
         if self._remaining == 0:
             for name in self._first_readings[0]:
-                yield from self._questions(name, np.array([measured[name] for measured in self._first_readings]).T)
+                yield from self._questions(name, np.array([values[name] for values in self._first_readings]).T)
             self._first_readings.clear()
 
     def _questions(self, name: str, pressures: Array) -> Iterator[str]:
         for i, pressure in enumerate(pressures):
             rests = float(np.median(pressure))
             if seems_absolute(rests, pressure):
-                how = "if so, give `pressure_ambient`, its reading in open air; if not, `pressure_ambient: 0`"
+                remedy = "if so, give `pressure_ambient`, its reading in open air; if not, `pressure_ambient: 0`"
                 observation = f"{name}[{i}] = {rests / self._factor:.4g} {self._unit} at the beginning"
-                yield f"note: {observation}: is it measured against vacuum? {how}"
+                yield f"note: {observation}: is it measured against vacuum? {remedy}"

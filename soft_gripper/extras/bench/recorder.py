@@ -67,10 +67,10 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
 
 
 class Recorder:
-    """Writes signals of a bench at every sample, in a thread of its own; counts samples lost to a slow disk."""
+    """Writes signals of a bench at every sample, in a separate thread; counts samples lost to a slow disk."""
 
     def __init__(self, bench: Bench, layout: RowLayout, path: Path):
-        """`path` is that of a new file.
+        """`path` names a new file.
 
         Raises:
             InputError: if it cannot be written.
@@ -125,8 +125,8 @@ class Recorder:
         """Path of the recording, and the number of missing samples, in words."""
         if self._thread.is_alive() and not self.problem:
             return "being written"
-        lacks = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
-        return f"written: {self.path}{lacks}"
+        loss_text = f"; {self.lost} samples are missing: {self.problem or 'the disk is too slow'}" if self.lost else ""
+        return f"written: {self.path}{loss_text}"
 
     def _run(self) -> None:
         try:

@@ -39,9 +39,9 @@ class _FingerTally:
         self.contacts = {True: 0, False: 0}  # by whether it rested
         self.largest: dict[bool, tuple[float, float, float]] = {}  # transverse force, its standard deviation and place
 
-    def note(self, measured: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
+    def note(self, measurements: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
         if self._driving:
-            self._past.append(np.concatenate([measured[name] for name in self._driving]))
+            self._past.append(np.concatenate([measurements[name] for name in self._driving]))
         if self._force not in estimates:
             return
         self.is_known, force = True, float(estimates[self._force][0])
@@ -49,13 +49,13 @@ class _FingerTally:
         self._touched = self._touched + 1 if touches else 0
         if self._touched < _CONTACT_READINGS:
             return
-        rested = self._is_at_rest
-        self.contacts[rested] += self._touched == _CONTACT_READINGS
-        if force > self.largest.get(rested, (0.0,))[0]:
+        was_at_rest = self._is_at_rest
+        self.contacts[was_at_rest] += self._touched == _CONTACT_READINGS
+        if force > self.largest.get(was_at_rest, (0.0,))[0]:
             std, place = (
                 float(estimates[name][0]) if name in estimates else math.nan for name in (self._std, self._place)
             )
-            self.largest[rested] = force, std, place
+            self.largest[was_at_rest] = force, std, place
 
     @property
     def _is_at_rest(self) -> bool:
@@ -63,15 +63,15 @@ class _FingerTally:
         return not self._past or bool(np.ptp(np.array(self._past), axis=0).max() <= limit)
 
     def __str__(self) -> str:
-        rested, moving = (self._contact_text(rested) for rested in (True, False))
+        rest_text, motion_text = (self._contact_text(rest_text) for rest_text in (True, False))
         lags = " (a finger that moves lags behind its drive)" if self.contacts[False] else ""
-        return f"{self.name}: while its drive rested {rested}; while that changed {moving}{lags}"
+        return f"{self.name}: while its drive rested {rest_text}; while that changed {motion_text}{lags}"
 
-    def _contact_text(self, rested: bool) -> str:
-        count = self.contacts[rested]
-        if rested not in self.largest:
+    def _contact_text(self, is_at_rest: bool) -> str:
+        count = self.contacts[is_at_rest]
+        if is_at_rest not in self.largest:
             return "no contact"
-        force, std, place = self.largest[rested]
+        force, std, place = self.largest[is_at_rest]
         return f"{count} contact{'' if count == 1 else 's'}, at most {force:.2f} ± {std:.2f} N, at {1e3 * place:.0f} mm"
 
 
@@ -81,10 +81,10 @@ class Tally:
     def __init__(self, bench: Bench):
         self._fingers = [_FingerTally(name, bench) for name in bench.quantities]
 
-    def note(self, measured: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
+    def note(self, measurements: Mapping[str, Array], estimates: Mapping[str, Array]) -> None:
         """Takes the measurements of a reading, by input of the bench, and the estimates that are sent."""
         for finger in self._fingers:
-            finger.note(measured, estimates)
+            finger.note(measurements, estimates)
 
     def lines(self) -> Iterator[str]:
         """Yields a line for each finger with estimated contacts."""
@@ -129,8 +129,8 @@ class CalibrationTally:
             finger.near += int(disagreement <= finger.max_disagreement)
             if name in self.disagreeing and name not in self._warned:
                 self._warned.add(name)
-                how = "zero the sensors while it is free (--zero 2), or calibrate again"
-                yield f"WARNING: readings and drive of {name} disagree: if nothing has touched it since, {how}"
+                remedy = "zero the sensors while it is free (--zero 2), or calibrate again"
+                yield f"WARNING: readings and drive of {name} disagree: if nothing has touched it since, {remedy}"
 
     def restart(self) -> None:
         """Restarts the counts, after offsets have changed."""
@@ -173,11 +173,11 @@ class StatusLine:
 
     def __call__(self, _: bytes, results: dict[str, Any]) -> None:
         """Prints the line if it is time for one."""
-        now = time.monotonic()
-        if now < self._due:
+        clock = time.monotonic()
+        if clock < self._due:
             return
-        self._due = now + (_TERMINAL_PERIOD if self._width else _LOG_PERIOD)
-        line = self.line(results, now - self._began)
+        self._due = clock + (_TERMINAL_PERIOD if self._width else _LOG_PERIOD)
+        line = self.line(results, clock - self._began)
         # The cursor stays at the beginning of the line, so that the next output replaces it.
         text = f"{line}\n" if self._width is None else f"{line[: self._width - 1]:<{self._width - 1}}\r"
         print_out(text.encode(), results)

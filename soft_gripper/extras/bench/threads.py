@@ -17,7 +17,7 @@ Message = bytes | dict[str, Any]  # encoded, or by name
 
 
 class Outbox(Generic[_T]):
-    """Hands items on, in order, in a thread of its own.
+    """Hands items on, in order, in a separate thread.
 
     If they are not taken in time, the oldest are dropped and counted, so that a reader gets the newest.
     """
@@ -103,7 +103,7 @@ def write_all(descriptor: int, content: bytes) -> None:
 
 
 class Inbox:
-    """Messages of an iterable that may wait: a thread of its own reads it, at a pace."""
+    """Reads the messages of an iterable that may wait, in a separate thread, at a pace."""
 
     def __init__(self, messages: Iterable[Message], period: float):
         """`period` between messages, s; 0: as fast as they are taken."""
@@ -116,7 +116,7 @@ class Inbox:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will ever arrive again."""
+        """Whether the messages have ended."""
         return self._is_done and not self._arrived and self._error is None
 
     def receive(self, timeout: float) -> list[Message]:
@@ -132,11 +132,11 @@ class Inbox:
         return messages
 
     def _run(self) -> None:
-        due = time.monotonic()
+        due_time = time.monotonic()
         try:
             for message in self._messages:
-                time.sleep(max(0.0, due - time.monotonic()))
-                due += self._period
+                time.sleep(max(0.0, due_time - time.monotonic()))
+                due_time += self._period
                 with self._changed:
                     self._changed.wait_for(lambda: len(self._arrived) < ROOM)
                     self._arrived.append(message)

@@ -27,7 +27,7 @@ class Counts:
 
 @dataclass
 class Watch:
-    """The order of numbered readings."""
+    """Watches the order of numbered readings."""
 
     counts: Counts = field(default_factory=Counts)
     _last: int | None = None
@@ -55,14 +55,14 @@ class Watch:
         self.counts.used += 1
         return gap
 
-    def _note_gap(self, skipped: range) -> int:
-        if skipped:
-            self._skipped = skipped
-            self._missing |= dict.fromkeys(skipped[:_MAX_MISSING])
+    def _note_gap(self, gap: range) -> int:
+        if gap:
+            self._skipped = gap
+            self._missing |= dict.fromkeys(gap[:_MAX_MISSING])
             while len(self._missing) > _MAX_MISSING:
                 del self._missing[next(iter(self._missing))]
-        self.counts.lost += len(skipped)
-        return len(skipped)
+        self.counts.lost += len(gap)
+        return len(gap)
 
     def _is_restart(self, count: int) -> bool:
         self._behind = self._behind + 1 if count == self._next else 1

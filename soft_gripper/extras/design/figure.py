@@ -30,8 +30,8 @@ def design_figure(result: DesignResult) -> Figure:
     axes_count = len(result.study.axes)
     lines = math.ceil(axes_count / _PANEL_COLUMNS)
     columns = min(axes_count, _PANEL_COLUMNS)
-    unknown = [math.nan] * len(result.study.config.ends)
-    ends = np.array([design.score.ends or unknown for design in result.designs], float)
+    no_ends = [math.nan] * len(result.study.config.ends)
+    ends = np.array([design.score.ends or no_ends for design in result.designs], float)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(_FIGURE_WIDTH, _ROW_HEIGHT * (1.15 + lines)), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1.25, lines])
@@ -50,11 +50,11 @@ def design_figure(result: DesignResult) -> Figure:
     return figure
 
 
-def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, chosen: Sequence[int]) -> None:
+def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, indices: Sequence[int]) -> None:
     """Dots of some designs, and the star of the best."""
-    allowed = [i for i in chosen if result.designs[i].score.is_allowed]
-    lost = [i for i in chosen if i not in allowed]
-    axes.plot(x[lost], y[lost], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
+    allowed = [i for i in indices if result.designs[i].score.is_allowed]
+    unallowed = [i for i in indices if i not in allowed]
+    axes.plot(x[unallowed], y[unallowed], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
     axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED, label="allowed")
     if result.best is not None:
         axes.plot(x[result.best], y[result.best], zorder=3, label=f"best: design {result.best}", **_BEST_STYLE)
@@ -100,14 +100,14 @@ def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
 
 
 def _draw_variable(axes: Axes, result: DesignResult, key: str, is_number: bool, y: Array) -> None:
-    """The first end over a variable."""
-    chosen = [i for i, design in enumerate(result.designs) if i > 0 and design.score.ends]
-    labels = {i: str(result.designs[i].values[key]).rpartition("/")[2] for i in chosen}
+    """Plots the first end over a variable."""
+    indices = [i for i, design in enumerate(result.designs) if i > 0 and design.score.ends]
+    labels = {i: str(result.designs[i].values[key]).rpartition("/")[2] for i in indices}
     choices = list(dict.fromkeys(labels.values()))
     x = np.full(len(y), np.nan)
     for i, label in labels.items():
         x[i] = result.designs[i].values[key] if is_number else choices.index(label)
-    _draw_designs(axes, result, x, y, chosen)
+    _draw_designs(axes, result, x, y, indices)
     if is_number:
         axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))
     else:

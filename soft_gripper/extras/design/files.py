@@ -36,20 +36,20 @@ def write_design(study: DesignStudy, values: Mapping[str, Any], folder: Path) ->
     fingers = list[Finger]()
     texts = dict[str, str]()
     for model in scenario.models:
-        if mounted := mounted_fingers(model, model.name):
-            fingers += [element.finger for element in mounted]
+        if mounts := mounted_fingers(model, model.name):
+            fingers += [element.finger for element in mounts]
             change = partial(mounted_finger, where=model.name, configs=model.fingers)
             file = f"{model.name}.urdf"
             texts[file] = changed_urdf(model_path(model.file), model.segments, model.name, model.without, change)
             model.file, model.fingers, model.segments, model.without = str(folder / file), {}, None, []
     texts[SCENARIO] = dump_scenario(scenario, folder)
-    with atomic_folder(folder) as written:
+    with atomic_folder(folder) as partial_folder:
         for name, text in texts.items():
-            (written / name).write_text(text, encoding="utf-8")
+            (partial_folder / name).write_text(text, encoding="utf-8")
         for finger in {repr(finger.unnamed): finger for finger in reversed(fingers)}.values():
-            save_figure(section_figure(finger), written / f"{finger.name}_section")
-            shell(finger).export(written / f"{finger.name}_shell.stl")
+            save_figure(section_figure(finger), partial_folder / f"{finger.name}_section")
+            shell(finger).export(partial_folder / f"{finger.name}_shell.stl")
             for i, core in enumerate(cores(finger), 1):
-                core.export(written / f"{finger.name}_core_{i}.stl")
-        names = [file.name for file in written.iterdir()]
+                core.export(partial_folder / f"{finger.name}_core_{i}.stl")
+        names = [file.name for file in partial_folder.iterdir()]
     return [folder / name for name in sorted(names)]

@@ -51,8 +51,8 @@ def strength_n(station: Station, recording: Recording) -> float:
 
     The loads are put on in Drake, whatever the engine of the scenario.
     """
-    in_drake = replace(station.scenario, engine=DRAKE, engine_step=None)
-    text = dump_scenario(in_drake)
+    drake_scenario = replace(station.scenario, engine=DRAKE, engine_step=None)
+    text = dump_scenario(drake_scenario)
     object_name = objects_of(station)[0]
     numbers = [number for number, load in enumerate(LOADS) if not load.is_torque]
     return min(direction_strength(text, object_name, number, Shake()).strength for number in numbers)

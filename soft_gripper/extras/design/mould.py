@@ -41,7 +41,7 @@ def _thinnest(section: CrossSection) -> float:
         for w, t, x, y in holes
         for wall in ((width - w) / 2 - abs(y), (thickness - t) / 2 + x, (thickness - t) / 2 - x - layer)
     ]
-    return float(min([*walls, *(_gap(*both) for both in combinations(holes, 2))], default=inf))
+    return float(min([*walls, *(_gap(*pair) for pair in combinations(holes, 2))], default=inf))
 
 
 def _gap(first: Array, second: Array) -> float:
@@ -63,17 +63,17 @@ class Ring(NamedTuple):
     def corners(self) -> Array:
         """Corners, counterclockwise as seen from the tip, (4, 3)."""
         signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
-        across = np.array([self.x, self.y]) + signs * np.array([self.thickness, self.width]) / 2
-        return np.column_stack([across, np.full(4, self.z)])
+        half_size = np.array([self.x, self.y]) + signs * np.array([self.thickness, self.width]) / 2
+        return np.column_stack([half_size, np.full(4, self.z)])
 
     @property
     def middle(self) -> "Ring":
         """The ring shrunk to a point."""
         return self._replace(thickness=0.0, width=0.0)
 
-    def grown(self, by: float) -> "Ring":
+    def grown(self, margin: float) -> "Ring":
         """The ring widened on every side."""
-        return self._replace(thickness=self.thickness + 2 * by, width=self.width + 2 * by)
+        return self._replace(thickness=self.thickness + 2 * margin, width=self.width + 2 * margin)
 
 
 def outer_rings(finger: Finger) -> list[Ring]:
@@ -100,8 +100,8 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
         stations = np.array(chamber.at) * length
         profiles = (chamber.value_at(name, stations, length) for name in ("x", "y", "thickness", "width"))
         pieces.append(np.column_stack([stations, *profiles]))
-    placed = zip(finger.places, finger.cross_sections, strict=True)
-    for is_hollow, piece in groupby(placed, lambda at_section: at_section[1].chamber_area > 0):
+    sections = zip(finger.places, finger.cross_sections, strict=True)
+    for is_hollow, piece in groupby(sections, lambda section: section[1].chamber_area > 0):
         if is_hollow and not finger.chambers:
             pieces.append(
                 [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]
@@ -111,12 +111,12 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
 
 def _cut_top(rings: Sequence[Ring], top: float) -> list[Ring]:
     """Cuts rings off at a height, with a ring there."""
-    below = [ring for ring in rings if ring.z < top]
-    if len(below) == len(rings):
-        return below
-    low, high = below[-1], rings[len(below)]
+    lower_rings = [ring for ring in rings if ring.z < top]
+    if len(lower_rings) == len(rings):
+        return lower_rings
+    low, high = lower_rings[-1], rings[len(lower_rings)]
     share = (top - low.z) / (high.z - low.z)
-    return [*below, Ring(*(np.array(low) + share * (np.array(high) - np.array(low))).tolist())]
+    return [*lower_rings, Ring(*(np.array(low) + share * (np.array(high) - np.array(low))).tolist())]
 
 
 def loft(rings: Sequence[Ring]) -> trimesh.Trimesh:
@@ -139,12 +139,12 @@ def cores(finger: Finger) -> list[trimesh.Trimesh]:
 
 
 def _mesh(rings: Sequence[Ring]) -> trimesh.Trimesh:
-    """Quadrilaterals between each ring and the next; points that coincide become one, and faces with one twice go."""
+    """Joins each ring to the next by quadrilaterals, without double points and degenerate faces."""
     faces = [
         face
         for low, high in pairwise(range(0, 4 * len(rings), 4))
-        for k, other in pairwise((0, 1, 2, 3, 0))
-        for face in ((low + k, low + other, high + other), (low + k, high + other, high + k))
+        for k, next_k in pairwise((0, 1, 2, 3, 0))
+        for face in ((low + k, low + next_k, high + next_k), (low + k, high + next_k, high + k))
     ]
     mesh = trimesh.Trimesh(np.concatenate([ring.corners for ring in rings]), faces)
     mesh.update_faces([len(set(face)) == 3 for face in mesh.faces.tolist()])

@@ -53,23 +53,23 @@ class Design:
 
 def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, LimitConfig]) -> DesignScore:
     """The score of a design from the measures of its runs; a run that failed has none."""
-    held, end_values = summarize_runs(rows, ends)
-    excess = {GRASP: 1 - len(held) / len(rows)}
+    held_rows, end_values = summarize_runs(rows, ends)
+    excess = {GRASP: 1 - len(held_rows) / len(rows)}
     for name, limit in limits.items():
-        excess |= _excess(name, limit, numbers_in([row[name] for row in held]))
+        excess |= _excess(name, limit, numbers_in([row[name] for row in held_rows]))
     excess |= {f"{end.measure} is known": 1.0 for end, value in zip(ends, end_values, strict=True) if math.isnan(value)}
-    return DesignScore(len(held), len(rows), end_values, excess)
+    return DesignScore(len(held_rows), len(rows), end_values, excess)
 
 
 def summarize_runs(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:
     """The runs that hold their object, and each end over them; NaN if it is not known in one, or there are none."""
-    held = [row for row in rows if row[GRASP] == HELD]
-    values = [numbers_in([row[end.measure] for row in held]) for end in ends] if held else []
+    held_rows = [row for row in rows if row[GRASP] == HELD]
+    values = [numbers_in([row[end.measure] for row in held_rows]) for end in ends] if held_rows else []
     end_values = (
         np.mean(row) if end.of == MEAN else np.max(row) if end.towards == LEAST else np.min(row)
         for end, row in zip(ends, values, strict=True)
     )
-    return held, tuple(map(float, end_values)) if held else (math.nan,) * len(ends)
+    return held_rows, tuple(map(float, end_values)) if held_rows else (math.nan,) * len(ends)
 
 
 def _excess(name: str, limit: LimitConfig, values: Array) -> dict[str, float]:

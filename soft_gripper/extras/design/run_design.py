@@ -67,7 +67,7 @@ def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed
 
 @dataclass(frozen=True)
 class DesignResult:
-    """The result of a study.
+    """Result of a design study: all designs, the best one, and its test.
 
     designs: the scenario as it is, then all that were tried, in order.
     reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
@@ -89,7 +89,7 @@ def run_design(
     out: Path,
     executor: Executor,
     resume: bool = False,
-    report: Callable[[bool], Any] = lambda held: None,
+    report: Callable[[bool], Any] = lambda is_held: None,
 ) -> DesignResult:
     """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
 
@@ -106,23 +106,22 @@ def run_design(
     """
     config = study.config
     runs = _Runs(study, out, executor, resume, report)
-    shipped = Design(SHIPPED, {}, runs.scores({SHIPPED: {}})[0])
+    first = Design(SHIPPED, {}, runs.scores({SHIPPED: {}})[0])
     errors = [runs.row(key)[ERROR] for key in runs.changes]
     if errors and all(errors):
         raise InputError(study.file, "scenario", study.scenario, f"every run of it fails: {errors[0]}")
     numbers = range(1, 1 + config.designs)
-    driven = [shipped, *searched_designs(_drive_axes(study), config, [-number for number in numbers], runs.scores)]
-    tried = [*searched_designs(study.axes, config, numbers, runs.scores)]
-    reference = driven[find_best(costs(driven, config.ends)) or 0]
-    cost = costs(tried, config.ends)
+    drive_designs = [first, *searched_designs(_drive_axes(study), config, [-number for number in numbers], runs.scores)]
+    results = [*searched_designs(study.axes, config, numbers, runs.scores)]
+    reference = drive_designs[find_best(costs(drive_designs, config.ends)) or 0]
+    cost = costs(results, config.ends)
     best_index = find_best(cost)
-    compared = [reference] if best_index is None else [reference, tried[best_index]]
-    tests = runs.tests({design.number: design.values for design in compared})
+    finalists = [reference] if best_index is None else [reference, results[best_index]]
+    tests = runs.tests({design.number: design.values for design in finalists})
     runs.finish(runs.changes)
     front = [i + 1 for i in pareto_front(cost)]
-    return DesignResult(
-        study, [shipped, *tried], reference, front, None if best_index is None else best_index + 1, tests
-    )
+    best = None if best_index is None else best_index + 1
+    return DesignResult(study, [first, *results], reference, front, best, tests)
 
 
 def _drive_axes(study: DesignStudy) -> list[Axis]:
@@ -132,16 +131,16 @@ def _drive_axes(study: DesignStudy) -> list[Axis]:
 
 def most_runs(study: DesignStudy) -> int:
     """Number of runs of a study if no design is refused."""
-    searched, tested = _all_cases(study)
-    tried = 1 + study.config.designs * (1 + bool(_drive_axes(study)))
-    return tried * len(searched) + 2 * len(tested)
+    search_cases, test_cases = _all_cases(study)
+    design_count = 1 + study.config.designs * (1 + bool(_drive_axes(study)))
+    return design_count * len(search_cases) + 2 * len(test_cases)
 
 
 def _all_cases(study: DesignStudy) -> tuple[Cases, Cases]:
     """Cases of the search and of the test."""
     config = study.config
-    searched = cases(SEARCH, study.objects, config.draws, config.seed)
-    return searched, cases(TEST, {**study.objects, **study.unseen}, config.test_draws, config.seed)
+    search_cases = cases(SEARCH, study.objects, config.draws, config.seed)
+    return search_cases, cases(TEST, {**study.objects, **study.unseen}, config.test_draws, config.seed)
 
 
 class _Runs(ScenarioRuns):
@@ -153,8 +152,8 @@ class _Runs(ScenarioRuns):
         self._own = own_measures(study)
         measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), list(self._own.values()))
         _check_measures(study, measures)
-        drawn = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
-        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn))
+        drawn_keys = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
+        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn_keys))
         super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
         first = {**study.fixed, **next(iter(self._searched.values()))}
         self._fixed = {**study.fixed, **engine_step_of(study.scenario, first, executor)}
@@ -163,27 +162,27 @@ class _Runs(ScenarioRuns):
         self.changes: dict[tuple[str, ...], Mapping[str, Any]] = {}
 
     def scores(self, designs: Designs) -> list[DesignScore]:
-        """The scores of designs in the search; those that cannot be moulded are not run."""
+        """Scores designs in the search; those that cannot be moulded are not run."""
         config = self._study.config
-        refused = {number: refusal(self._study, values) for number, values in designs.items()}
+        refusals = {number: refusal(self._study, values) for number, values in designs.items()}
         keys = self._run(
-            SEARCH, {n: designs[n] for n, refused_score in refused.items() if refused_score is None}, self._searched
+            SEARCH, {n: designs[n] for n, refused_score in refusals.items() if refused_score is None}, self._searched
         )
         return [
             refused_score or score([self.row(key) for key in keys if key[1] == str(number)], config.ends, config.limits)
-            for number, refused_score in refused.items()
+            for number, refused_score in refusals.items()
         ]
 
     def tests(self, designs: Designs) -> list[tuple[Row, Mapping[str, Any]]]:
-        """The test of designs."""
+        """Runs the test of designs."""
         return [(self.row(key), self.changes[key]) for key in self._run(TEST, designs, self._tested)]
 
     def _run(self, stage: str, designs: Designs, in_cases: Cases) -> list[tuple[str, ...]]:
         """Makes the runs of each design in some cases that the table does not have; returns the keys of all."""
         changes: dict[tuple[str, ...], Mapping[str, Any]] = {
-            (stage, str(number), *case): {**self._fixed, **drawn, **values}
+            (stage, str(number), *case): {**self._fixed, **draw, **values}
             for number, values in designs.items()
-            for case, drawn in in_cases.items()
+            for case, draw in in_cases.items()
         }
         self.run_changed(
             self._executor,
@@ -198,13 +197,13 @@ class _Runs(ScenarioRuns):
     def row(self, key: tuple[str, ...]) -> dict[str, str]:
         """The cells of a row by column; own measures by the names that the study gives them."""
         row = super().row(key)
-        return row | {name: row[column_of(own)] for name, own in self._own.items()}
+        return row | {name: row[column_of(measure)] for name, measure in self._own.items()}
 
 
 def own_measures(study: DesignStudy) -> dict[str, str]:
     """Measures that a sweep does not have, as "module:function", by their names in the study."""
-    named = [*(end.measure for end in study.config.ends), *study.config.limits]
-    return {name: OWN.get(name, name) for name in named if ":" in name or name in OWN}
+    names = [*(end.measure for end in study.config.ends), *study.config.limits]
+    return {name: OWN.get(name, name) for name in names if ":" in name or name in OWN}
 
 
 def _check_measures(study: DesignStudy, available: Sequence[str]) -> None:
@@ -213,8 +212,8 @@ def _check_measures(study: DesignStudy, available: Sequence[str]) -> None:
         expected = "has no free object to hold, or does not record its contact (record.truth)"
         raise InputError(study.file, "scenario", study.scenario, expected)
     measures = Registry[Any]("measure", dict.fromkeys(available[1:]) | OWN)
-    named = {f"ends[{i}].measure": end.measure for i, end in enumerate(config.ends)}
-    for place, name in (named | {f"limits.{name}": name for name in config.limits}).items():
+    places = {f"ends[{i}].measure": end.measure for i, end in enumerate(config.ends)}
+    for place, name in (places | {f"limits.{name}": name for name in config.limits}).items():
         measures.find(name, place, study.file)
 
 
@@ -226,8 +225,8 @@ def refusal(study: DesignStudy, values: Mapping[str, Any]) -> DesignScore | None
     except InputError as error:
         return DesignScore(refused=str(error))
     wall = study.config.wall
-    thinnest = min(map(least_wall, fingers), default=inf)
-    if wall is None or thinnest >= wall:
+    min_wall = min(map(least_wall, fingers), default=inf)
+    if wall is None or min_wall >= wall:
         return None
-    reason = f"a wall of {1e3 * thinnest:.2f} mm, below {1e3 * wall:g} mm"
-    return DesignScore(refused=reason, excess={"wall": 1 - thinnest / wall})
+    reason = f"a wall of {1e3 * min_wall:.2f} mm, below {1e3 * wall:g} mm"
+    return DesignScore(refused=reason, excess={"wall": 1 - min_wall / wall})

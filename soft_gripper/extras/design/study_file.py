@@ -127,8 +127,8 @@ def load_design_study(file: Path) -> DesignStudy:
     for key, value in draw.items():
         require(isinstance(value, Range), file, f"draw.{key}", value, _RANGE_EXPECTED)
     objects, unseen = (
-        {name: draw | _with_ranges(file, f"{part}.{name}", changes, config.vary) for name, changes in named.items()}
-        for part, named in (("objects", config.objects), ("unseen", config.unseen))
+        {name: draw | _with_ranges(file, f"{part}.{name}", changes, config.vary) for name, changes in parts.items()}
+        for part, parts in (("objects", config.objects), ("unseen", config.unseen))
     )
     axes = [_axis(file, "vary", key, value) for key, value in _with_paths(file.parent, config.vary).items()]
     is_file = config.scenario.endswith((".yaml", ".yml"))
@@ -138,14 +138,14 @@ def load_design_study(file: Path) -> DesignStudy:
     return study
 
 
-def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], searched: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes with absolute paths, in which a Range replaces its text; nothing may be searched already."""
-    absolute = _with_paths(file.parent, changes)
-    for key, value in absolute.items():
-        require(key not in searched, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
+def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], search_keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes with absolute paths and with a Range in place of its text; no key may be searched already."""
+    absolute_changes = _with_paths(file.parent, changes)
+    for key, value in absolute_changes.items():
+        require(key not in search_keys, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
         if isinstance(value, str) and _RANGE_PATTERN.fullmatch(value):
-            absolute[key] = _axis(file, place, key, value)
-    return absolute
+            absolute_changes[key] = _axis(file, place, key, value)
+    return absolute_changes
 
 
 def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
@@ -160,7 +160,7 @@ def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
 
 
 def _with_paths(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Changes in which the files have absolute paths."""
+    """Copy of changes with absolute paths of files."""
     return {
         key: _absolute(folder, value) if key.rpartition(".")[2] in _FILE_KEYS else value
         for key, value in changes.items()
@@ -174,10 +174,10 @@ def _absolute(folder: Path, value: Any) -> Any:
 
 
 def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
-    """Changes in which each Range is replaced by its value at the next of the shares, 0 to 1; these come last."""
-    fixed = {key: value for key, value in changes.items() if not isinstance(value, Range)}
+    """Copy of changes with each Range replaced by its value at the next share, 0 to 1; these come last."""
+    fixed_values = {key: value for key, value in changes.items() if not isinstance(value, Range)}
     ranges = (value for value in changes.values() if isinstance(value, Range))
-    return fixed | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}
+    return fixed_values | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}
 
 
 def _check_keys(study: DesignStudy) -> None:
@@ -185,8 +185,8 @@ def _check_keys(study: DesignStudy) -> None:
     changes: list[tuple[str, dict[str, Any]]] = [("scenario, set", {})]
     for end in (0.0, 1.0):
         changes += [("vary", {axis.key: axis.at(end)}) for axis in study.axes]
-        for part, named in (("objects", study.objects), ("unseen", study.unseen)):
-            changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in named.items()]
+        for part, parts in (("objects", study.objects), ("unseen", study.unseen)):
+            changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in parts.items()]
     for place, changed in changes:
         try:
             scenario = changed_scenario(study.scenario, {**study.fixed, **changed})

@@ -51,7 +51,7 @@ def _named_ends(result: DesignResult, values: Sequence[float]) -> dict[str, floa
 
 
 def reason(result: DesignResult, index: int) -> str:
-    """Reason for which a design is not allowed, in words; empty if it is allowed."""
+    """Reason against a design, in words; empty if it is allowed."""
     score = result.designs[index].score
     if score.refused:
         return score.refused

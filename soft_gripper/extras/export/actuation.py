@@ -44,11 +44,11 @@ def arm_actuators(station: Station) -> list[ArmActuator]:
     if arm is None:
         return []
     actuators = map(plant.get_joint_actuator, plant.GetJointActuatorIndices(arm.model))
-    by_joint: dict[int, JointActuator] = {int(actuator.joint().index()): actuator for actuator in actuators}
+    joint_actuators: dict[int, JointActuator] = {int(actuator.joint().index()): actuator for actuator in actuators}
     joints = arm_joints(plant, arm.model)
-    driven = [by_joint[int(joints[i].index())] for i in arm.couplings.leads]
-    gains = [actuator.get_controller_gains() for actuator in driven]
-    return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(driven, gains, strict=True)]
+    leader_actuators = [joint_actuators[int(joints[i].index())] for i in arm.couplings.leads]
+    gains = [actuator.get_controller_gains() for actuator in leader_actuators]
+    return [ArmActuator(a.joint(), g.p, g.d, a.effort_limit()) for a, g in zip(leader_actuators, gains, strict=True)]
 
 
 def chamber_names(finger: PlantFinger) -> list[str]:
@@ -89,7 +89,7 @@ def _motion(station: Station) -> tuple[Array, Array]:
 
 
 def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
-    """Desired positions for which PD controllers without desired velocity do the same and carry the weight, (K, k)."""
+    """Desired positions that make PD controllers without desired velocity do the same and carry the weight, (K, k)."""
     positions, velocities = np.split(desired, 2, axis=1)
     leads = arm.couplings.leads
     stiffness, damping = (
@@ -100,8 +100,8 @@ def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Arra
     for posture in positions:
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
-    carried = arm.couplings.leader_efforts(np.array(weights))
-    commands: Array = positions[:, leads] + (damping * velocities[:, leads] - carried[:, leads]) / stiffness
+    weight_efforts = arm.couplings.leader_efforts(np.array(weights))
+    commands: Array = positions[:, leads] + (damping * velocities[:, leads] - weight_efforts[:, leads]) / stiffness
     return commands
 
 

@@ -106,12 +106,12 @@ def to_mjcf(scenario: Scenario, time_step: float | None = None) -> Mjcf:
     models = [replace(model, self_contact=False) for model in scenario.models]
     step = time_step or scenario.plant_config.time_step or EXPLICIT_STEP
     mjcf = station_mjcf(make_station(replace(scenario, models=models, contact="points")), step, step <= EXPLICIT_STEP)
-    idle = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
-    return mjcf._replace(left_out=[*mjcf.left_out, *idle])
+    left_out = [f"{model.name}: self_contact of its fingers" for model in scenario.models if model.self_contact]
+    return mjcf._replace(left_out=[*mjcf.left_out, *left_out])
 
 
 class Pair(NamedTuple):
-    """Two shapes of a file with a contact of their own."""
+    """Two shapes of a file with contact settings for this pair."""
 
     name: str
     models: tuple[str, str]  # to which they belong
@@ -160,8 +160,8 @@ class _Writer:
         self._reaches = reaches(self._plant, self._children)
         self._springs = dict(springs(station.fingers))
         self._left_out = [*missing_properties(station), *self._approximations()]
-        driven = {actuator.joint.index(): (actuator.stiffness, actuator.damping) for actuator in arm_actuators(station)}
-        self._mobilities = mobilities(self._plant, self._springs | driven, 0.0 if self._is_explicit else step)
+        gains = {actuator.joint.index(): (actuator.stiffness, actuator.damping) for actuator in arm_actuators(station)}
+        self._mobilities = mobilities(self._plant, self._springs | gains, 0.0 if self._is_explicit else step)
 
     def _approximations(self) -> Iterator[str]:
         if not self._is_explicit:
@@ -198,9 +198,9 @@ class _Writer:
         for finger in self._station.fingers:
             self._add_creep(actuators, finger)
         commands = make_commands(self._station)
-        commanded = [*np.zeros(commands.pressures.shape[1]), *commands.arm[0]]
+        begin_commands = [*np.zeros(commands.pressures.shape[1]), *commands.arm[0]]
         # The state in which a run begins: empty chambers, and an arm that carries its weight.
-        ctrl = [*commanded, *np.zeros(len(actuators) - len(commanded))]
+        ctrl = [*begin_commands, *np.zeros(len(actuators) - len(begin_commands))]
         keyframe = ET.SubElement(self._root, "keyframe")
         ET.SubElement(keyframe, "key", name="home", qpos=text(self._qpos), ctrl=text(ctrl))
         ET.indent(self._root)
@@ -248,8 +248,8 @@ class _Writer:
             return
         inertia = central_inertia(body)
         # MuJoCo takes no inertia of zero, which point masses have, and rods about their axes.
-        lacking = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
-        full = text([*(inertia.get_moments() + max(lacking, 0.0)), *inertia.get_products()])
+        shortfall = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
+        full = text([*(inertia.get_moments() + max(shortfall, 0.0)), *inertia.get_products()])
         ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
 
     def _add_geoms(self, element: ET.Element, body: RigidBody) -> None:
@@ -296,32 +296,30 @@ class _Writer:
         elements = list(self._geoms.values())
         bodies = [self._geometry_body(geometry) for geometry in self._geoms]
         ranges = [self._range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
-        fixed = {i for i, shape_range in enumerate(ranges) if shape_range.X_WG is not None}
+        fixed_indices = {i for i, shape_range in enumerate(ranges) if shape_range.X_WG is not None}
         is_filtered = self._inspector.CollisionFiltered
         geometries = list(self._geoms)
         order = sorted(range(len(geometries)), key=lambda i: geometries[i].get_value())  # as in Drake
         candidates = sorted(
-            (one, j)
-            for one, j in combinations(order, 2)
-            if not is_filtered(geometries[one], geometries[j])
-            and (fixed.isdisjoint((one, j)) or may_touch(ranges[one], ranges[j]))
+            (k, j)
+            for k, j in combinations(order, 2)
+            if not is_filtered(geometries[k], geometries[j])
+            and (fixed_indices.isdisjoint((k, j)) or may_touch(ranges[k], ranges[j]))
         )
         indices = [int(body.index()) for body in bodies]
-        near = {int(body): {int(j) for j in neighbours} for body, neighbours in neighbors(self._plant).items()}
-        filtered = {(one, j) for one, j in candidates if indices[j] in near[indices[one]]}
-        surfaces, models = (
-            self._surfaces(),
-            [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies],
-        )
+        close = {int(body): {int(j) for j in neighbours} for body, neighbours in neighbors(self._plant).items()}
+        filtered = {(k, j) for k, j in candidates if indices[j] in close[indices[k]]}
+        surfaces = self._surfaces()
+        models = [self._plant.GetModelInstanceName(body.model_instance()) for body in bodies]
         listed = {number for number, model in enumerate(models) if model in self._listed}
         contacts = contact_settings(surfaces, candidates, filtered, self._scenario.contact_points, self._step, listed)
         for element, settings in zip(elements, contacts.geoms, strict=True):
             element.attrib.update(settings)
-        for (one, j), settings in contacts.pairs.items():
+        for (k, j), settings in contacts.pairs.items():
             name = f"pair {len(self._pairs)}"
-            names = {"name": name, "geom1": elements[one].attrib["name"], "geom2": elements[j].attrib["name"]}
+            names = {"name": name, "geom1": elements[k].attrib["name"], "geom2": elements[j].attrib["name"]}
             ET.SubElement(contact, "pair", names | settings)
-            self._pairs.append(Pair(name, (models[one], models[j]), (surfaces[one], surfaces[j])))
+            self._pairs.append(Pair(name, (models[k], models[j]), (surfaces[k], surfaces[j])))
 
     def _range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
         """The range of places of a shape of a body."""
@@ -341,8 +339,8 @@ class _Writer:
         ]
         stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
         compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
-        moved = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
-        return list(map(ShapeSurface, frictions, compliances, moved))
+        mobilities = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
+        return list(map(ShapeSurface, frictions, compliances, mobilities))
 
     def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)

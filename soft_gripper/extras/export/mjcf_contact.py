@@ -61,7 +61,7 @@ def touch(first: ShapeSurface, second: ShapeSurface) -> DampedContact:
 
 
 class Skin(NamedTuple):
-    """A skin."""
+    """Contact properties of a finger's skin."""
 
     friction: float
     mobility: float  # 1/kg
@@ -96,20 +96,20 @@ def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
     return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
 
 
-def has_same_contact(target: DampedContact, actual: DampedContact, tolerance: float) -> bool:
+def has_same_contact(target: DampedContact, contact: DampedContact, tolerance: float) -> bool:
     """Whether two contacts have the same friction, and a stiffness that differs by a fraction of less than this."""
-    is_stiff = abs((target.time / actual.time) ** 2 - 1) < tolerance
-    return is_stiff and abs(target.friction - actual.friction) < 1e-9
+    is_stiff = abs((target.time / contact.time) ** 2 - 1) < tolerance
+    return is_stiff and abs(target.friction - contact.friction) < 1e-9
 
 
-def masks(touching: NDArray[np.bool_]) -> NDArray[np.int64]:
+def masks(may_touch: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Bits contype and conaffinity of shapes, (G, 2), for the pairs that may touch, (G, G).
 
     Shapes that touch the same others share a bit; shapes for which none is left have none.
     """
-    _, group = np.unique(touching, axis=0, return_inverse=True)
+    _, group = np.unique(may_touch, axis=0, return_inverse=True)
     bits = np.where(group < _MASK_BITS, 1 << np.minimum(group, _MASK_BITS), 0)
-    affinity = np.array([np.bitwise_or.reduce(bits[row], initial=0) for row in touching], dtype=int)
+    affinity = np.array([np.bitwise_or.reduce(bits[row], initial=0) for row in may_touch], dtype=int)
     return np.stack([bits, np.where(bits > 0, affinity, 0)], axis=-1)
 
 
@@ -138,10 +138,10 @@ def contact_settings(
         step: s, in which friction in a pair stops what slides.
         listed: shapes that touch in pairs only.
     """
-    touching = np.zeros((len(surfaces), len(surfaces)), dtype=bool)
+    may_touch = np.zeros((len(surfaces), len(surfaces)), dtype=bool)
     for i, j in candidates:
-        touching[i, j] = touching[j, i] = True
-    bits = masks(touching).tolist()
+        may_touch[i, j] = may_touch[j, i] = True
+    bits = masks(may_touch).tolist()
     skin = usual_skin(surfaces)
     shapes = [stated_contact(surface, skin) for surface in surfaces]
     geoms = []
@@ -150,12 +150,12 @@ def contact_settings(
         settings = {"contype": str(contype), "conaffinity": str(conaffinity), "solmix": repr(shape.weight)}
         geoms.append(settings | _attributes(shape.touch, surface.compliance > 0, 1, points))
     pair_attributes = cache(partial(_pair_attributes, points=points))  # many shapes are alike
-    at_once = {"solreffriction": text([2 * step, 1])}  # the shortest time constant that MuJoCo takes
+    shortest_time = {"solreffriction": text([2 * step, 1])}  # the shortest time constant that MuJoCo takes
     for i, j in candidates:
         is_mixed, attributes = pair_attributes(surfaces[i], surfaces[j], shapes[i], shapes[j])
         is_alone = (i, j) in filtered or not (bits[i][0] and bits[j][0])
         if not is_mixed or is_alone or i in listed or j in listed:
-            pairs[i, j] = attributes | at_once
+            pairs[i, j] = attributes | shortest_time
     return ContactSettings(geoms, pairs)
 
 
@@ -179,7 +179,7 @@ def friction_coefficients(contact: DampedContact, directions: int, points: int) 
 
 
 def _attributes(contact: DampedContact, is_skin: bool, directions: int, points: int) -> dict[str, str]:
-    """A contact as attributes; that of a skin resists turning too."""
+    """Attributes of a contact; the contact of a skin resists turning too."""
     friction = friction_coefficients(contact, directions, points)
     settings = {"friction": text(friction), "solref": text([contact.time, 1]), "condim": "4" if is_skin else "3"}
     return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})

@@ -25,10 +25,10 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
     """Balls that the origins of all bodies never leave; `children` are the joints below each body."""
     world = plant.world_body()
     balls = {world.index(): Ball(np.zeros(3), 0.0)}
-    pending = [world]
+    pending_bodies = [world]
     context = plant.CreateDefaultContext()
-    while pending:
-        parent = pending.pop()
+    while pending_bodies:
+        parent = pending_bodies.pop()
         for joint in children.get(parent.index(), ()):
             body = joint.child_body()
             pivot = joint.frame_on_parent()
@@ -41,7 +41,7 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
             if plant.IsAnchored(body):
                 center, radius = body.EvalPoseInWorld(context).translation(), 0.0
             balls[body.index()] = Ball(center, radius)
-            pending.append(body)
+            pending_bodies.append(body)
     return balls
 
 
@@ -88,12 +88,12 @@ def may_touch(first: ShapeRange, second: ShapeRange) -> bool:
     return not (_stays_clear(first, second) or _stays_clear(second, first))
 
 
-def _stays_clear(moving: ShapeRange, fixed: ShapeRange) -> bool:
+def _stays_clear(reach: ShapeRange, fixed_shape: ShapeRange) -> bool:
     """Whether a shape is always off a fixed shape."""
-    if fixed.X_WG is None:
+    if fixed_shape.X_WG is None:
         return False
-    center = fixed.X_WG.inverse() @ moving.ball.center
-    return _distance(fixed.shape, center) > moving.ball.radius + _REACH_MARGIN
+    center = fixed_shape.X_WG.inverse() @ reach.ball.center
+    return _distance(fixed_shape.shape, center) > reach.ball.radius + _REACH_MARGIN
 
 
 def _distance(shape: Shape, p_GQ: Array) -> float:

@@ -61,9 +61,9 @@ class SensedFinger:
         _check("readings", readings, self.nominal.readings)
         _check("pressure", pressure, finger.pressures)
         pose = np.broadcast_to(self.X_WB if X_WB is None else X_WB, (*np.shape(readings)[:-1], 3, 4))
-        nothing = np.zeros((*np.shape(pressure)[:-1], finger.segments))
+        zeros = np.zeros((*np.shape(pressure)[:-1], finger.segments))
         torques = [
-            finger.torque_of_drive(name, np.asarray(pressure)) if name in finger.driven_deformations else nothing
+            finger.torque_of_drive(name, np.asarray(pressure)) if name in finger.driven_deformations else zeros
             for name in names
         ]
         gravity = to_base(pose, self.gravity)
@@ -87,20 +87,20 @@ def sensed_fingers(scenario: Scenario) -> dict[str, SensedFinger]:
 
 def _sensed_finger(finger: PlantFinger, scenario: Scenario) -> SensedFinger:
     nominal = read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
-    assumed = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
-    function = estimator_function(scenario.estimator.type, nominal, assumed)
+    declared = uncertainty(scenario.estimator, scenario.sensor, nominal.calibrated)
+    function = estimator_function(scenario.estimator.type, nominal, declared)
     if isinstance(function, RecursiveShape):
         expected = "depends on all samples before: choose arcs, spline, gaussian, contact or constant_curvature"
         raise InputError("sensed finger", "estimator.type", scenario.estimator.type, expected)
-    if assumed.free_pressure > 0:
+    if declared.free_pressure > 0:
         expected = "zeroes sensors by the samples before: set it to 0"
-        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", assumed.free_pressure, expected)
-    for part, has in (
+        raise InputError("sensed finger", "estimator.uncertainty.free_pressure", declared.free_pressure, expected)
+    for part, is_given in (
         ("creep", "creeps, and remembers how it was bent"),
         ("tendons", "has them; give one with chambers"),
     ):
         if entries := getattr(nominal.finger, part):
-            raise InputError("sensed finger", part, len(entries), f"finger '{finger.name}' {has}")
+            raise InputError("sensed finger", part, len(entries), f"finger '{finger.name}' {is_given}")
     gravity = compensated_gravity(scenario)
     joints = [scoped_name(joint) for deformation in nominal.deformations for joint in finger.joints_of(deformation)]
     sensors = sensor_layout(finger.finger, scenario.sensor)

@@ -49,17 +49,17 @@ def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
     They are fixed to the body, or to one that a joint connects with it, unless that is fixed to the world.
     """
     bodies = [plant.get_body(BodyIndex(number)) for number in range(plant.num_bodies())]
-    fixed = {body.index(): {other.index() for other in plant.GetBodiesWeldedTo(body)} for body in bodies}
-    near = {index: set(of_body) for index, of_body in fixed.items()}
+    welded_bodies = {body.index(): {welded.index() for welded in plant.GetBodiesWeldedTo(body)} for body in bodies}
+    neighbor_bodies = {index: set(indices) for index, indices in welded_bodies.items()}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
-        parents = fixed[joint.parent_body().index()]
-        children = fixed[joint.child_body().index()]
+        parents = welded_bodies[joint.parent_body().index()]
+        children = welded_bodies[joint.child_body().index()]
         if plant.world_body().index() not in parents:
             for body in parents:
-                near[body] |= children
+                neighbor_bodies[body] |= children
             for body in children:
-                near[body] |= parents
-    return near
+                neighbor_bodies[body] |= parents
+    return neighbor_bodies
 
 
 def springs(fingers: Iterable[PlantFinger]) -> Iterator[tuple[Any, tuple[float, float]]]:
@@ -161,8 +161,8 @@ def mobilities(
             context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
         )
         mean = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
-        at_once, within_step = (((J**2).sum(axis=0) / inertias).sum() for inertias in (inertia, inertia + drag))
-        mobility[body.index()] = mean * float(within_step / at_once) if mean > 0 else 0.0
+        free_rate, damped_rate = (((J**2).sum(axis=0) / inertias).sum() for inertias in (inertia, inertia + drag))
+        mobility[body.index()] = mean * float(damped_rate / free_rate) if mean > 0 else 0.0
     return mobility
 
 

@@ -71,9 +71,9 @@ def write_mcap(data: xr.Dataset, path: Path) -> None:
         channels = dict[str, int]()
         for i, stamp in enumerate(stamps):  # in the order of time: readers then need one chunk at a time
             for topic, schema, make in topics:
-                if (made := make(i)) is None:
+                if (content := make(i)) is None:
                     continue
-                message = {**_header(stamp, schema), **made}
+                message = {**_header(stamp, schema), **content}
                 if topic not in channels:
                     text = json.dumps(_schema(message, schema)).encode()
                     number = writer.register_schema(schema, "jsonschema", text)
@@ -86,9 +86,9 @@ def write_mcap(data: xr.Dataset, path: Path) -> None:
 
 def layout(data: xr.Dataset) -> dict[str, Any]:
     """A layout of Foxglove: the fingers in space, and plots of their readings, pressures, and contacts."""
-    shown = {topic: {"visible": True} for topic, *_ in _drawn_topics(data)}
+    visible_topics = {topic: {"visible": True} for topic, *_ in _drawn_topics(data)}
     grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 1, "divisions": 20}
-    panels: dict[str, Any] = {"3D!space": {"topics": shown, "layers": {"grid": grid}, "followTf": "world"}}
+    panels: dict[str, Any] = {"3D!space": {"topics": visible_topics, "layers": {"grid": grid}, "followTf": "world"}}
     for group in _PLOT_GROUPS:
         paths = [path for name in _fingers(data) for signal in group for path in _lines(data, f"{name}.{signal}")]
         if paths:
@@ -109,9 +109,9 @@ def _stack_panels(panels: list[str]) -> Any:
     """Panels below each other, of equal height."""
     if len(panels) < 2:
         return panels[0] if panels else None
-    first, *remaining = panels
+    first, *other_panels = panels
     share = 100 / len(panels)
-    return {"first": first, "second": _stack_panels(remaining), "direction": "column", "splitPercentage": share}
+    return {"first": first, "second": _stack_panels(other_panels), "direction": "column", "splitPercentage": share}
 
 
 def _lines(data: xr.Dataset, name: str) -> list[str]:

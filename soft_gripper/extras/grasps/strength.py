@@ -138,13 +138,13 @@ def held_object(scenario: Scenario, name: str | None) -> str:
     Raises:
         InputError: if there is none.
     """
-    free = [model.name for model in scenario.models if model.free]
-    if name is None and not free:
+    free_names = [model.name for model in scenario.models if model.free]
+    if name is None and not free_names:
         raise InputError("grasp strength", "free models", 0, "must be 1 or more; or name the object by --object")
     if name is not None and name not in (names := [model.name for model in scenario.models]):
         raise InputError("grasp strength", "--object", name, f"no such model; known: {', '.join(names)}")
     task = scenario.task
-    return name or (task.object if task is not None and task.object in free else None) or free[0]
+    return name or (task.object if task is not None and task.object in free_names else None) or free_names[0]
 
 
 def shortened_scenario(scenario: Scenario) -> Scenario:
@@ -156,12 +156,13 @@ def shortened_scenario(scenario: Scenario) -> Scenario:
     return replace(scenario, task=replace(scenario.task, phases=phases))
 
 
-def direction_strength(text: str, held: str, number: int, shake: Shake) -> StrengthRow:
+def direction_strength(text: str, object_name: str, number: int, shake: Shake) -> StrengthRow:
     """Measures the strength in one direction, in a worker that caches the state before all loads."""
-    settled = get_or_make(
-        _settled_grasps, (text, held), lambda: SettledGrasp.from_scenario(parse_scenario(_TEXT_NAME, text), held), 1
-    )
-    return settled.strength(LOADS[number], shake)
+
+    def settle() -> SettledGrasp:
+        return SettledGrasp.from_scenario(parse_scenario(_TEXT_NAME, text), object_name)
+
+    return get_or_make(_settled_grasps, (text, object_name), settle, 1).strength(LOADS[number], shake)
 
 
 _settled_grasps: "OrderedDict[tuple[str, str], SettledGrasp]" = OrderedDict()
@@ -185,14 +186,14 @@ class SettledGrasp:
     context: Context
 
     @classmethod
-    def from_scenario(cls, scenario: Scenario, held: str) -> "SettledGrasp":
+    def from_scenario(cls, scenario: Scenario, object_name: str) -> "SettledGrasp":
         """Runs a scenario, takes everything but the gripper away from the object, and lets it rest."""
         station = cached_station(scenario)
-        if held in station.parts.deformables:
+        if object_name in station.parts.deformables:
             raise InputError(
-                "grasp strength", "--object", held, "is soft; give a rigid object, which a load moves whole"
+                "grasp strength", "--object", object_name, "is soft; give a rigid object, which a load moves whole"
             )
-        body = first_body(station.plant, held)
+        body = first_body(station.plant, object_name)
         context = run_to_end(station).get_context().Clone()
         _remove_supports(station, body, context)
         simulator = _resume(station, context)
@@ -212,15 +213,15 @@ class SettledGrasp:
 
 def _row(kind: str, direction: str, unit: str, samples: Sequence[LoadSample]) -> StrengthRow:
     """The row of a load, from all its samples."""
-    resisted = smoothed(np.array([sample.resisted for sample in samples]))
-    moved, turned = (np.array([getattr(sample, name) for sample in samples]) for name in ("moved", "turned"))
-    strongest = int(np.argmax(resisted))
-    half = int(np.argmax(resisted >= resisted[strongest] / 2))
-    scale, motion = (1e3, np.degrees(turned)) if kind == "torque" else (1.0, 1e3 * moved)
-    strength = scale * float(resisted[strongest])
-    stiffness = scale * float(resisted[half]) / float(motion[half]) if motion[half] > 0 else np.inf
-    at_most = 1e3 * float(moved[strongest]), float(np.degrees(turned[strongest]))
-    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *at_most)
+    resistance = smoothed(np.array([sample.resisted for sample in samples]))
+    shifts, turns = (np.array([getattr(sample, name) for sample in samples]) for name in ("moved", "turned"))
+    strongest = int(np.argmax(resistance))
+    half = int(np.argmax(resistance >= resistance[strongest] / 2))
+    scale, motion = (1e3, np.degrees(turns)) if kind == "torque" else (1.0, 1e3 * shifts)
+    strength = scale * float(resistance[strongest])
+    stiffness = scale * float(resistance[half]) / float(motion[half]) if motion[half] > 0 else np.inf
+    largest = 1e3 * float(shifts[strongest]), float(np.degrees(turns[strongest]))
+    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *largest)
 
 
 def smoothed(values: Array) -> Array:
@@ -281,16 +282,16 @@ class _HeldBody:
         force.body_index = self._body.index()
         force.p_BoBq_B = self._body.default_com()
         vector = load * self._axis
-        nothing = np.zeros(3)
-        force.F_Bq_W = SpatialForce(*((vector, nothing) if self._load.is_torque else (nothing, vector)))
+        zeros = np.zeros(3)
+        force.F_Bq_W = SpatialForce(*((vector, zeros) if self._load.is_torque else (zeros, vector)))
         self._plant.get_applied_spatial_force_input_port().FixValue(self._context, Value([force]))
 
     def _sample(self) -> LoadSample:
         wrench, centers = self._contact()
-        resisted = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
+        resistance = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
         X_PO = self._relative_pose(self._base)
-        moved = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
-        return LoadSample(resisted, moved, _angle(self._begin, X_PO), self._loss(centers))
+        shift = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
+        return LoadSample(resistance, shift, _angle(self._begin, X_PO), self._loss(centers))
 
     def _loss(self, centers: dict[Any, tuple[Array, float]]) -> str:
         if sum(force for _, force in centers.values()) < TOUCH:
@@ -317,8 +318,8 @@ class _HeldBody:
             wrench += sign * np.array([patch.torque + np.cross(lever, patch.force), patch.force])
             if other_geometry in self._fingers:
                 normal = patch.normal / np.linalg.norm(patch.normal)
-                pressed = abs(float(patch.force @ normal))
-                finger_patches.setdefault(self._fingers[other_geometry], []).append((patch.place, pressed))
+                pressing = abs(float(patch.force @ normal))
+                finger_patches.setdefault(self._fingers[other_geometry], []).append((patch.place, pressing))
         return wrench, {finger: _mean_center(finger_centers) for finger, finger_centers in finger_patches.items()}
 
     def _center(self) -> Array:

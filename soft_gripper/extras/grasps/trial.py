@@ -1,4 +1,7 @@
-"""One trial of pick and place: its random draw, and the rows of its result."""
+"""One trial of pick and place: its random draw, and the rows of its result.
+
+Another variation is a field of `TrialsConfig` and of `TrialVariation`, a number in `draw`, and its effect in `varied`.
+"""
 
 from collections.abc import Sequence
 from copy import deepcopy
@@ -104,8 +107,8 @@ def _object(scenario: Scenario) -> ModelConfig:
 
 def _keep_height(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransform:
     """A pose that keeps the lowest point's height when each unit of the vertices (N, 3) has grown by `growth` m."""
-    below = float(np.min(vertices @ X_WO.rotation().matrix()[2]))
-    return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * below])
+    lowest = float(np.min(vertices @ X_WO.rotation().matrix()[2]))
+    return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * lowest])
 
 
 @dataclass(frozen=True)

@@ -93,8 +93,8 @@ def _draw_places(axes: Axes, trials: Sequence[Trial]) -> None:
 def _draw_measure(axes: Axes, trials: Sequence[Trial], measure: str, limit: float) -> None:
     """Draws the cumulative distribution of a measure. `limit` 0: no limit."""
     rim = RIM * limit if limit > 0 else np.inf
-    measured = [trial for trial in trials if not np.isnan(getattr(trial.result, measure))]
-    for rank, trial in enumerate(sorted(measured, key=lambda trial: getattr(trial.result, measure)), start=1):
+    known_trials = [trial for trial in trials if not np.isnan(getattr(trial.result, measure))]
+    for rank, trial in enumerate(sorted(known_trials, key=lambda trial: getattr(trial.result, measure)), start=1):
         axes.plot(min(getattr(trial.result, measure), rim), rank, **_marker_style(trial))
     if limit > 0:
         axes.axvline(limit, color="0.4", ls="--")
@@ -215,7 +215,7 @@ def _batches(
 
 
 def _describe_trials(changes: Mapping[str, Changes], seed: int) -> str:
-    """A description of the trials."""
+    """Text that identifies a set of trials: the seed, and all scenarios."""
     scenarios = (
         f"# {Path(file).stem}\n{dump_scenario(changed_scenario(file, change))}" for file, change in changes.items()
     )
@@ -265,13 +265,13 @@ def _vary_or_error(base: Scenario, file: str, seed: int, trial: int) -> Scenario
 def judge(file: str, seed: int, trial: int, station: Station, recording: Recording) -> Trial:
     """The result of a trial, from its recording."""
     run = TaskRun(station, recording)
-    x, y, _ = 1e3 * run.placed
+    x, y, _ = 1e3 * run.placed_offset
     details = replace(
         _details(file, seed, trial),
         placed_x_mm=float(x),
         placed_y_mm=float(y),
-        placed_yaw_deg=float(np.degrees(yaw(run.turned))),
-        placed_tilt_deg=float(np.degrees(tilt(run.turned))),
+        placed_yaw_deg=float(np.degrees(yaw(run.placed_rotation))),
+        placed_tilt_deg=float(np.degrees(tilt(run.placed_rotation))),
     )
     grasp, _ = recorded_grasp(RecordedObject(station, recording, objects_of(station)[0]))
     return Trial(Path(file).stem, trial, judged(station, recording), details, grasp)

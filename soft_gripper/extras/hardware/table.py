@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError, did_you_mean, near_names
+from soft_gripper.errors import InputError, did_you_mean, similar_names
 from soft_gripper.extras.hardware.recording_schema import TextConfig
 from soft_gripper.files.notes import LEFT_OUT, note
 
@@ -65,7 +65,7 @@ class Columns:
 
 def _place(path: Path, field: str, name: str, file_names: Sequence[str], places: Sequence[int]) -> int:
     if not places:
-        hint = did_you_mean(near_names(name, file_names[:_MAX_NAMES_COMPARED])[:1])
+        hint = did_you_mean(similar_names(name, file_names[:_MAX_NAMES_COMPARED])[:1])
         hint += " " if hint else ""
         shown = ", ".join(file_names[:_MAX_COLUMNS_SHOWN]) + (" ..." if len(file_names) > _MAX_COLUMNS_SHOWN else "")
         raise InputError(path, field, name, f"no such column; {hint}its columns: {shown}")

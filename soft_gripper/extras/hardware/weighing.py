@@ -205,7 +205,7 @@ def learned_growth(identified: IdentifiedStates) -> float:
             mass_slopes, key_slopes = _center(slope[rows]), _center(by_parameter[rows])
             deviations = _mass_deviations(key_slopes.reshape(-1, len(change)), covariance, mass_slopes)
             masses.append(_weigh_rows(_center(residuals[rows]) + key_slopes @ change, mass_slopes, deviations))
-            distances.append(shapes.without(region).distance(pulled[rows]).mean())
+            distances.append(shapes.leave_out(region).distance(pulled[rows]).mean())
         changes, band = np.array(masses).reshape(-1, 2).T
         return LeftOut(np.abs(changes / band)[:, None], np.sqrt(distances)[:, None])
 

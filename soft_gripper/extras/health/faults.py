@@ -127,15 +127,15 @@ class Hypotheses:
     @cached_property
     def onset_prior(self) -> tuple[Array, Array]:
         """Mean and standard deviation of f and f' at their onset, (K, 2) each."""
-        usual = self.usual
+        sizes = self.usual
         scale = self.full_scale
         mean, std = np.zeros((len(self.kind), 2)), np.zeros((len(self.kind), 2))
         for name in ("dead", "saturated"):
             std[self.indices_of(name), 0] = scale
-        std[self.indices_of("offset"), 0] = usual.offset * scale
-        std[self.indices_of("drifting"), 1] = usual.drift * scale
+        std[self.indices_of("offset"), 0] = sizes.offset * scale
+        std[self.indices_of("drifting"), 1] = sizes.drift * scale
         for name in ("loose", "leak", "cut"):
-            mean[self.indices_of(name), 0], std[self.indices_of(name), 0] = getattr(usual, name)
+            mean[self.indices_of(name), 0], std[self.indices_of(name), 0] = getattr(sizes, name)
         return mean, std
 
     @cached_property

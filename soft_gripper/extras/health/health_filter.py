@@ -116,11 +116,11 @@ class HealthFilter:
         )
         variance[values + readings + 2] = self.uncertainty.bend_per_pressure**2
         mean, covariance = self._onset_states(np.zeros(self._states), np.diag(variance))
-        nothing = np.zeros(readings)
+        zeros = np.zeros(readings)
         torque = np.zeros(joints)
         return FilterMemory(
             *(mean, covariance, np.zeros(count), np.zeros(count), np.zeros(values), torque, np.zeros(values)),
-            *(np.zeros((2, readings)), nothing + np.nan, np.zeros((4, readings)), torque, torque, np.zeros(())),
+            *(np.zeros((2, readings)), zeros + np.nan, np.zeros((4, readings)), torque, torque, np.zeros(())),
             np.zeros((2, readings)),
         )
 
@@ -135,21 +135,21 @@ class HealthFilter:
         finger = self.layout.finger
         memory = self._begin_window(memory) if memory.samples >= WINDOW_SAMPLES else memory
         weight = self._mechanics.weight(self._mechanics.bent_finger(finger.angle(driving)), gravity)
-        free = layout.matrix @ finger.angle(driving + weight)
+        free_bends = layout.matrix @ finger.angle(driving + weight)
         finite = np.isfinite(readings**2)
-        repeated = readings == memory.last
-        changed = finite & np.isfinite(memory.last) & ~repeated
-        repeated &= changed.any()
-        measured = np.where(finite, layout.measured(np.where(finite, readings, layout.read(layout.straight))), 0.0)
+        is_repeated = readings == memory.last
+        changed = finite & np.isfinite(memory.last) & ~is_repeated
+        is_repeated &= changed.any()
+        strains = np.where(finite, layout.measured(np.where(finite, readings, layout.read(layout.straight))), 0.0)
         memory = memory._replace(
-            first_free_bends=free if memory.samples == 0 else memory.first_free_bends,
+            first_free_bends=free_bends if memory.samples == 0 else memory.first_free_bends,
             last=np.where(finite, readings, memory.last),
-            sums=memory.sums + np.array([measured, finite, repeated, changed]),
+            sums=memory.sums + np.array([strains, finite, is_repeated, changed]),
             total=memory.total + driving + weight,
             driving_sum=memory.driving_sum + driving,
             samples=memory.samples + 1,
         )
-        return self._update(memory, free, gravity) if memory.samples >= WINDOW_SAMPLES else memory
+        return self._update(memory, free_bends, gravity) if memory.samples >= WINDOW_SAMPLES else memory
 
     def _begin_window(self, memory: FilterMemory) -> FilterMemory:
         """Memory at the beginning of the next window."""
@@ -175,13 +175,13 @@ class HealthFilter:
         probabilities: Array = weights / weights.sum()
         return probabilities
 
-    def _update(self, memory: FilterMemory, free: Array, gravity: Array) -> FilterMemory:
+    def _update(self, memory: FilterMemory, free_bends: Array, gravity: Array) -> FilterMemory:
         """Memory after the last sample of a window."""
         q = self.layout.finger.angle(memory.total / WINDOW_SAMPLES)
         bends = self.layout.matrix @ q
         driving = memory.driving_sum / WINDOW_SAMPLES
         window = self._summarize(
-            memory, q, free - memory.first_free_bends, self._extrapolation_std(q, driving, gravity)
+            memory, q, free_bends - memory.first_free_bends, self._extrapolation_std(q, driving, gravity)
         )
         change = bends - memory.free
         drive = self._pressures(driving - memory.driving)
@@ -236,11 +236,11 @@ class HealthFilter:
         is_read = finite > 0
         mean = np.where(is_read, measured / np.maximum(finite, 1), np.nan)
         counts = memory.counts + _PRIOR_REPEATS
-        working = (np.array([repeated, changed]) * np.log(counts / counts.sum(axis=0))).sum(axis=0)
-        stuck = repeated * math.log(_STUCK_PROBABILITY) + changed * math.log(1 - _STUCK_PROBABILITY)
-        lost = WINDOW_SAMPLES - finite
-        silent = lost * math.log(_STUCK_PROBABILITY) + finite * math.log(1 - _STUCK_PROBABILITY)
-        lost_likelihood = lost * math.log(_LOST_PROBABILITY) + finite * math.log(1 - _LOST_PROBABILITY)
+        working_likelihood = (np.array([repeated, changed]) * np.log(counts / counts.sum(axis=0))).sum(axis=0)
+        stuck_likelihood = repeated * math.log(_STUCK_PROBABILITY) + changed * math.log(1 - _STUCK_PROBABILITY)
+        lost_count = WINDOW_SAMPLES - finite
+        silent_likelihood = lost_count * math.log(_STUCK_PROBABILITY) + finite * math.log(1 - _STUCK_PROBABILITY)
+        lost_likelihood = lost_count * math.log(_LOST_PROBABILITY) + finite * math.log(1 - _LOST_PROBABILITY)
         return _Window(
             mean,
             self.layout.predict(q),
@@ -248,9 +248,9 @@ class HealthFilter:
             np.clip(1 + changed, 1, np.maximum(finite, 1)),
             free_change,
             extrapolation_std,
-            working + lost_likelihood,
-            np.maximum(stuck + lost_likelihood, silent + working),
-            stuck + lost_likelihood,
+            working_likelihood + lost_likelihood,
+            np.maximum(stuck_likelihood + lost_likelihood, silent_likelihood + working_likelihood),
+            stuck_likelihood + lost_likelihood,
             (repeated > WINDOW_SAMPLES / 2) & (np.abs(mean) > _MIN_LIMIT * self.hypotheses.full_scale),
             (repeated > 0) & (repeated <= WINDOW_SAMPLES / 2),
             np.where(mean > 0, mean > memory.extremes[1], mean < memory.extremes[0]),
@@ -276,15 +276,16 @@ class HealthFilter:
         error_walk = (_OFFSET_WALK * uncertainty.reading) ** 2 + (uncertainty.gain * expected) ** 2
         error_walk = error_walk + uncertainty.drift**2 * dt
         bends = np.arange(values)
-        cut = hypotheses.indices_of("cut")[:, None]
-        walk[:, cut, bends, bends] += (_CUT_CHANGE_ERROR * change) ** 2
+        cut_hypotheses = hypotheses.indices_of("cut")[:, None]
+        walk[:, cut_hypotheses, bends, bends] += (_CUT_CHANGE_ERROR * change) ** 2
         i = np.arange(values, values + readings)
         walk[:, :, i, i] += error_walk
         f = values + readings
-        resting = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * (hypotheses.load_response**2).sum(axis=-1)
+        square = (hypotheses.load_response**2).sum(axis=-1)
+        variance = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * square
         for name in ("dead", "saturated"):
             k = hypotheses.indices_of(name)
-            walk[:, k, f, f] += resting[hypotheses.reading[k]]
+            walk[:, k, f, f] += variance[hypotheses.reading[k]]
         for name in ("offset", "loose"):  # the first window may hold the onset, and misjudge the size
             k = hypotheses.indices_of(name)
             k = k[age[k] == 0]
@@ -336,9 +337,9 @@ class HealthFilter:
             H[:, k, i, :], H[:, k, i, f] = 0, 1
             z[:, k, i] = np.where(window.read[i], window.measured[i], 0.0)
             common[k, i], common_extrapolation[k, i], noise[k, i] = 0, 0, white[i]
-        saturated = hypotheses.indices_of("saturated")
-        partly = saturated[window.partly[hypotheses.reading[saturated]]]
-        noise[partly, hypotheses.reading[partly]] = hypotheses.full_scale**2
+        saturated_hypotheses = hypotheses.indices_of("saturated")
+        partly_saturated = saturated_hypotheses[window.is_partly_limited[hypotheses.reading[saturated_hypotheses]]]
+        noise[partly_saturated, hypotheses.reading[partly_saturated]] = hypotheses.full_scale**2
         noise[:, ~window.read] = _MISSING_VARIANCE * hypotheses.full_scale**2
         independent = noise[..., :, None] * np.eye(self.layout.readings)
         return _Observation(H, z, outer(common) + outer(common_extrapolation) + independent)
@@ -347,58 +348,56 @@ class HealthFilter:
         """Matrix from states to bends beyond those of the nominal free finger, rad, (S, n)."""
         state_map = np.zeros((self._values, self._states))
         state_map[:, : self._values] = np.eye(self._values)
-        driven = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
-        state_map[:, self._values + self.layout.readings + 2] = driven
+        drive_bends = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
+        state_map[:, self._values + self.layout.readings + 2] = drive_bends
         return state_map
 
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
         """Hypotheses of sensors at their limits in a window."""
         saturated = self.hypotheses.indices_of("saturated")
-        limited: NDArray[np.int_] = saturated[window.at_limit[self.hypotheses.reading[saturated]]]
-        return limited
+        indices: NDArray[np.int_] = saturated[window.is_at_limit[self.hypotheses.reading[saturated]]]
+        return indices
 
     def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", state_map: Array) -> Array:
         """Log-likelihood of repeated readings, lost readings and exceeded limits, (B, K)."""
         hypotheses = self.hypotheses
         state_map = self.hypotheses.load_response @ state_map
-        likelihood = np.full(update.log_likelihood.shape, window.working.sum())
+        likelihood = np.full(update.log_likelihood.shape, window.working_likelihood.sum())
         dead = hypotheses.indices_of("dead")
-        limited = self._limited_hypotheses(window)
+        k = self._limited_hypotheses(window)
         i = hypotheses.reading[dead]
-        likelihood[:, dead] += window.stuck[i] - window.working[i]
-        i = hypotheses.reading[limited]
-        likelihood[:, limited] += window.limited[i] - window.working[i]
-        likelihood[1, limited] += _LIMIT_EVIDENCE * window.furthest[i]
-        excess = np.sign(window.measured[i]) * (window.expected + mean @ state_map.T - window.measured)[:, limited, i]
-        variance = np.einsum("ki,bkij,kj->bk", state_map[i], update.covariance[:, limited], state_map[i])
-        likelihood[:, limited] += log_ndtr(
-            excess / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i])
-        )
+        likelihood[:, dead] += window.dead_likelihood[i] - window.working_likelihood[i]
+        i = hypotheses.reading[k]
+        likelihood[:, k] += window.limit_likelihood[i] - window.working_likelihood[i]
+        likelihood[1, k] += _LIMIT_EVIDENCE * window.is_extreme[i]
+        excess = np.sign(window.measured[i]) * (window.expected + mean @ state_map.T - window.measured)[:, k, i]
+        variance = np.einsum("ki,bkij,kj->bk", state_map[i], update.covariance[:, k], state_map[i])
+        likelihood[:, k] += log_ndtr(excess / np.sqrt(variance + self.uncertainty.reading**2 / window.distinct[i]))
         return likelihood
 
     def _contact_evidence(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:
         """Evidence against every hypothesis from its load, relative to the healthy one, (K,)."""
         values = self._values
-        alive = evidence > _MIN_EVIDENCE
-        alive[0] = True
-        load = mean[alive, :values]
+        is_likely = evidence > _MIN_EVIDENCE
+        is_likely[0] = True
+        load = mean[is_likely, :values]
         size = (load**2).sum(axis=-1)[:, None, None]
         shape = q + load[0] @ self._angle_map.T
         floor = (_UNEVEN_BEND_STD * (self.layout.matrix @ q)) ** 2 + 1e-6
         cut = (self.hypotheses.joint >= 0)[:, None] * mean[:, values + self.layout.readings, None]
         bend = _CUT_WEIGHT_ERROR * self.hypotheses.full_scale / np.abs(self.hypotheses.load_response).max()
-        bend = bend * np.clip(cut[alive], 0, 1)
-        cut = (_CUT_CHANGE_ERROR * cut[alive] * (self.layout.matrix @ q)) ** 2 + bend**2
-        load_covariance = covariance[alive, :values, :values]
+        bend = bend * np.clip(cut[is_likely], 0, 1)
+        cut = (_CUT_CHANGE_ERROR * cut[is_likely] * (self.layout.matrix @ q)) ** 2 + bend**2
+        load_covariance = covariance[is_likely, :values, :values]
         load_covariance = load_covariance + (_EXTENDED_CONTACT_STD**2 * size + (floor + cut)[..., None]) * np.eye(
             values
         )
         cells = self._contact.cells(shape, self._mechanics.bent_finger(shape), self.layout.matrix)
         X = np.zeros_like(evidence)
-        X[alive] = np.minimum(
+        X[is_likely] = np.minimum(
             one_contact_misfit(load, load_covariance, cells, self.uncertainty.largest_force), _MAX_MISFIT
         )
-        X[~alive] = X[0]
+        X[~is_likely] = X[0]
         X[self.hypotheses.indices_of("held")] = np.minimum(X[0], _LOAD_MISFIT_PRICE)
         return (X[0] - X) / 2 * WINDOW_SAMPLES * self.period
 
@@ -421,7 +420,7 @@ class HealthFilter:
         return 2 * self._values + self.layout.readings + 3
 
     def _pressures(self, torque: Array) -> float:
-        """Torque of the drive as a fraction of that of the usual load pressure."""
+        """Driving torque over the torque of the usual load pressure."""
         gain = self.layout.finger.pressure_gain
         return float(torque @ gain / (gain @ gain) / self.uncertainty.load_pressure)
 
@@ -454,12 +453,12 @@ class _Window(NamedTuple):
     distinct: Array  # (R) number of samples that differ: repeated ones average out no rounding
     free_change: Array  # (S) rad, change of the free bends within the window
     extrapolation_std: Array  # (R) away from a calibration, common to all
-    working: Array  # (R) log-likelihoods of repeated and lost readings: of a working sensor,
-    stuck: Array  # (R) a dead
-    limited: Array  # (R) and one at its limit
-    at_limit: NDArray[np.bool_]  # (R)
-    partly: NDArray[np.bool_]  # (R)
-    furthest: NDArray[np.bool_]  # (R) whether it is beyond all windows before
+    working_likelihood: Array  # (R) log-likelihood of repeated and lost readings of a working sensor
+    dead_likelihood: Array  # (R) of a dead one
+    limit_likelihood: Array  # (R) of one at its limit
+    is_at_limit: NDArray[np.bool_]  # (R)
+    is_partly_limited: NDArray[np.bool_]  # (R)
+    is_extreme: NDArray[np.bool_]  # (R) whether it is beyond all windows before
 
 
 class _Observation(NamedTuple):
@@ -495,8 +494,8 @@ def _update_states(mean: Array, covariance: Array, observation: _Observation) ->
 
     def best_values(values: Array) -> Array:
         index = best.reshape(*best.shape, *[1] * (values.ndim - best.ndim))
-        selected: Array = np.take_along_axis(values, index, 0)[0]
-        return selected
+        best_value: Array = np.take_along_axis(values, index, 0)[0]
+        return best_value
 
     gain = best_values(cross_covariance) @ best_values(inverse)
     keep = np.eye(H.shape[-1]) - gain @ H  # Joseph's form, which stays positive

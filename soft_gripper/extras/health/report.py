@@ -16,7 +16,7 @@ def named_faults(station: Station, recording: Recording) -> list[str]:
             since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
             lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
         if name in recording.data and f"{finger.name}.{FAR}" in recording.data:
-            far = float(recording[f"{finger.name}.{FAR}"].values.mean())
-            if far:
-                lines.append(f"{finger.name}: {far:.0%} of the run is far from its calibration, where less is known")
+            share = float(recording[f"{finger.name}.{FAR}"].values.mean())
+            if share:
+                lines.append(f"{finger.name}: {share:.0%} of the run is far from its calibration, where less is known")
     return lines

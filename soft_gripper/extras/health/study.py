@@ -83,15 +83,15 @@ class HealthRun:
     reading: int  # -1: none
     onset: float  # s; 0 if present from the beginning; NaN without a fault
     size: float
-    found: bool  # whether anything was named after the onset
+    is_found: bool  # whether anything was named after the onset
     false_alarm: bool  # or before it
     delay: float  # s, NaN if not found
     said: str  # most probable at the end, or "healthy"
 
     @property
-    def right(self) -> bool:
+    def is_right(self) -> bool:
         """Whether the fault named at the end is true."""
-        return self.found and self.said == NAMES.get(self.fault, self.fault)
+        return self.is_found and self.said == NAMES.get(self.fault, self.fault)
 
 
 @dataclass(frozen=True)
@@ -148,19 +148,19 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
         recording = run_station(station)
         monitored = station.fingers[int(rng.integers(len(station.fingers)))]
         monitored = next((candidate for candidate in station.fingers if candidate.name == finger), monitored)
-        again = read_again(station, recording, monitored, SECTIONS)
+        readings_again = read_again(station, recording, monitored, SECTIONS)
     reading = -1
     errors = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset=PRESET)))
     assert errors is not None
     if kind in SENSOR_FAULTS:
-        fault = _sensor_fault(kind, onset, again, rng)
+        fault = _sensor_fault(kind, onset, readings_again, rng)
         reading, size, errors = fault.reading, fault.size or np.nan, replace(errors, faults=(fault,))
-    layout = again.layout
-    ratios = again.layout.response.ratio(again.readings)
-    readings = layout.response.reading(disturb(errors, ratios, again.period, rng))
+    layout = readings_again.layout
+    ratios = readings_again.layout.response.ratio(readings_again.readings)
+    readings = layout.response.reading(disturb(errors, ratios, readings_again.period, rng))
     runs = []
     for belief in beliefs:
-        times, probabilities = monitor_readings(again, readings, errors, belief)
+        times, probabilities = monitor_readings(readings_again, readings, errors, belief)
         is_named = named_fault(probabilities) > 0
         is_alarm = is_named & (times > (onset if kind in KINDS else np.inf))
         is_found = bool(is_alarm.any())
@@ -179,8 +179,8 @@ def monitor_readings(again: ReadAgain, readings: Array, errors: StrainErrors, be
     """Ends of the windows of a recorded finger, (L,) s, and the probabilities of FAULTS then, (L, 8)."""
     changes = {"youngs_modulus": f"{100 * belief.stiffness_error:+g} %"}
     finger = changed_finger(again.layout.finger, "nominal", changes)
-    assumed = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
-    monitor = HealthFilter(replace(again.layout, finger=finger), assumed, again.period)
+    uncertainty = replace(uncertainty_of(errors), bend_per_pressure=belief.declared)
+    monitor = HealthFilter(replace(again.layout, finger=finger), uncertainty, again.period)
     memory = monitor.begin()
     probabilities = []
     for i, sample in enumerate(zip(readings, again.driving(), again.gravity, strict=True), start=1):
@@ -211,21 +211,21 @@ def _sensor_fault(kind: str, onset: float, again: ReadAgain, rng: np.random.Gene
     raise AssertionError(f"no sensor of this run sees a fault of the kind {kind}")
 
 
-def _write_cut_finger(rng: np.random.Generator, file: Path, softer: float) -> list[str]:
+def _write_cut_finger(rng: np.random.Generator, file: Path, softness: float) -> list[str]:
     """Writes a finger with softer silicone from a location to the tip; the nominal finger stays as built."""
-    shipped = "package://soft_gripper/grippers/finger.urdf"
-    text = model_path(shipped).read_text()
+    base_uri = "package://soft_gripper/grippers/finger.urdf"
+    text = model_path(base_uri).read_text()
     location = round(float(rng.uniform(*CUT_LOCATIONS)), 3)
     begin = text.index("<base")
     base = text[begin : text.index("/>", begin) + 2]
     modulus = base.split('youngs_modulus="')[1].split('"')[0]
     tip = text[text.index("<tip") : text.index("/>", text.index("<tip")) + 2]
-    soft = f'youngs_modulus="{float(modulus) / softer:.6g}"'
-    whole = base.replace("<base", f'<section at="{location}"')
-    cut = [text.replace(tip, "\n".join((whole, whole.replace(f'youngs_modulus="{modulus}"', soft), tip)))]
-    cut.append(cut[0].replace(tip, tip.replace(f'youngs_modulus="{modulus}"', soft)))
-    file.write_text(cut[1])
-    return [*(f"models.{i}.file={file}" for i in range(2)), f"nominal.file={shipped}"]
+    soft_modulus = f'youngs_modulus="{float(modulus) / softness:.6g}"'
+    section = base.replace("<base", f'<section at="{location}"')
+    texts = [text.replace(tip, "\n".join((section, section.replace(f'youngs_modulus="{modulus}"', soft_modulus), tip)))]
+    texts.append(texts[0].replace(tip, tip.replace(f'youngs_modulus="{modulus}"', soft_modulus)))
+    file.write_text(texts[1])
+    return [*(f"models.{i}.file={file}" for i in range(2)), f"nominal.file={base_uri}"]
 
 
 def _add_pegs(scenario: Scenario, rng: np.random.Generator) -> None:
@@ -252,13 +252,15 @@ def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
 
 
 def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
-    delays = [run.delay for run in runs if run.found]
+    delays = [run.delay for run in runs if run.is_found]
     median, delay_90 = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
 
     def percent(holds: Callable[[HealthRun], bool]) -> float:
         return float(100 * np.mean([holds(run) for run in runs]))
 
-    shares = (percent(lambda run: run.found), percent(lambda run: run.right)) if name != "none" else (np.nan, np.nan)
+    shares = (
+        (percent(lambda run: run.is_found), percent(lambda run: run.is_right)) if name != "none" else (np.nan, np.nan)
+    )
     false_alarms = percent(lambda run: run.false_alarm)
     return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(delay_90))
 
@@ -271,11 +273,11 @@ def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any
     return [run for runs in runs_by_call.values() for run in runs]
 
 
-def _jobs(number: int, kinds: Sequence[str], others: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
+def _jobs(number: int, kinds: Sequence[str], rest: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
     """Number, kind and beliefs of every run."""
     for i in range(number):
         is_chosen = i // len(kinds) % BELIEF_INTERVAL == 0
-        yield i, kinds[i % len(kinds)], (EXACT, *others) if is_chosen else (EXACT,)
+        yield i, kinds[i % len(kinds)], (EXACT, *rest) if is_chosen else (EXACT,)
 
 
 def health_figure(runs: Sequence[HealthRun]) -> Figure:
@@ -299,7 +301,7 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
         table.grid(visible=False)
         table.set(xlabel="named at the end", ylabel="fault of the run")
         for i, kind in enumerate(KINDS):
-            delays = np.sort([run.delay for run in runs if run.fault == kind and run.found])
+            delays = np.sort([run.delay for run in runs if run.fault == kind and run.is_found])
             delay_plot.plot(delays, np.full(len(delays), i), "o", ms=4, alpha=0.5, color=COLORS[1], mec="none")
             if len(delays):
                 delay_plot.plot(np.median(delays), i, "|", ms=14, mew=2, color="0.15")
@@ -311,4 +313,6 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
 
 
 def _answer_count(runs: Sequence[HealthRun], truth: str, name: str) -> int:
-    return sum(run.fault == truth and (run.said if run.found or run.false_alarm else "healthy") == name for run in runs)
+    return sum(
+        run.fault == truth and (run.said if run.is_found or run.false_alarm else "healthy") == name for run in runs
+    )

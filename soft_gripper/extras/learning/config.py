@@ -186,10 +186,10 @@ def _violations(config: EnvironmentConfig, scenario: Scenario) -> Iterator[Viola
         and any("youngs_modulus" in key for key in _changed_paths(variation, scenario))
     ):
         yield "variation.youngs_modulus", modulus_variation, "must be 0, since the scenario sets the fingers' modulus"
-    free = [model.name for model in scenario.models if model.free]
+    free_names = [model.name for model in scenario.models if model.free]
     for name, task in (("grasp", config.grasp), ("pick_place", config.pick_place)):
-        if task is not None and task.object not in free:
-            yield f"{name}.object", task.object, f"must be one of the free models: {', '.join(free)}"
+        if task is not None and task.object not in free_names:
+            yield f"{name}.object", task.object, f"must be one of the free models: {', '.join(free_names)}"
 
 
 def _changed_paths(variation: VariationConfig, scenario: Scenario) -> Iterator[str]:

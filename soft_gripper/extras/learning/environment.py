@@ -79,9 +79,9 @@ class SoftGripperEnv(Env[Vector, Vector]):
         check_order("reset", is_begun=True, is_closed=self._is_closed)
         check_options(options)
         super().reset(seed=integer_seed(seed))
-        (observed,), (episode_draw,) = self._episodes.begin([self.np_random])
+        (observation,), (episode_draw,) = self._episodes.begin([self.np_random])
         self._is_begun = True
-        return observed, asdict(episode_draw)
+        return observation, asdict(episode_draw)
 
     def step(self, action: Any) -> tuple[Vector, float, bool, bool, dict[str, Any]]:
         """Applies an action for a time step.
@@ -93,10 +93,10 @@ class SoftGripperEnv(Env[Vector, Vector]):
         self._check_begun("step")
         numbers = finite_actions(action, "action", self._station.resting.shape)
         stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0)[None], _NO_ROWS, [self.np_random])
-        (observed,), (reason,) = stepped.observed, stepped.diverged
+        (observation,), (reason,) = stepped.observed, stepped.diverged
         reward, *ends = (values.item() for values in (stepped.reward, stepped.terminated, stepped.truncated))
         info = {"diverged": reason} if reason else {name: _to_scalar(value[0]) for name, value in stepped.info.items()}
-        return observed, reward, *ends, info
+        return observation, reward, *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """The scene as a picture, (height, width, 3), or in Meshcat.
@@ -169,8 +169,8 @@ class DrakeStation:
         return [reason]
 
     def observe(self) -> Array:
-        observed: Array = self.station.diagram.GetOutputPort("observation").Eval(self.simulator.get_context())
-        return observed[None]
+        observation: Array = self.station.diagram.GetOutputPort("observation").Eval(self.simulator.get_context())
+        return observation[None]
 
     def object_places(self) -> Array:
         assert self.station.object is not None

@@ -3,6 +3,8 @@
 Observation: signals of the estimation -> what an agent observes.
 
 `OBSERVABLE` lists the signals that an agent may observe, so that a file cannot request ground truth.
+
+Another observable signal is an entry of `OBSERVABLE`.
 """
 
 import math
@@ -55,8 +57,8 @@ def resting_action(config: ActionConfig, home: Mapping[str, float]) -> Array:
     """The action with which an episode begins, (n): the grip's rest and the joints' home, by their names."""
     low, high = action_ranges(config).T
     begin = np.array([config.rest, *(home[name] for name in config.joints)])
-    resting: Array = np.clip(2 * (begin - low) / (high - low) - 1, -1, 1)
-    return resting
+    action: Array = np.clip(2 * (begin - low) / (high - low) - 1, -1, 1)
+    return action
 
 
 def add_action(
@@ -155,8 +157,8 @@ OBSERVABLE = (
 def scaled(values: Array, scales: Array) -> Array:
     """Values divided by their scales, (..., n), limited to the observed range; unknown ones are 0."""
     finite = np.nan_to_num(values / scales, nan=0.0, posinf=MAX_OBSERVED, neginf=-MAX_OBSERVED)
-    observed: Array = np.clip(finite, -MAX_OBSERVED, MAX_OBSERVED)
-    return observed
+    clipped_values: Array = np.clip(finite, -MAX_OBSERVED, MAX_OBSERVED)
+    return clipped_values
 
 
 class Observation(LeafSystem):
@@ -169,14 +171,14 @@ class Observation(LeafSystem):
                       +-------------+
     """
 
-    def __init__(self, observed: Sequence[ObservedConfig], sizes: Mapping[str, int]):
+    def __init__(self, configs: Sequence[ObservedConfig], sizes: Mapping[str, int]):
         """`sizes` of the signals, by their names."""
         super().__init__()
-        names = list(dict.fromkeys(config.signal for config in observed))
+        names = list(dict.fromkeys(config.signal for config in configs))
         starts = dict(zip(names, np.cumsum([0, *(sizes[name] for name in names)]), strict=False))
-        entries = [config.entries or range(sizes[config.signal]) for config in observed]
-        self._entries = np.concatenate([starts[config.signal] + k for config, k in zip(observed, entries, strict=True)])
-        self._scales = np.repeat([config.scale for config in observed], [len(indices) for indices in entries])
+        entries = [config.entries or range(sizes[config.signal]) for config in configs]
+        self._entries = np.concatenate([starts[config.signal] + k for config, k in zip(configs, entries, strict=True)])
+        self._scales = np.repeat([config.scale for config in configs], [len(indices) for indices in entries])
         self._ports = [self.DeclareVectorInputPort(name, sizes[name]) for name in names]
         self.DeclareVectorOutputPort("observation", len(self._entries), self._calc)
 
@@ -189,14 +191,14 @@ class Observation(LeafSystem):
 
 
 def add_observation(
-    builder: DiagramBuilder, observed: Sequence[ObservedConfig], signals: Mapping[str, OutputPort]
+    builder: DiagramBuilder, configs: Sequence[ObservedConfig], signals: Mapping[str, OutputPort]
 ) -> OutputPort:
     """Adds `observation`; returns its output.
 
     Raises:
         InputError: if a signal does not exist, has no such entry, or is not observable.
     """
-    for i, config in enumerate(observed):
+    for i, config in enumerate(configs):
         field, name = f"observation[{i}]", config.signal
         if name.rpartition(".")[2] not in OBSERVABLE:
             raise InputError(
@@ -207,7 +209,7 @@ def add_observation(
         size = signals[name].size()
         if not all(0 <= entry < size for entry in config.entries):
             raise InputError(field, "entries", config.entries, f"give some of 0 to {size - 1}")
-    block = Observation(observed, {config.signal: signals[config.signal].size() for config in observed})
+    block = Observation(configs, {config.signal: signals[config.signal].size() for config in configs})
     builder.AddNamedSystem("observation", block)
     for i in range(block.num_input_ports()):
         port = block.get_input_port(i)
@@ -412,7 +414,7 @@ def _height(parts: StationParts, body: RigidBody) -> float:
 
 
 def _add_camera(builder: DiagramBuilder, station: StationParts) -> OutputPort:
-    """Adds `camera`, which sees the fingers and what they handle; returns its picture."""
+    """Adds `camera`, which sees the fingers and the objects; returns its picture."""
     station.scene_graph.AddRenderer(_RENDERER_NAME, make_renderer())
     camera = framing_camera(_visible_corners(station), PICTURE_HEIGHT, PICTURE_WIDTH, DIRECTION)
     color = camera.render_camera(_RENDERER_NAME, 1)

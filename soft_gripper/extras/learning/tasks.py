@@ -50,7 +50,7 @@ class Task(Protocol):
 _HELD_HEIGHT_FRACTION = 0.8  # fraction of the height above which a touched object counts as held up
 
 
-class Grasp:
+class GraspTask:
     """Earns time_step (lifted fraction - force_weight force) a step, and -1 for a crushed object, which ends it."""
 
     def __init__(self, config: GraspConfig, time_step: float, count: int):
@@ -67,10 +67,10 @@ class Grasp:
     def judge(self, truth: Truth) -> Judgement:
         config, height = self._config, (truth.object_places() - self._begins)[:, 2]
         force, peak = truth.normal_forces()
-        lifted = np.clip(height / config.height, 0.0, 1.0)
+        lift_fraction = np.clip(height / config.height, 0.0, 1.0)
         is_crushed = peak > config.crushing_force
-        reward = self._time_step * (lifted - config.force_weight * force.max(axis=-1)) - is_crushed
-        is_held = (lifted >= _HELD_HEIGHT_FRACTION) & (force > 0).all(axis=-1) & ~is_crushed
+        reward = self._time_step * (lift_fraction - config.force_weight * force.max(axis=-1)) - is_crushed
+        is_held = (lift_fraction >= _HELD_HEIGHT_FRACTION) & (force > 0).all(axis=-1) & ~is_crushed
         info = {"height": height, "force": force, "peak_force": peak, "crushed": is_crushed, "success": is_held}
         return Judgement(reward, is_crushed, info)
 
@@ -137,6 +137,6 @@ def make_task(config: EnvironmentConfig, count: int) -> Task:
     if config.reach is not None:
         return Reach(config.reach, config.time_step)
     if config.grasp is not None:
-        return Grasp(config.grasp, config.time_step, count)
+        return GraspTask(config.grasp, config.time_step, count)
     assert config.pick_place is not None
     return PickPlace(config.pick_place, config.time_step, count)

@@ -111,9 +111,9 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         for i, own_seed in enumerate(integer_seeds(seed, self.num_envs)):
             if own_seed is not None:
                 self._random[i] = np_random(own_seed)[0]
-        observed, _ = self._episodes.begin(self._random)
+        observations, _ = self._episodes.begin(self._random)
         self._has_ended[:], self._is_begun = False, True
-        return observed, {}
+        return observations, {}
 
     def step(
         self, actions: Any
@@ -170,8 +170,8 @@ class MujocoStations:
         models = [station.model for station in self._exported]
         self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
         graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(side_by_side(*signals)))}
-        wired = [stations[i] for i in turns]
-        self._network = Network(wired, self._plants, None, ["observation"], graphs)
+        station_turns = [stations[i] for i in turns]
+        self._network = Network(station_turns, self._plants, None, ["observation"], graphs)
         self.resting = resting_action(config.action, home(self._learning.parts))
         self._actions = np.tile(self.resting, (count, 1))
         self._network.give("action", self._actions)
@@ -227,13 +227,13 @@ class MujocoStations:
         self._actions[:] = actions
         self._network.give("action", self._actions)
         plants, network, plant_step = self._plants, self._network, self._plant_step
-        every = round(self._period / plant_step)
-        for first in range(0, round(self._config.time_step / plant_step), every):
+        stride = round(self._period / plant_step)
+        for first in range(0, round(self._config.time_step / plant_step), stride):
             network.drive(first * plant_step)
             plants.begin_step(keeps=True)
             network.sample()
             plants.finish_step(keeps=True)
-            network.step([i * plant_step for i in range(first + 1, first + every)], keeps=True)
+            network.step([i * plant_step for i in range(first + 1, first + stride)], keeps=True)
         self._update_forces()
         plants.look()
         return ["" if finite else _NOT_FINITE for finite in np.isfinite(plants.state).all(axis=1)]

@@ -76,7 +76,6 @@ class Functions:
         return self._steps.takes_time(self._names[number])
 
     def clear(self, rows: Rows) -> None:
-        """See Block."""
         self.forget()
         for name, state in self._state.items():
             self._state[name] = np.array(state)
@@ -86,7 +85,6 @@ class Functions:
             self._is_later[rows] = False
 
     def begin(self, read: Read, rows: Rows) -> None:
-        """See Block."""
         self._known.take(read, 0.0)
         for name, memory in self._memories.items():
             if memory.begin_of is not None:
@@ -94,7 +92,6 @@ class Functions:
                 self._next[name][rows] = self._value(function, [source])[rows]
 
     def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
         self._known.take(read, time)
         value = np.asarray(self._value(*self._steps.outputs[self._names[number]]))
         return value if value.ndim == 2 else value.reshape(self._count, -1)
@@ -116,12 +113,10 @@ class Functions:
         return np.where(self._is_later.reshape(-1, *[1] * (value.ndim - 1)), value, self._state[name])
 
     def commit(self) -> None:
-        """See Block."""
         self._state = dict(self._next)
         self.forget()
 
     def forget(self) -> None:
-        """See Block."""
         self._known.clear()
 
     def _value(self, function: Callable[..., Any], sources: Sequence[str]) -> Any:
@@ -165,17 +160,14 @@ class PerDiagram:
         self._count = sum(len(rows) for _, rows in parts)
 
     def clear(self, rows: Rows) -> None:
-        """See Block."""
         for block, part_rows in self._parts:
             block.clear(self._part_indices(rows, part_rows))
 
     def begin(self, read: Read, rows: Rows) -> None:
-        """See Block."""
         for block, part_rows in self._parts:
             block.begin(_select_rows(read, part_rows), self._part_indices(rows, part_rows))
 
     def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
         outputs = [block.output(number, _select_rows(read, part_rows), time) for block, part_rows in self._parts]
         values = np.empty((self._count, outputs[0].shape[1]))
         for value, (_, part_rows) in zip(outputs, self._parts, strict=True):
@@ -183,17 +175,14 @@ class PerDiagram:
         return values
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
         for block, part_rows in self._parts:
             block.advance(_select_rows(read, part_rows), time, self._part_indices(active, part_rows))
 
     def commit(self) -> None:
-        """See Block."""
         for block, _ in self._parts:
             block.commit()
 
     def forget(self) -> None:
-        """See Block."""
         for block, _ in self._parts:
             block.forget()
 
@@ -235,21 +224,20 @@ class Streams:
         self._number = np.minimum(self._number + 1, len(self._values) - 1)
 
     def clear(self, rows: Rows) -> None:
-        """See `give`."""
+        """Does nothing: `give` sets the values."""
 
     def begin(self, read: Read, rows: Rows) -> None:
-        """See `give`."""
+        """Does nothing: `give` sets the values."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
         value: Array = self._values[self._number, np.arange(len(self._number))]
         return value
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See `draw`."""
+        """Does nothing: `draw` advances."""
 
     def commit(self) -> None:
-        """See `draw`."""
+        """Does nothing: `draw` advances."""
 
     def forget(self) -> None:
         """Does nothing: there are no inputs."""
@@ -265,7 +253,6 @@ class Contexts:
         self._updates = [_NO_UPDATE] * count  # made so far
 
     def clear(self, rows: Rows) -> None:
-        """See Block."""
         for i in rows if len(self._runs) > 1 else ():
             self._runs[i], self._updates[i] = Simulator(self._block), _NO_UPDATE
 
@@ -277,17 +264,14 @@ class Contexts:
                 port.FixValue(run.get_mutable_context(), value)
 
     def begin(self, read: Read, rows: Rows) -> None:
-        """See Block."""
         self._give(read)
 
     def output(self, number: int, read: Read, time: float) -> Array:
-        """See Block."""
         self._give(read)
         port = self._block.get_output_port(number)
         return np.array([port.Eval(run.get_context()) for run in self._runs])
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
-        """See Block."""
         self._give(read)
 
     def commit(self) -> None:

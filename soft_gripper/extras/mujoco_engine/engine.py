@@ -75,16 +75,16 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     content_of = cache(fingerprint)  # files do not change while this runs
     context_of = cache(Diagram.CreateDefaultContext)
     user_stations: Stations = OrderedDict()
-    served = [_serve(scenario, content_of, context_of, user_stations) for scenario in scenarios]
+    runs = [_serve(scenario, content_of, context_of, user_stations) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
     outcomes: dict[int, Run | Exception] = {}
-    for i, run in enumerate(served):
+    for i, run in enumerate(runs):
         if isinstance(run, ServedRun):
             groups.setdefault(_structure(run.station) if _serves_many(run.station) else i, []).append(i)
         else:
             outcomes[i] = run
     for numbers in groups.values():
-        group = [member for member in (served[i] for i in numbers) if isinstance(member, ServedRun)]
+        group = [member for member in (runs[i] for i in numbers) if isinstance(member, ServedRun)]
         size = _batch_size(group[0].station)
         for first in range(0, len(numbers), size):
             batch = slice(first, first + size)
@@ -230,9 +230,9 @@ def _run_alike(served: Sequence[ServedRun], described: bool) -> Iterator[Run | E
         if i in failed:
             yield failed[i]
             continue
-        computed = station.logs.make_samples(times[: lengths[i]], logs.samples_of(i, lengths[i]))
-        attributes = station.parts.about | {"engine_step": words} if described else {}
-        yield Run(station, make_recording(station.logs.labels, computed, attributes))
+        samples = station.logs.make_samples(times[: lengths[i]], logs.samples_of(i, lengths[i]))
+        attributes = station.parts.attributes | {"engine_step": words} if described else {}
+        yield Run(station, make_recording(station.logs.labels, samples, attributes))
 
 
 def _step_of(served: Sequence[ServedRun], models: "_Models") -> tuple[float, str]:
@@ -265,7 +265,7 @@ class Change(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Description for users."""
+        """The change in words, for users."""
         shifts = f"{1e3 * self.tip:.3f} mm, a carried object by {1e3 * self.slip:.3f} mm"
         return f"half of it moves tips by {shifts}, and changes forces by {self.force:.2%}"
 
@@ -335,7 +335,8 @@ def _net_forces(tables: Sequence[Array], fingers: int) -> Array:
 
 def _carried_points(station: Station, logs: Logs, environment: int) -> Array:
     """Points of the object of a task when it is last held, see `_End`."""
-    points, task = np.concatenate([np.zeros((3, 1)), _POINT_DISTANCE * np.eye(3)], axis=1), station.scenario.task
+    points = np.concatenate([np.zeros((3, 1)), _POINT_DISTANCE * np.eye(3)], axis=1)
+    task = station.scenario.task
     phases = () if station.task is None else station.task.phases
     holding = [number for number, phase in enumerate(phases) if phase.holds]
     holding_samples = np.flatnonzero(np.isin(logs.phases[:, environment], holding))

@@ -24,9 +24,9 @@ class _Plain:
     """Object with all state in its attributes."""
 
 
-def is_equal(first: Any, second: Any, compared: _Pairs = frozenset()) -> bool:
+def is_equal(first: Any, second: Any, known_pairs: _Pairs = frozenset()) -> bool:
     """Whether two values, functions or objects of values are equal to the bit; False in doubt."""
-    if first is second or (id(first), id(second)) in compared:
+    if first is second or (id(first), id(second)) in known_pairs:
         return True
     if type(first) is not type(second):
         return False
@@ -36,15 +36,15 @@ def is_equal(first: Any, second: Any, compared: _Pairs = frozenset()) -> bool:
         return repr(first) == repr(second)
     if hasattr(first, "__index__"):  # of a body of a plant
         return index(first) == index(second)
-    compared |= {(id(first), id(second))}
+    known_pairs |= {(id(first), id(second))}
     if isinstance(first, Mapping):
-        return list(first) == list(second) and all(is_equal(first[key], second[key], compared) for key in first)
+        return list(first) == list(second) and all(is_equal(first[key], second[key], known_pairs) for key in first)
     if isinstance(first, tuple | list):
-        return len(first) == len(second) and all(map(partial(is_equal, compared=compared), first, second))
+        return len(first) == len(second) and all(map(partial(is_equal, known_pairs=known_pairs), first, second))
     if isinstance(first, FunctionType) and first.__code__ is not second.__code__:
         return False
     contents = _contents(first)
-    return contents is not None and is_equal(contents, _contents(second), compared)
+    return contents is not None and is_equal(contents, _contents(second), known_pairs)
 
 
 def _contents(value: Any) -> Any:

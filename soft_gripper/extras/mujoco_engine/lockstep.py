@@ -24,12 +24,12 @@ class Logs:
 
     def take(self, sample: int) -> None:
         """Takes a sample."""
-        every = self._station.scenario.record.patches_every
+        stride = self._station.scenario.record.patches_every
         self.states[sample] = self._network.plants.state
         phases = self._network.phases
         if phases is not None:
             self.phases[sample] = phases
-        is_due = every is not None and sample % every == 0
+        is_due = stride is not None and sample % stride == 0
         self.patches.append(self._network.plants.patches() if is_due else _NO_PATCHES)
         for i, value in self._network.logged():
             if i not in self._vectors:
@@ -41,11 +41,11 @@ class Logs:
 
         Logs of diagrams of one structure have the same numbers.
         """
-        logged = self._station.logs.port_numbers
+        port_numbers = self._station.logs.port_numbers
         port_samples: dict[int, Any] = {
-            logged[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
+            port_numbers[i]: np.ascontiguousarray(value[:samples, environment]) for i, value in self._vectors.items()
         }
-        for number in (number for i, number in enumerate(logged) if i not in self._vectors):
+        for number in (number for i, number in enumerate(port_numbers) if i not in self._vectors):
             port_samples[number] = [rows_of(*patches, environment) for patches in self.patches[:samples]]
         return port_samples
 
@@ -61,7 +61,7 @@ def rows_of(table: Array, begins: NDArray[np.int_], environment: int) -> Array:
 def simulate_network(
     station: Station, network: Network
 ) -> tuple[Logs, NDArray[np.int_], dict[int, SimulationDivergedError]]:
-    """Simulates a network of stations, of which `station` is the first.
+    """Simulates a network of stations; `station` is the first.
 
     Returns the logs, the number of samples of each run, and the errors of those that diverged. Values that follow from
     a state are known once MuJoCo has stepped from it, so samples are taken after the first step.

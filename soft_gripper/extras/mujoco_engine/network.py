@@ -178,10 +178,10 @@ class Network:
         return port.get_system(), int(port.get_index())
 
     def _reach(self, output: Output) -> None:
-        """Makes the block of an output, and those that it reads."""
-        pending = [output[0]]
-        while pending:
-            leaf = pending.pop()
+        """Makes the block of an output, and the blocks that it reads."""
+        pending_blocks = [output[0]]
+        while pending_blocks:
+            leaf = pending_blocks.pop()
             if leaf in self._blocks or isinstance(leaf, MultibodyPlant | TrueContact):
                 continue
             if isinstance(leaf, str):
@@ -199,7 +199,7 @@ class Network:
                 )
             else:
                 self._blocks[leaf] = self._make_block(leaf, leaf, np.arange(self.count))
-            pending += [feed[0] for feed in self._feeds[leaf] if feed is not None]
+            pending_blocks += [feed[0] for feed in self._feeds[leaf] if feed is not None]
 
     def _is_shared(self, leaf: Key) -> bool:
         """Whether a block does the same in all environments: it follows from the time alone."""
@@ -340,10 +340,10 @@ class Network:
 
     def _find_following(self, key: Key) -> tuple[Collection[Output], Collection[Key]]:
         """Outputs that depend directly on an input, itself included, and the blocks that read them."""
-        outputs, readers, pending = dict[Output, None](), dict[Key, None](), list[Output]([(key, 0)])
+        outputs, readers, pending_outputs = dict[Output, None](), dict[Key, None](), list[Output]([(key, 0)])
         feeds_by_input = {(leaf, i): feed for leaf, feeds in self._feeds.items() for i, feed in enumerate(feeds)}
-        while pending:
-            output = pending.pop()
+        while pending_outputs:
+            output = pending_outputs.pop()
             if output in outputs:
                 continue
             outputs[output] = None
@@ -351,7 +351,7 @@ class Network:
                 assert not isinstance(leaf, str)
                 readers[leaf] = None
                 ports = range(leaf.num_output_ports())
-                pending += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]
+                pending_outputs += [(leaf, port) for port in ports if leaf.HasDirectFeedthrough(number, port)]
         return outputs, readers
 
     # Time.
@@ -365,7 +365,8 @@ class Network:
         for block in self._blocks.values():
             block.clear(rows)
         self.plants.look()
-        kept_values, other_rows = dict(self._values[_KEPT_FOR_SAMPLE]), np.setdiff1d(np.arange(self.count), rows)
+        kept_values = dict(self._values[_KEPT_FOR_SAMPLE])
+        other_rows = np.setdiff1d(np.arange(self.count), rows)
         self._changed()
         for leaf, block in self._blocks.items():
             block.begin(self._reader(leaf), rows)

@@ -123,7 +123,7 @@ def export_to_mujoco(
     station: Station,
     step: float,
     paired_models: Collection[str] = (),
-    touching: TouchSensors | NormalForces | None = None,
+    sensors: TouchSensors | NormalForces | None = None,
 ) -> Exported:
     """Exports a station to MuJoCo, without the drive of its fingers.
 
@@ -131,7 +131,7 @@ def export_to_mujoco(
         station: made with contact at points.
         step: of MuJoCo, s.
         paired_models: models that touch others in pairs, see `station_mjcf`.
-        touching: sensors of contact; None: those for recordings.
+        sensors: sensors of contact; None: those for recordings.
 
     Raises:
         InputError: as `load_mujoco` and `station_mjcf`, or if MuJoCo refuses the models.
@@ -148,8 +148,8 @@ def export_to_mujoco(
     actuator_element = _part(root, "actuator")
     for actuator in [element for element in actuator_element if element.attrib["name"] not in arm]:
         actuator_element.remove(actuator)
-    touching = touching or TouchSensors(station)
-    touching.add_to(root)
+    sensors = sensors or TouchSensors(station)
+    sensors.add_to(root)
     assets = {f"meshes/{name}": path.read_bytes() for name, path in export.meshes.items()}
     try:
         model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"), assets)
@@ -159,19 +159,19 @@ def export_to_mujoco(
     disable_bits = mujoco.mjtDisableBit
     model.opt.disableflags |= disable_bits.mjDSBL_AUTORESET  # a diverged state is reported, not replaced
     model.opt.disableflags |= disable_bits.mjDSBL_ISLAND  # slower, as few objects do not touch each other
-    touching.bind(model)
+    sensors.bind(model)
     if _touches_only_in_pairs(model):
         model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would search for others at every step
-    return Exported(model, export, touching)
+    return Exported(model, export, sensors)
 
 
 def _touches_only_in_pairs(model: "mujoco.MjModel") -> bool:
     """Whether all shapes that touch are listed as pairs."""
     bits = (model.geom_contype[:, None] & model.geom_conaffinity) != 0
-    touching = bits | bits.T
-    touching[model.pair_geom1, model.pair_geom2] = touching[model.pair_geom2, model.pair_geom1] = False
-    np.fill_diagonal(touching, val=False)
-    return not touching.any()
+    may_touch = bits | bits.T
+    may_touch[model.pair_geom1, model.pair_geom2] = may_touch[model.pair_geom2, model.pair_geom1] = False
+    np.fill_diagonal(may_touch, val=False)
+    return not may_touch.any()
 
 
 def _part(root: ET.Element, name: str) -> ET.Element:
@@ -243,9 +243,9 @@ class Plants:
     def _set_models(self, rows: Rows, models: "Sequence[mujoco.MjModel]") -> None:
         """Sets the models of some environments; only differing fields are stored, to save memory."""
         for row, model in zip(rows, models, strict=True):
-            for name, usual in self._usual.items():
+            for name, default in self._usual.items():
                 value = _value(model, name)
-                if name in self._own_fields or value.tobytes() != usual:
+                if name in self._own_fields or value.tobytes() != default:
                     self._own_fields.add(name)
                     self.batch.expand(name)[row] = value
 
@@ -254,8 +254,8 @@ class Plants:
         """Fields of the model that may differ between environments, as bytes; integers are structure and may not."""
         from mujoco.batch import MODEL_FIELDS
 
-        usual = {name: _value(self._model, name) for name in MODEL_FIELDS}
-        return {name: value.tobytes() for name, value in usual.items() if value.size and value.dtype.kind == "f"}
+        values = {name: _value(self._model, name) for name in MODEL_FIELDS}
+        return {name: value.tobytes() for name, value in values.items() if value.size and value.dtype.kind == "f"}
 
     @cached_property
     def _arm(self) -> _Arm | None:
@@ -265,8 +265,8 @@ class Plants:
         gains = {actuator.joint.name(): actuator for actuator in arm_actuators(self.station)}
         joints: list[Joint] = [actuator.joint() for actuator in actuators(self.plant, arm.model)]
         ctrl = np.array([self._model.actuator(scoped_name(joint)).id for joint in joints])
-        in_order = [gains[joint.name()] for joint in joints]
-        stiffness, damping = ([getattr(actuator, name) for actuator in in_order] for name in ("stiffness", "damping"))
+        arm_gains = [gains[joint.name()] for joint in joints]
+        stiffness, damping = ([getattr(actuator, name) for actuator in arm_gains] for name in ("stiffness", "damping"))
         return _Arm(ctrl, np.array(stiffness), np.array(damping))
 
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
@@ -302,21 +302,21 @@ class Plants:
         """Makes the other substeps; contacts are those in the first, unless it `keeps` others."""
         self._make(1, 1, keeps)
 
-    def _make(self, steps: int, made: int, keeps: bool) -> None:
-        """Makes steps of Drake's plant, of which `made` steps of MuJoCo are done."""
+    def _make(self, steps: int, substeps_done: int, keeps: bool) -> None:
+        """Makes steps of Drake's plant, after `substeps_done` steps of MuJoCo."""
         self._sense(keeps)
         self._forces = None
         for substeps, rows in self._rows_by_substeps:
             active = self.active if len(self._rows_by_substeps) == 1 else np.intersect1d(rows, self.active)
-            remaining = steps * substeps - made
-            if not remaining or not len(active):
+            steps_left = steps * substeps - substeps_done
+            if not steps_left or not len(active):
                 continue
             if steps == 1 and not keeps:
-                self.batch.step(active, remaining)
+                self.batch.step(active, steps_left)
                 continue
-            controls = [scheduled[active] for scheduled in self._scheduled for _ in range(substeps)]
+            controls = [commands[active] for commands in self._scheduled for _ in range(substeps)]
             control, recorded_fields = np.stack(controls, axis=1) if controls else None, ["sensordata"] if keeps else []
-            self._readings += self.batch.rollout(remaining, control, self._driving, recorded_fields, active).values()
+            self._readings += self.batch.rollout(steps_left, control, self._driving, recorded_fields, active).values()
             has_diverged = self.batch.warning[:, self._divergence_warnings, 1].any(axis=1)
             self._qvel[has_diverged] = np.nan  # the rollout stops there
 
@@ -358,13 +358,13 @@ class Plants:
         assert isinstance(self.touching, TouchSensors)
         return self.touching.read(self._sensed, self._xpos, self._xmat)
 
-    def take_readings(self, every: int) -> Array:
+    def take_readings(self, stride: int) -> Array:
         """Returns and clears the contact readings kept since the last call, (E, K, n).
 
-        They are those of each `every`-th step, from the first on, and of the last one.
+        They are those of each `stride`-th step, from the first on, and of the last one.
         """
         begins = accumulate((readings.shape[1] for readings in self._readings[:-1]), initial=0)
-        parts = [part[:, -begin % every :: every] for part, begin in zip(self._readings, begins, strict=True)]
+        parts = [part[:, -begin % stride :: stride] for part, begin in zip(self._readings, begins, strict=True)]
         joined = np.concatenate([*parts, self._readings[-1][:, -1:]], axis=1)
         self._readings.clear()
         return joined

@@ -50,7 +50,8 @@ class TouchSensors:
             objects = truth.objects
         self.links: list[_TouchedLink] = []
         for number, finger in enumerate(() if objects is None else station.fingers):
-            names, begins = [str(link.scoped_name()) for link in finger.links], finger.finger.link_ends.tolist()
+            names = [str(link.scoped_name()) for link in finger.links]
+            begins = finger.finger.link_ends.tolist()
             self.links += [_TouchedLink(name, names[0], number, i, begins[i]) for i, name in enumerate(names)]
         geometry_ids = {geometry_id.get_value(): geometry_id for geometry_id in inspector.GetAllGeometryIds()}
         shapes = Counter((_body(station, geometry_ids[key]), number) for key, number in (objects or {}).items())
@@ -75,10 +76,10 @@ class TouchSensors:
         self._bodies = np.array([model.body(link.body).id for link in self.links], int)
         self._bases = np.array([model.body(link.base).id for link in self.links], int)
 
-    def with_environments(self, others: Sequence["TouchSensors"]) -> "TouchSensors":
+    def with_environments(self, environment_sensors: Sequence["TouchSensors"]) -> "TouchSensors":
         """Copy for environments whose fingers have the lengths of those of other sensors, one each."""
         sensors = copy(self)
-        sensors._begins = np.concatenate([sensor._begins for sensor in others])
+        sensors._begins = np.concatenate([sensor._begins for sensor in environment_sensors])
         return sensors
 
     def read(self, sensed: Array, xpos: Array, xmat: Array) -> tuple[Array, NDArray[np.int_]]:
@@ -93,9 +94,10 @@ class TouchSensors:
         sensors = len(self.links), len(self.objects) + 1
         all_contacts = sensed.reshape(len(sensed), *sensors, self._max_contacts, _CONTACT_SIZE)
         reporting = np.nonzero(all_contacts[..., 0, _FOUND_COLUMN])  # sensors that report contacts: most report none
-        reported = all_contacts[reporting]
-        number, slot = np.nonzero(reported[..., _FOUND_COLUMN] > 0)
-        contacts, (environment, link, sensor) = reported[number, slot], (indices[number] for indices in reporting)
+        reports = all_contacts[reporting]
+        number, slot = np.nonzero(reports[..., _FOUND_COLUMN] > 0)
+        contacts = reports[number, slot]
+        environment, link, sensor = (indices[number] for indices in reporting)
         is_unique = self._find_unique(environment * len(self.links) + link, sensor, contacts[:, _PLACES])
         environment, link, sensor = environment[is_unique], link[is_unique], sensor[is_unique]
         contacts = contacts[is_unique]

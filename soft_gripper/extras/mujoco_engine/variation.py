@@ -45,10 +45,10 @@ Content = Callable[[Path], str | None]
 
 
 def station_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
-    """Equal for scenarios that one station serves; None: it serves no other, see `build_key`."""
-    plain = plain_objects(scenario)
-    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
-    return build_key(replace(plain, description="", models=models, task=_clear_places(scenario)), content_of)
+    """Key that is equal for scenarios of one station; None: no other scenario has this station, see `build_key`."""
+    plain_scenario = plain_objects(scenario)
+    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain_scenario.models]
+    return build_key(replace(plain_scenario, description="", models=models, task=_clear_places(scenario)), content_of)
 
 
 def plain_objects(scenario: Scenario) -> Scenario:
@@ -61,21 +61,21 @@ def plain_objects(scenario: Scenario) -> Scenario:
 
 
 def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
-    """Equal for scenarios with equal plants, but for poses of free objects; None: no other has."""
-    plain = plain_objects(scenario)
-    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain.models]
+    """Key that is equal for scenarios with equal plants, except poses of free objects; None: no plant is equal."""
+    plain_scenario = plain_objects(scenario)
+    models = [replace(model, X_PC=Transform()) if model.free else model for model in plain_scenario.models]
     parts: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
     parts |= {"tendons": TendonConfig(), "control": ControlConfig(), "task": None, "external": [], "success": []}
-    return build_key(replace(plain, description="", models=models, **parts), content_of)
+    return build_key(replace(plain_scenario, description="", models=models, **parts), content_of)
 
 
 def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
-    """Equal for scenarios whose stations have equal blocks, but for the phases of their tasks; None: no other has."""
+    """Key that is equal for stations with equal blocks, except phases of tasks; None: no other station has them."""
     any_object = partial(ModelConfig, file=_ANY_FILE, free=True)
     models = [any_object(name=model.name) if model.free else model for model in scenario.models]
     files = repr([model.file for model in scenario.models if model.free])  # their contents need not be known
-    built = replace(scenario, description=files, models=models, task=_clear_places(scenario))
-    return build_key(built, content_of)
+    plain_scenario = replace(scenario, description=files, models=models, task=_clear_places(scenario))
+    return build_key(plain_scenario, content_of)
 
 
 def _clear_places(scenario: Scenario) -> TaskConfig | None:
@@ -160,9 +160,9 @@ def vary_model(
 
         mujoco.mj_setConst(changed, mujoco.MjData(changed))
     contact = cache(partial(_contact, differences=differences, growth=growth, points=points))  # many pairs are alike
-    touched, friction, solref = differences.touched, changed.pair_friction, changed.pair_solref
+    touched_models, friction, solref = differences.touched, changed.pair_friction, changed.pair_solref
     for pair in exported.pairs:
-        if touched.intersection(pair.models):
+        if touched_models.intersection(pair.models):
             number = changed.pair(pair.name).id
             friction[number], solref[number, 0] = contact(pair.models, pair.surfaces)
     return changed

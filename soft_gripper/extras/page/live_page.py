@@ -30,9 +30,9 @@ _PAGE_FILES = {
 class SessionPage:
     """The data that the page of a session shows, and the commands it accepts."""
 
-    def __init__(self, about: Mapping[str, Any], panel: Panel, feed: SignalFeed):
-        """`about` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
-        self.about, self.panel, self.feed = about, panel, feed
+    def __init__(self, contents: Mapping[str, Any], panel: Panel, feed: SignalFeed):
+        """`contents` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
+        self.about, self.panel, self.feed = contents, panel, feed
         self.refused = 0  # messages that were not valid commands
 
     def file(self, path: str) -> tuple[str, bytes] | None:
@@ -128,5 +128,5 @@ def _display_unit(unit: str | tuple[str, ...]) -> tuple[float, str]:
 
 
 def _sign(key: str) -> str:
-    """The label of a key."""
+    """Label of a key on its button."""
     return _KEY_SIGNS.get(key, key.removeprefix("Key"))

@@ -24,7 +24,7 @@ class Slider:
 
 
 class Button(StrEnum):
-    """The name of a button."""
+    """A button of a page, with its name."""
 
     PAUSE = "pause"
     RESET = "reset"
@@ -79,8 +79,8 @@ class Panel:
     def take_clicks(self) -> list[Button]:
         """Returns and forgets the buttons clicked since the last call."""
         with self._lock:
-            clicked, self._clicked = self._clicked, set()
-        return [button for button in self.buttons if button in clicked]
+            clicks, self._clicked = self._clicked, set()
+        return [button for button in self.buttons if button in clicks]
 
     def reset(self) -> None:
         """Resets all sliders."""

@@ -24,8 +24,8 @@ from soft_gripper.files.output import next_folder
 from soft_gripper.scenario.schema import Scenario
 
 
-class Recorder(Protocol):
-    """A recording in a folder of its own; its report says where it is and what it lacks, once it has ended."""
+class SessionRecorder(Protocol):
+    """A recording in a new folder; once it has ended, its report names the folder and missing samples."""
 
     @property
     def folder(self) -> Path: ...
@@ -50,7 +50,7 @@ class Driver(ABC):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will ever happen again."""
+        """Whether the session has ended."""
         return False
 
     def begin(self) -> None:
@@ -69,7 +69,7 @@ class Driver(ABC):
         """Obeys a button other than *record* and *stop*."""
         raise NotImplementedError
 
-    def record(self, folder: Path) -> Recorder:
+    def record(self, folder: Path) -> SessionRecorder:
         """Begins a recording, whose time starts at 0.
 
         Raises:
@@ -92,7 +92,7 @@ class Session:
     def __init__(self, driver: Driver, folder: Path | None = None):
         """`folder` takes the recordings, in folders 1, 2, 3 ...; None: there are none."""
         self.driver, self.feed, self._folder = driver, SignalFeed(driver.signals), folder
-        self._recorders: list[Recorder] = []
+        self._recorders: list[SessionRecorder] = []
         self._problem, self._is_reported, self._is_stopped = "", False, False
 
     @property
@@ -106,7 +106,7 @@ class Session:
         return [recorder.folder for recorder in self._recorders if not recorder.is_open and recorder.folder.exists()]
 
     def run(self, is_over: Callable[[], bool]) -> None:
-        """Runs until its user stops it, `is_over`, or nothing will ever happen again.
+        """Runs until the user stops the session, `is_over` returns True, or the driver has ended.
 
         Whatever ends it, the recording is kept, and the hardware is left safe.
         """
@@ -195,8 +195,8 @@ def serve_session(
         InputError: if the page cannot be served there, or as `Session.run`.
     """
     driver, name = session.driver, Path(options.scenario).stem
-    about = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
-    page = SessionPage(about, driver.panel, session.feed)
+    contents = page_contents(command, name, scenario, driver.panel, driver.signals, driver.fingers)
+    page = SessionPage(contents, driver.panel, session.feed)
     with page_server(options.host, lambda: driver.scene, page) as address:
         say(f"Open {address} in a browser. The 'stop' button there, or Ctrl-C here, ends the session.")
         try:

@@ -22,17 +22,17 @@ class _ListenerState:
     unseen: deque[tuple[int, float]] = field(default_factory=lambda: deque(maxlen=MAX_UNSEEN))  # numbers, times in s
     delay: float = 0.0  # s, of what it saw last
 
-    def is_due(self, now: float) -> bool:
+    def is_due(self, time: float) -> bool:
         """Whether it keeps up, or has been sent nothing for long."""
-        return len(self.unseen) < MAX_UNSEEN or now - self.unseen[-1][1] >= _RETRY_PERIOD
+        return len(self.unseen) < MAX_UNSEEN or time - self.unseen[-1][1] >= _RETRY_PERIOD
 
-    def late(self, now: float) -> float:
+    def late(self, time: float) -> float:
         """Delay of the listener, s."""
-        return max(self.delay, now - self.unseen[0][1] if self.unseen else 0.0)
+        return max(self.delay, time - self.unseen[0][1] if self.unseen else 0.0)
 
-    def see(self, number: int, now: float) -> None:
+    def see(self, number: int, time: float) -> None:
         while self.unseen and self.unseen[0][0] <= number:
-            self.delay = now - self.unseen.popleft()[1]
+            self.delay = time - self.unseen.popleft()[1]
 
 
 class SignalFeed:
@@ -79,12 +79,12 @@ class SignalFeed:
             name: [v if math.isfinite(v) else None for v in map(float, entries)] for name, entries in values.items()
         }
         with self._lock:
-            self._number, now = self._number + 1, self._clock()
+            self._number, time = self._number + 1, self._clock()
             for listener, reader in self._readers.items():
-                if not reader.is_due(now):
+                if not reader.is_due(time):
                     continue
-                late = reader.late(now)
-                reader.unseen.append((self._number, now))
+                delay = reader.late(time)
+                reader.unseen.append((self._number, time))
                 listener_values = {name: value for name, value in finite.items() if name in reader.signals}
-                message = {"number": self._number, "status": {**status, "late": late}, "values": listener_values}
+                message = {"number": self._number, "status": {**status, "late": delay}, "values": listener_values}
                 listener(json.dumps(message))

@@ -27,16 +27,16 @@ class Bar:
 
     def times(self, factor: float) -> "Bar":
         """The bar multiplied by a factor."""
-        worst = None if self.worst is None else factor * self.worst
-        return Bar(self.sections, factor * self.mean, worst, self.scenarios)
+        bound = None if self.worst is None else factor * self.worst
+        return Bar(self.sections, factor * self.mean, bound, self.scenarios)
 
     @property
     def text(self) -> str:
         """The text of the claim."""
         sensors = " or ".join(map(str, self.sections)) + (" sensor" if self.sections == (1,) else " sensors")
         place = "" if self.scenarios is None else ", one place touched"
-        worst = "" if self.worst is None else f", {self.worst:.3g} mm at every step"
-        return f"{sensors} per side{place}: within {self.mean:.3g} mm (mean){worst}; the tip twice that"
+        bound_text = "" if self.worst is None else f", {self.worst:.3g} mm at every step"
+        return f"{sensors} per side{place}: within {self.mean:.3g} mm (mean){bound_text}; the tip twice that"
 
 
 BARS = (
@@ -55,11 +55,11 @@ def estimator_claims(rows: Sequence[PoseRow]) -> list[Claim]:
 
 def bar_claim(rows: Sequence[PoseRow], bar: Bar, subject: str) -> Claim:
     """Claim that the best estimator keeps a bar in all scenarios of the rows; `subject` begins the text."""
-    mean, worst = zip(*(_errors(rows, bar, column) for column in (POSE, TIP)), strict=True)
-    holds = all(m <= bar.mean * twice for m, twice in zip(mean, (1, 2), strict=True))
+    mean, maxima = zip(*(_errors(rows, bar, column) for column in (POSE, TIP)), strict=True)
+    holds = all(m <= bar.mean * factor for m, factor in zip(mean, (1, 2), strict=True))
     if bar.worst is not None:
-        holds = holds and all(w <= bar.worst * twice for w, twice in zip(worst, (1, 2), strict=True))
-    number = f"{mean[0]:.2f} and {worst[0]:.2f} mm; tip {mean[1]:.2f} and {worst[1]:.2f} mm"
+        holds = holds and all(w <= bar.worst * factor for w, factor in zip(maxima, (1, 2), strict=True))
+    number = f"{mean[0]:.2f} and {maxima[0]:.2f} mm; tip {mean[1]:.2f} and {maxima[1]:.2f} mm"
     return Claim("ours", subject + bar.text, bool(holds), number)
 
 
@@ -76,7 +76,8 @@ def _none_is_worse(rows: Sequence[PoseRow]) -> Claim:
     other_rows = [estimator_rows(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
     excess = np.array([[row.pose_error_mm for row in other] for other in other_rows]) - arcs
     estimator, step = np.unravel_index(np.argmax(excess), excess.shape)
-    worst = other_rows[estimator][step]
-    where = f"{worst.estimator}, {worst.sections} per side, {worst.scenario} at {worst.pressure_kpa:.0f} kPa"
+    worst_row = other_rows[estimator][step]
+    run = f"{worst_row.scenario} at {worst_row.pressure_kpa:.0f} kPa"
     text = f"no estimator is more than {SAME:g} mm worse than {ARCS} at any step"
-    return Claim("ours", text, bool(np.max(excess) <= SAME), f"{excess[estimator, step]:.3f} mm worse: {where}")
+    number = f"{excess[estimator, step]:.3f} mm worse: {worst_row.estimator}, {worst_row.sections} per side, {run}"
+    return Claim("ours", text, bool(np.max(excess) <= SAME), number)

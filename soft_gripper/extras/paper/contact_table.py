@@ -64,12 +64,12 @@ def _rows(name: str, station: Station, recording: Recording, finger: PlantFinger
         held_samples(scenario, recording, f"{finger.name}.{signal}").mean(axis=1)
         for signal in ("link_contact_force", "sampled_joint_angles")
     )
-    touching = touches(force)
+    is_touching = touches(force)
     changes = changes_sign(finger.finger, q)
-    lengths = 1e3 * contact_length(finger.finger, touching)
+    lengths = 1e3 * contact_length(finger.finger, is_touching)
     pressures = pressure_steps(scenario.pressure, finger.name)
     for step, pressure in enumerate(pressures / 1e3):
-        count = int(touching[step].sum())
+        count = int(is_touching[step].sum())
         yield ContactRow(name, finger.name, float(pressure), count, float(lengths[step]), int(changes[step]))
 
 
@@ -89,14 +89,14 @@ def touched_finger_rows(rows: Sequence[Row], contacts: Sequence[ContactRow]) -> 
 
     A finger that stays free beside an obstructed one bends freely, and would halve the errors of contact.
     """
-    touched = {(row.scenario, row.finger) for row in contacts if row.touching_links}
-    with_contact = {scenario for scenario, _ in touched}
-    return [row for row in rows if row.scenario not in with_contact or (row.scenario, row.finger) in touched]
+    touched_fingers = {(row.scenario, row.finger) for row in contacts if row.touching_links}
+    with_contact = {scenario for scenario, _ in touched_fingers}
+    return [row for row in rows if row.scenario not in with_contact or (row.scenario, row.finger) in touched_fingers]
 
 
-def contact_length(finger: Finger, touching: NDArray[np.bool_]) -> Array:
+def contact_length(finger: Finger, is_touching: NDArray[np.bool_]) -> Array:
     """Contact length of a finger, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
-    length: Array = touching @ np.diff(finger.link_ends)
+    length: Array = is_touching @ np.diff(finger.link_ends)
     return length
 
 

@@ -23,8 +23,8 @@ from soft_gripper.extras.paper.pose_rows import largest_gain, mean_errors
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import (
     forward_kinematics,
-    in_plane,
     link_directions,
+    planar_vector,
     rotated,
     segment_path_lengths,
 )
@@ -49,15 +49,15 @@ def tip_errors(
     rng = np.random.default_rng(seed)
     ds = finger.segment_length
     offsets = np.array(finger.sensor_offsets)[:, None, None]
-    in_middles = segment_path_lengths(q, ds, offsets)
+    middle_lengths = segment_path_lengths(q, ds, offsets)
     tip = forward_kinematics(q, ds).tip
-    at_starts, tip_of_starts = start_joint_chain(q, ds, offsets)
+    start_points, start_tip = start_joint_chain(q, ds, offsets)
     middles, starts, noisy = [], [], []
     for count in sections:
         ends = finger.section_ends(count)[:-1]
-        paths = np.add.reduceat(in_middles, ends, axis=-1)
+        paths = np.add.reduceat(middle_lengths, ends, axis=-1)
         middles.append(np.abs(_tip(paths, finger) - tip))
-        starts.append(np.abs(_tip(np.add.reduceat(at_starts, ends, axis=-1), finger) - tip_of_starts))
+        starts.append(np.abs(_tip(np.add.reduceat(start_points, ends, axis=-1), finger) - start_tip))
         rest_length = finger.length / count
         errors = [_tip(paths + noise * rest_length * rng.normal(size=paths.shape), finger) - tip for _ in range(200)]
         noisy.append(np.sqrt(np.mean(np.abs(errors) ** 2, axis=0)))
@@ -74,7 +74,7 @@ def start_joint_chain(q: Array, ds: float, offsets: Array) -> tuple[Array, Plana
     last_headings = np.concatenate([np.zeros_like(q[..., :1]), headings[..., :-1]], axis=-1)
     bisectors = np.concatenate([(last_headings + headings) / 2, headings[..., -1:]], axis=-1)
     links = ds * link_directions(q)
-    sides = rotated(in_plane(offsets, 0.0), bisectors)
+    sides = rotated(planar_vector(offsets, 0.0), bisectors)
     return np.abs(links + np.diff(sides, axis=-1)), links.sum(axis=-1)
 
 
@@ -105,20 +105,20 @@ def held_tip_errors(scenario: Scenario, recording: Recording, finger: Finger) ->
     return q.sum(axis=-1), tip_errors(finger, q)
 
 
-def differences(rows: Sequence[PoseRow], free: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
+def differences(rows: Sequence[PoseRow], name: str, contact: Sequence[str], errors: TipErrors) -> list[PaperDifference]:
     """Collects the differences of this evaluation from the paper's.
 
     Args:
         rows: of the evaluation.
-        free: name of the scenario of free bending.
+        name: name of the scenario of free bending.
         contact: names of those with contact.
         errors: fingertip errors in free bending with joints in other places, `held_tip_errors`.
     """
-    return [_fingertip(rows, free, errors), _gains(rows, contact), _flattening(rows, contact)]
+    return [_fingertip(rows, name, errors), _gains(rows, contact), _flattening(rows, contact)]
 
 
-def _fingertip(rows: Sequence[PoseRow], free: str, errors: TipErrors) -> PaperDifference:
-    tip = mean_errors(rows, free, TIP)
+def _fingertip(rows: Sequence[PoseRow], name: str, errors: TipErrors) -> PaperDifference:
+    tip = mean_errors(rows, name, TIP)
     starts = 1e3 * errors.starts.mean(axis=-1)
     return PaperDifference(
         "Fingertip in free bending",

@@ -130,9 +130,9 @@ def summarize(out: Path) -> Evaluation:
     """Writes the tables, the figures and the report from the finished runs in `out`."""
     poses, forces = _gather(out, "metrics.csv", PoseRow), _gather(out, "forces.csv", ForceRow)
     contacts = _gather(out, "contact.csv", ContactRow)
-    pressing = touched_finger_rows(_gather(out, "contact_forces.csv", ContactForceRow), contacts)
+    force_rows = touched_finger_rows(_gather(out, "contact_forces.csv", ContactForceRow), contacts)
     poses, forces = touched_finger_rows(poses, contacts), touched_finger_rows(forces, contacts)
-    evaluation = _evaluate(out, poses, forces, contacts, pressing)
+    evaluation = _evaluate(out, poses, forces, contacts, force_rows)
     write_report(out, SCENARIOS, evaluation, CAPTIONS, out / TASK / "phases.png")
     return evaluation
 
@@ -149,7 +149,7 @@ def _evaluate(
     poses: list[PoseRow],
     forces: list[ForceRow],
     contacts: list[ContactRow],
-    pressing: list[ContactForceRow],
+    force_rows: list[ContactForceRow],
 ) -> Evaluation:
     """Derives the results from the tables and writes the figures; those of the paper show `arcs`."""
     runs = {name: (evaluated_scenario(name), Recording.load(out / name / "recording.nc")) for name in SCENARIOS}
@@ -158,7 +158,7 @@ def _evaluate(
     figures = {
         **_scenario_figures(runs, arcs, torques),
         "estimators": estimators_figure(poses, SCENARIOS),
-        "contact_force": contact_force_figure(pressing, CONTACT),
+        "contact_force": contact_force_figure(force_rows, CONTACT),
         "difference": difference_figure(bend, errors),
     }
     for name, figure in figures.items():
@@ -194,5 +194,5 @@ def _scenario_figures(
 def _finger(scenario: Scenario, recording: Recording) -> Finger:
     """The finger of a scenario with the largest contact force at the end; the first if there is none."""
     fingers = make_private_station(scenario).fingers
-    pressed = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
-    return fingers[int(np.argmax(pressed))].finger
+    link_forces = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
+    return fingers[int(np.argmax(link_forces))].finger

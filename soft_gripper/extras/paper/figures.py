@@ -41,7 +41,7 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
         panels = figure.subplots(2, 2, sharey=True).flat
         for axes, scenario in zip(panels, scenarios, strict=False):
             scenario_rows = [row for row in rows if row.scenario == scenario]
-            _draw_errors(axes, scenario_rows, PRESSURE[0], error, above=NOTHING)
+            _draw_errors(axes, scenario_rows, PRESSURE[0], error, min_error=NOTHING)
             axes.set(title=scenario.replace("_", " ").capitalize(), xlabel=PRESSURE[1], yscale="log")
             run_with_pressure(axes, scenario_rows)
         figure.axes[0].yaxis.set_major_formatter("{x:g}")
@@ -59,11 +59,11 @@ def run_with_pressure(axes: Axes, rows: Sequence[HeldStep]) -> None:
     axes.set_xlim(first - margin, last + margin)
 
 
-def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above: float = -np.inf) -> None:
+def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, min_error: float = -np.inf) -> None:
     """One line a number of sections; steps of equal pressure, and the fingers, are averaged.
 
     Args:
-        above: no smaller errors are drawn.
+        min_error: no smaller errors are drawn.
     """
     for sections in sorted({row.sections for row in rows}):
         step_rows: dict[float, list[PoseRow]] = {}
@@ -74,7 +74,7 @@ def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, above:
             np.array([np.mean([getattr(row, column) for row in step]) for _, step in sorted(step_rows.items())])
             for column in (x, error)
         )
-        is_drawn = errors > above
+        is_drawn = errors > min_error
         axes.plot(x_values[is_drawn], errors[is_drawn], **section_style(sections))
 
 
@@ -87,10 +87,10 @@ def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
         figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
         torque_row, error_row = figure.subplots(2, len(scenarios), sharey="row", squeeze=False)
         for torque_axes, error_axes, scenario in zip(torque_row, error_row, scenarios, strict=True):
-            chosen = [row for row in rows if row.scenario == scenario]
-            _draw_torques(torque_axes, chosen)
-            _draw_mean_errors(error_axes, chosen)
-            run_with_pressure(error_axes, chosen)
+            scenario_rows = [row for row in rows if row.scenario == scenario]
+            _draw_torques(torque_axes, scenario_rows)
+            _draw_mean_errors(error_axes, scenario_rows)
+            run_with_pressure(error_axes, scenario_rows)
             torque_axes.set(title=scenario.replace("_", " ").capitalize(), xlabel="joint, from the base")
             error_axes.set(xlabel="pressure [kPa]")
         torque_row[0].set_ylabel("external torque [mN m]")
@@ -125,11 +125,11 @@ def contact_force_figure(rows: Sequence[ContactForceRow], scenarios: Sequence[st
         figure = Figure(figsize=(3 * len(scenarios), 5.4), layout="constrained")
         force_row, place_row = figure.subplots(2, len(scenarios), sharex="col", squeeze=False)
         for force, place, scenario in zip(force_row, place_row, scenarios, strict=True):
-            chosen = [row for row in rows if row.scenario == scenario]
-            chosen = [row for row in chosen if row.finger == chosen[0].finger]
-            _draw_estimates(force, chosen, "n")
-            _draw_estimates(place, chosen, "mm")
-            run_with_pressure(force, chosen)
+            scenario_rows = [row for row in rows if row.scenario == scenario]
+            scenario_rows = [row for row in scenario_rows if row.finger == scenario_rows[0].finger]
+            _draw_estimates(force, scenario_rows, "n")
+            _draw_estimates(place, scenario_rows, "mm")
+            run_with_pressure(force, scenario_rows)
             force.set_title(scenario.replace("_", " ").capitalize())
             force.axhline(0, color="0.8", lw=0.8, zorder=0)
             place.set(xlabel="pressure [kPa]", ylim=(0, 125))

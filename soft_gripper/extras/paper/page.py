@@ -49,7 +49,7 @@ def write_report(
     Args:
         out: the folder of the evaluation.
         scenarios: those with a picture and an animation.
-        found: the tables.
+        evaluation: the tables.
         figures: caption of each figure, by its name, which its SVG in `out` and its place in the template have too.
         task: the picture of the task, a PNG.
     """
@@ -123,9 +123,9 @@ def _contact(scenario: str, links: int, length: float, sign_changes: int) -> str
 
 
 def _phase(row: PhaseRow) -> str:
-    began, lasted = f"{row.began_s:.2f}", f"{row.lasted_s:.2f}"
-    at_end = (row.opening_mm, row.torque_mnm, row.pressure_kpa)
-    return _row(row.phase, began, lasted, *(f"{value:z.1f}" for value in at_end))
+    begin, duration = f"{row.began_s:.2f}", f"{row.lasted_s:.2f}"
+    final_values = (row.opening_mm, row.torque_mnm, row.pressure_kpa)
+    return _row(row.phase, begin, duration, *(f"{value:z.1f}" for value in final_values))
 
 
 def _row(*cells: Any) -> str:
@@ -172,15 +172,15 @@ def estimators_figure(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> Figu
     return figure
 
 
-def _legend(figure: Figure, used: int) -> None:
+def _legend(figure: Figure, lines: int) -> None:
     """The legend, in the free panel, and the labels of the axes."""
-    for axes in figure.axes[used:]:
+    for axes in figure.axes[lines:]:
         axes.set_axis_off()
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.axes[-1].legend(handles, labels, title="estimator", loc="center", frameon=False, fontsize=10)
     for axes in figure.axes[::3]:
         axes.set_ylabel("mean pose error [mm]")
-    for axes in figure.axes[used - 3 : used]:
+    for axes in figure.axes[lines - 3 : lines]:
         axes.set_xlabel("sensors per side")
 
 

@@ -38,7 +38,7 @@ class SliderCommand:
 
 
 def slider_commands(station: StationParts) -> list[SliderCommand]:
-    """The commands of a station of an `open_scenario`, in the order in which they are shown."""
+    """The commands of a station of an `open_scenario`, as the page orders them."""
     if "grip.set_point" in station.inputs:
         straight = find_gripper(station.fingers, "play").opening(
             np.array([[0.0, 0.0, finger.finger.length] for finger in station.fingers])
@@ -57,14 +57,14 @@ def _drive_commands(station: StationParts) -> Iterator[SliderCommand]:
         chambers = finger.finger.chamber_axis.get("chamber", [""])
         if finger.finger.pressures:
             names = [" ".join(filter(None, (finger.name, chamber, "[kPa]"))) for chamber in chambers]
-            pushing = tuple(pressure_slider(name, supply, next(keys)) for name in names)
-            yield SliderCommand(f"{finger.name}.pressure_command", pushing, partial(_scale, 1e3))
-        pulling = tuple(
+            pressure_sliders = tuple(pressure_slider(name, supply, next(keys)) for name in names)
+            yield SliderCommand(f"{finger.name}.pressure_command", pressure_sliders, partial(_scale, 1e3))
+        tendon_sliders = tuple(
             _tendon_slider(f"{finger.name} {tendon.name}", tendons, next(keys)) for tendon in finger.finger.tendons
         )
-        if pulling:
+        if tendon_sliders:
             scale = 1.0 if tendons.command == "tension" else 1e-3
-            yield SliderCommand(f"{finger.name}.{tendons.command}_command", pulling, partial(_scale, scale))
+            yield SliderCommand(f"{finger.name}.{tendons.command}_command", tendon_sliders, partial(_scale, scale))
 
 
 def _scale(scale: float, values: Sequence[float]) -> list[float]:
@@ -85,7 +85,7 @@ def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
 
 
 def _opening_command(straight: float) -> SliderCommand:
-    """Command of the opening; `straight` is that of straight fingers, m."""
+    """Command of the opening; `straight` is the opening of straight fingers, m."""
     slider = Slider(
         "opening [mm]", 0.0, round(1e3 * _MAX_OPENING_RATIO * straight), _OPENING_STEP, 1e3 * straight, ALL_KEYS
     )
@@ -126,7 +126,7 @@ _STATION_BUTTONS = (Button.PAUSE, Button.RESET, Button.RECORD, Button.STOP)
 
 
 class ControlPanel(Panel):
-    """The panel of a station.
+    """Sliders and buttons that command a station.
 
     If several fingers have a pressure slider each, one more slider moves all of them.
     """

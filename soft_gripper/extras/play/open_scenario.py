@@ -14,6 +14,6 @@ def open_scenario(scenario: Scenario, grip: str | None = None) -> Scenario:
             opening if the scenario closes that loop.
     """
     closes_loop = scenario.control.set_points is not None or (scenario.task is not None and scenario.task.grips)
-    chosen = grip or ("opening" if closes_loop or "opening" in scenario.external else "pressure")
-    external = [chosen] if scenario.arm is None else [chosen, "tool"]
+    command = grip or ("opening" if closes_loop or "opening" in scenario.external else "pressure")
+    external = [command] if scenario.arm is None else [command, "tool"]
     return replace(scenario, task=None, control=replace(scenario.control, set_points=None), external=external)

@@ -27,22 +27,22 @@ class Pacer:
 
     def keep(self, simulated: float) -> None:
         """Waits until real time has reached `simulated`, s."""
-        early = simulated + self._ahead - self._clock()
-        if early > 0:
-            self._sleep(early)
-        elif early < -PATIENCE:
+        wait_time = simulated + self._ahead - self._clock()
+        if wait_time > 0:
+            self._sleep(wait_time)
+        elif wait_time < -PATIENCE:
             self._ahead = self._clock() - simulated
-        (last_clock, last), now = self._past[-1], self._clock()
-        self.played, self._lasted = self.played + simulated - last, self._lasted + now - last_clock
-        self._past.append((now, simulated))
+        (last_clock, last), time = self._past[-1], self._clock()
+        self.played, self._lasted = self.played + simulated - last, self._lasted + time - last_clock
+        self._past.append((time, simulated))
         while self._past[-1][0] - self._past[0][0] > WINDOW and len(self._past) > 2:
             self._past.popleft()
 
     @property
     def factor(self) -> float:
         """Recent ratio of simulated to real time; 1 if not known yet."""
-        (began, first), (now, last) = self._past[0], self._past[-1]
-        return (last - first) / (now - began) if now > began else 1.0
+        (begin, first), (end, last) = self._past[0], self._past[-1]
+        return (last - first) / (end - begin) if end > begin else 1.0
 
     @property
     def whole_factor(self) -> float:

@@ -37,23 +37,23 @@ class SoftKind(DeformableKind):
 
     def add_to_link(self, config: MeshConfig, link: ET.Element, path: Path, density: float, friction: float) -> None:
         """Adds finite elements, drawn as their surface."""
-        soft = cast(SoftMesh, config)
+        soft_mesh = cast(SoftMesh, config)
         if path.suffix.lower() != SUFFIX:
             expected = (
                 f"is for a mesh of tetrahedra, a {SUFFIX} file; meshers such as Gmsh and fTetWild make one of a surface"
             )
-            raise InputError(path, "mesh.youngs_modulus", soft.youngs_modulus, expected)
+            raise InputError(path, "mesh.youngs_modulus", soft_mesh.youngs_modulus, expected)
         from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
 
         elements = read_tetrahedra(path).scaled(config.scale)
-        surface_text = obj_text(surface(_inside(elements)).smooth_shaded, normals=True)
+        surface_text = obj_text(surface(_inset_mesh(elements)).smooth_shaded, normals=True)
         add_visual(link, f"file://{keep_by_content(surface_text)}", config.color)
         body = add_geometry(link, "collision", f"file://{keep_by_content(elements.as_vtk(), SUFFIX)}")
         add_values(ET.SubElement(body, DRAKE + "proximity_properties"), {"mu_dynamic": friction})
         material = {
-            "youngs_modulus": soft.youngs_modulus,
-            "poissons_ratio": soft.poissons_ratio,
-            "stiffness_damping": soft.relaxation_time,
+            "youngs_modulus": soft_mesh.youngs_modulus,
+            "poissons_ratio": soft_mesh.poissons_ratio,
+            "stiffness_damping": soft_mesh.relaxation_time,
             "mass_density": density,
         }
         add_values(ET.SubElement(link, DRAKE + "deformable_properties"), material)
@@ -121,12 +121,12 @@ def surface(tetrahedra: Tetrahedra) -> "trimesh.Trimesh":
     return mesh
 
 
-def _inside(mesh: Tetrahedra) -> Tetrahedra:
+def _inset_mesh(mesh: Tetrahedra) -> Tetrahedra:
     """The mesh with each vertex a little further inside one of its elements.
 
     Drake draws a point by the element in which it finds it, and may find none for a point on a face.
     """
     middles = mesh.vertices[mesh.cells].mean(axis=1)
-    owner = np.empty(len(mesh.vertices), dtype=int)
-    owner[mesh.cells] = np.arange(len(mesh.cells))[:, None]
-    return Tetrahedra(mesh.vertices + _INWARD_FRACTION * (middles[owner] - mesh.vertices), mesh.cells)
+    element_of = np.empty(len(mesh.vertices), dtype=int)
+    element_of[mesh.cells] = np.arange(len(mesh.cells))[:, None]
+    return Tetrahedra(mesh.vertices + _INWARD_FRACTION * (middles[element_of] - mesh.vertices), mesh.cells)

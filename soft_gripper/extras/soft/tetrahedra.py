@@ -39,9 +39,9 @@ class Tetrahedra(NamedTuple):
         outer: NDArray[np.int_] = faces[np.sort(first[count == 1])]
         return outer
 
-    def scaled(self, by: float) -> "Tetrahedra":
+    def scaled(self, factor: float) -> "Tetrahedra":
         """The mesh with all lengths multiplied."""
-        return Tetrahedra(self.vertices * by, self.cells)
+        return Tetrahedra(self.vertices * factor, self.cells)
 
     def as_vtk(self) -> str:
         """The text of a VTK file."""

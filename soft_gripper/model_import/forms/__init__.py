@@ -1,1 +1,1 @@
-"""The forms of model files: each module has one, as its `FORM`."""
+"""The forms of model files: each module reads one, by its `FORM`. Another form is another module."""

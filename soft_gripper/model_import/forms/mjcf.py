@@ -60,7 +60,7 @@ def read(model: ModelFile, options: ImportOptions) -> ImportedModel:
         _mend_masses(model, world, masses, "main")
     mimics = _take_mimics(model, {name for name, _ in _joints(root, defaults)})
     _make_motors(model, defaults)
-    return ImportedModel(ET.tostring(root, encoding="unicode"), ".xml", mimics, tuple(_apart(root, defaults)))
+    return ImportedModel(ET.tostring(root, encoding="unicode"), ".xml", mimics, tuple(_separate_groups(root, defaults)))
 
 
 def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
@@ -71,25 +71,25 @@ def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
     """
     defaults = _defaults(root)
     for body, childclass in _bodies(root):
-        where = f"{path}: {_name(body)}"
+        place = f"{path}: {_name(body)}"
         for inertial in body.findall("inertial"):
             for name in {"mass", "diaginertia", "fullinertia"} & set(inertial.keys()):
-                numbers = finite_numbers(where, f"inertial.{name}", inertial.get(name, ""), 1, 3, 6, least=0)
+                numbers = finite_numbers(place, f"inertial.{name}", inertial.get(name, ""), 1, 3, 6, least=0)
                 inertial.set(name, " ".join(repr(factor * number) for number in numbers))
         for geom in body.findall("geom"):
             values = _with_defaults(geom, "geom", defaults, childclass)
             name = "mass" if "mass" in values else "density"
-            (value,) = finite_numbers(where, name, values.get(name, _DEFAULT_DENSITY), 1)
+            (value,) = finite_numbers(place, name, values.get(name, _DEFAULT_DENSITY), 1)
             geom.set(name, repr(factor * value))
 
 
 FORM = Form("MJCF", ("mujoco",), read, scale_masses)
 
 
-def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
+def _include(folder: Path, parent: ET.Element, files: IncludedFiles) -> None:
     """Puts the contents of included files, which are named from a folder, in the place of each <include>."""
     content: list[ET.Element] = []
-    for element in around:
+    for element in parent:
         if element.tag == "include":
             name = element.get("file", "")
             with files.read("include.file", name, folder / name) as included:
@@ -98,7 +98,7 @@ def _include(folder: Path, around: ET.Element, files: IncludedFiles) -> None:
         else:
             _include(folder, element, files)
             content.append(element)
-    around[:] = content
+    parent[:] = content
 
 
 def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
@@ -111,25 +111,23 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
         options |= compiler.attrib
         for name in ("meshdir", "assetdir", "strippath"):
             compiler.attrib.pop(name, None)
-    weighed, touched = (
-        _find_weighed_meshes(model.root, defaults, options.get("inertiafromgeom") == "true"),
-        _find_touched_meshes(model.root, defaults),
-    )
+    mass_meshes = _find_weighed_meshes(model.root, defaults, options.get("inertiafromgeom") == "true")
+    bodies = _find_touched_meshes(model.root, defaults)
     folder = Path(os.path.realpath(model.path.parent)) / options.get("meshdir", options.get("assetdir", ""))
     for mesh in model.root.findall("asset/mesh"):
-        if named := (mesh.get("file") or "").strip():
-            file = folder / (os.path.basename(named) if options.get("strippath") == "true" else named)
+        if file_name := (mesh.get("file") or "").strip():
+            file = folder / (os.path.basename(file_name) if options.get("strippath") == "true" else file_name)
             mesh.set("name", name := _mesh_name(mesh))
             try:
                 check_mesh_file(file)
-                readable = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
-                if name in weighed or name in touched:
-                    readable = weighable(model, readable, file) if name in weighed else outward(model, readable, file)
-                for body in touched.get(name, ()) if is_arm else ():
-                    note_hull(model, body, readable, file)
+                obj = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
+                if name in mass_meshes or name in bodies:
+                    obj = weighable(model, obj, file) if name in mass_meshes else outward(model, obj, file)
+                for body in bodies.get(name, ()) if is_arm else ():
+                    note_hull(model, body, obj, file)
             except InputError as error:
                 raise error.inside(model.path) from None
-            mesh.set("file", str(readable))
+            mesh.set("file", str(obj))
             mesh.attrib.pop("content_type", None)
     return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in model.root.findall("asset/mesh")}
 
@@ -137,32 +135,32 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
 def _find_weighed_meshes(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
     """Names of the meshes that may give masses by their volumes."""
     bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
-    by_class = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
-    return by_class | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
+    class_meshes = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
+    return class_meshes | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
 
 
 def _find_touched_meshes(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
     """Names of the bodies with each mesh that others may touch, by mesh."""
-    touched: dict[str, list[str]] = {}
+    bodies_by_mesh: dict[str, list[str]] = {}
     worlds = ((world, "main") for world in root.findall("worldbody"))
     for body, childclass in [*worlds, *_bodies(root)]:
         for geom in body.findall("geom"):
             values = _with_defaults(geom, "geom", defaults, childclass)
             if "mesh" in values and (_bits(values, "contype") or _bits(values, "conaffinity")):
-                touched.setdefault(values["mesh"], []).append(body.get("name", ""))
-    return touched
+                bodies_by_mesh.setdefault(values["mesh"], []).append(body.get("name", ""))
+    return bodies_by_mesh
 
 
 def _defaults(root: ET.Element) -> _Defaults:
-    """The attributes that each class gives to elements that have none of their own."""
+    """Default attributes of each class for its elements."""
     attributes_by_class: dict[str, dict[str, dict[str, str]]] = {"main": {}}
 
-    def add(default: ET.Element, around: str, name: str) -> None:
-        own = attributes_by_class.setdefault(name, dict(attributes_by_class[around]))
+    def add(default: ET.Element, outer_class: str, name: str) -> None:
+        attributes = attributes_by_class.setdefault(name, dict(attributes_by_class[outer_class]))
         for element in default:
             tag = "actuator" if element.tag in _ACTUATOR_TAGS else str(element.tag)
             if tag in _WITH_DEFAULTS:
-                own[tag] = {**own.get(tag, {}), **element.attrib}
+                attributes[tag] = {**attributes.get(tag, {}), **element.attrib}
         for inner in default.findall("default"):
             add(inner, name, inner.get("class", ""))
 
@@ -184,8 +182,8 @@ class _Masses(NamedTuple):
 
     defaults: _Defaults
     meshes: Mapping[str, bool]
-    first: float
-    last: float
+    first_group: float
+    last_group: float
 
 
 def _take_groups(model: ModelFile) -> tuple[float, float]:
@@ -198,8 +196,8 @@ def _take_groups(model: ModelFile) -> tuple[float, float]:
     return group_range
 
 
-def _mend_masses(model: ModelFile, around: ET.Element, masses: _Masses, childclass: str) -> None:
-    for body in around.findall("body"):
+def _mend_masses(model: ModelFile, parent: ET.Element, masses: _Masses, childclass: str) -> None:
+    for body in parent.findall("body"):
         inside = body.get("childclass", childclass)
         moves = any(body.find(tag) is not None for tag in _JOINT_TAGS)
         inertial = body.find("inertial")
@@ -221,9 +219,9 @@ def _has_mass(model: ModelFile, geom: ET.Element, masses: _Masses, childclass: s
     if (mesh := values.get("mesh")) is not None and mesh not in masses.meshes:
         raise InputError(f"{model.path}: {_name(geom)}", "mesh", mesh, "no mesh of <asset> has this name")
     if (
-        not masses.first
+        not masses.first_group
         <= finite_numbers(f"{model.path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
-        <= masses.last
+        <= masses.last_group
     ):
         geom.set("mass", "0")
         return False
@@ -242,8 +240,8 @@ def _mend(model: ModelFile, body: ET.Element, inertial: ET.Element, moves: bool)
         _set_inertia(inertial, *(SPECK if moves else NEXT_TO_NONE))
         if moves:
             model.note(MENDED, f"{_name(body)}: mass", "0", SPECK_WHY)
-    elif (possible := possible_inertia(mass, inertia)) is not inertia:
-        _set_inertia(inertial, mass, possible)
+    elif (mended_inertia := possible_inertia(mass, inertia)) is not inertia:
+        _set_inertia(inertial, mass, mended_inertia)
         moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
         model.note(MENDED, f"{_name(body)}: inertia", moments, NOT_POSSIBLE)
 
@@ -273,9 +271,9 @@ def _take_mimics(model: ModelFile, joints: Collection[str]) -> tuple[Mimic, ...]
             law = finite_numbers(
                 f"{model.path}: {_name(element)}", "polycoef", element.get("polycoef", "0 1 0 0 0"), 1, 2, 3, 4, 5
             )
-            offset, factor, *others = (*law, *(0.0, 1.0)[len(law) :])
+            offset, factor, *higher_terms = (*law, *(0.0, 1.0)[len(law) :])
             followers = {mimic.joint for mimic in mimics}
-            if {joint, leader} <= set(joints) and not any(others) and joint not in followers and joint != leader:
+            if {joint, leader} <= set(joints) and not any(higher_terms) and joint not in followers and joint != leader:
                 equality.remove(element)
                 mimics.append(Mimic(joint, leader, factor, offset))
     check_chains(model.path, mimics)
@@ -308,7 +306,7 @@ def _make_motors(model: ModelFile, defaults: _Defaults) -> None:
             default.remove(element)
 
 
-def _apart(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
+def _separate_groups(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
     """Bodies that never touch others by the masks of their geoms, which Drake does not know, and these others."""
     groups: dict[tuple[int, int], list[str]] = {}
     for body, childclass in _bodies(root):
@@ -319,7 +317,7 @@ def _apart(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], l
         if body.get("name") and (contype or conaffinity):
             groups.setdefault((contype, conaffinity), []).append(body.get("name", ""))
     for (a, b), names in groups.items():
-        if others := [name for (c, d), more in groups.items() if not (a & d or c & b) for name in more]:
+        if others := [name for (c, d), bodies in groups.items() if not (a & d or c & b) for name in bodies]:
             yield names, others
 
 
@@ -331,8 +329,8 @@ def _bits(values: Mapping[str, str], name: str) -> int:
 def _bodies(root: ET.Element) -> Iterator[tuple[ET.Element, str]]:
     """Pairs of a body and the default class of its elements."""
 
-    def nested_bodies(around: ET.Element, childclass: str) -> Iterator[tuple[ET.Element, str]]:
-        for body in around.findall("body"):
+    def nested_bodies(parent: ET.Element, childclass: str) -> Iterator[tuple[ET.Element, str]]:
+        for body in parent.findall("body"):
             body_class = body.get("childclass", childclass)
             yield body, body_class
             yield from nested_bodies(body, body_class)
@@ -352,17 +350,17 @@ def _joints(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[str, dict[s
 
 def _effort(model: ModelFile, actuator: ET.Element, values: Mapping[str, str], joint: Mapping[str, str]) -> float:
     """The largest effort of an actuator at its joint, N m or N."""
-    where = f"{model.path}: {_name(actuator)}"
+    place = f"{model.path}: {_name(actuator)}"
 
     def number(name: str, default: str) -> float:
-        return read_numbers(where, name, values.get(name, default))[0]
+        return read_numbers(place, name, values.get(name, default))[0]
 
     gear = abs(number("gear", "1"))
     is_motor = actuator.tag == "motor" or (actuator.tag == "general" and values.get("biastype", "none") == "none")
     gain = abs(number("gainprm", "1")) if actuator.tag == "general" else 1.0
-    efforts = [gear * _most(where, values, "force")]
-    efforts += [gear * gain * _most(where, values, "ctrl")] if is_motor else []
-    efforts += [_most(where, joint, "actuatorfrc")]
+    efforts = [gear * _most(place, values, "force")]
+    efforts += [gear * gain * _most(place, values, "ctrl")] if is_motor else []
+    efforts += [_most(place, joint, "actuatorfrc")]
     return min(efforts)
 
 
@@ -385,7 +383,7 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
     if not names:
         return
     body_names = [body.get("name", "") for world in model.root.findall("worldbody") for body in world.iter("body")]
-    removed: set[tuple[str, str | None]] = set()
+    kinds: set[tuple[str, str | None]] = set()
     meshes: set[str | None] = set()
     for name in names:
         if name not in body_names:
@@ -395,14 +393,14 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
     parents = {child: parent for parent in model.root.iter() for child in parent}
     for body in [body for world in model.root.findall("worldbody") for body in world.iter("body")]:
         if body.get("name") in names:
-            removed |= {(_kind_of(element), element.get("name")) for element in body.iter() if element.get("name")}
+            kinds |= {(_kind_of(element), element.get("name")) for element in body.iter() if element.get("name")}
             meshes |= {geom.get("mesh") for geom in body.iter("geom")}
             parents[body].remove(body)
     for section in [section for tag in _REFERRING_SECTIONS for section in model.root.findall(tag)]:
         for element in list(section):
-            if any(_references(part) & removed for part in element.iter()):
+            if any(_references(part) & kinds for part in element.iter()):
                 section.remove(element)
-                removed.add((_kind_of(section), element.get("name")))
+                kinds.add((_kind_of(section), element.get("name")))
     for keyframe in model.root.findall("keyframe"):
         model.root.remove(keyframe)
     meshes -= {geom.get("mesh") for geom in model.root.iter("geom")}
@@ -412,7 +410,7 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
 
 
 def _mesh_name(mesh: ET.Element) -> str:
-    """The name of a mesh: that of its file if it has none."""
+    """The name of a mesh, by default the stem of its file."""
     return mesh.get("name") or Path((mesh.get("file") or "").strip()).stem
 
 

@@ -97,12 +97,12 @@ def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
 
 
 def _make_names_unique(shapes: Sequence[ET.Element]) -> None:
-    """Gives shapes of the same name, which SDFormat does not allow, names of their own."""
-    taken: set[str | None] = set()
+    """Renames shapes of the same name, which SDFormat does not allow."""
+    used_names: set[str | None] = set()
     for place, shape in enumerate(shapes):
-        if shape.get("name") in taken:
+        if shape.get("name") in used_names:
             shape.set("name", f"{shape.get('name')}_{place}")
-        taken.add(shape.get("name"))
+        used_names.add(shape.get("name"))
 
 
 def _flatten(file: ModelFile) -> None:
@@ -115,8 +115,8 @@ def _flatten(file: ModelFile) -> None:
     if root.find(".//include") is None and root.find(".//model/model") is None:
         return
     files = IncludedFiles(path, root)
-    for around in [root, *root.findall("world")]:
-        _include(path, around, files)
+    for parent in [root, *root.findall("world")]:
+        _include(path, parent, files)
     version = _version(path, root)
     for model in _models(root):
         _modernize(model, version)
@@ -132,12 +132,12 @@ def _version(path: Path, root: ET.Element) -> tuple[int, ...]:
         raise InputError(path, "sdf.version", text, "give a version such as 1.7") from None
 
 
-def _include(path: Path, around: ET.Element, files: IncludedFiles) -> None:
+def _include(path: Path, parent: ET.Element, files: IncludedFiles) -> None:
     """Replaces each <include> in an element, and in the models in it, by the model that it names."""
-    for model in around.findall("model"):
+    for model in parent.findall("model"):
         _include(path, model, files)
-    for place, include in [(i, element) for i, element in enumerate(around) if element.tag == "include"]:
-        around[place] = _include_model(path, include, files)
+    for place, include in [(i, element) for i, element in enumerate(parent) if element.tag == "include"]:
+        parent[place] = _include_model(path, include, files)
 
 
 def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
@@ -155,10 +155,10 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
             if "://" not in (text := (name.text or "").strip()):
                 name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
     for tag in _OVERRIDE_TAGS:
-        if (given := include.find(tag)) is not None:
+        if (value := include.find(tag)) is not None:
             for element in model.findall(tag):
                 model.remove(element)
-            model.append(given)
+            model.append(value)
     model.set("name", (include.findtext("name") or model.get("name") or "").strip())
     if frame := (include.findtext("placement_frame") or "").strip():
         model.set("placement_frame", frame)
@@ -166,7 +166,7 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
 
 
 def _check_manner(path: Path, include: ET.Element) -> None:
-    """Checks that an <include> asks for nothing but a whole model under a name of its own."""
+    """Checks that an <include> requests a whole model under a new name, and nothing else."""
     if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
         raise InputError(
             path, "include.merge", merge, "leave it out: links get the name of the included model before them"
@@ -178,53 +178,53 @@ def _check_manner(path: Path, include: ET.Element) -> None:
 
 
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
-    """Says in which frame axes are, where older versions of SDFormat have another rule."""
+    """Writes the frame of axes explicitly, where older versions of SDFormat have another rule."""
     for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _TARGET_VERSION else ():
         marks = axis.findall("use_parent_model_frame")
         for mark in marks:
             axis.remove(mark)
-        in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
-        for direction in axis.findall("xyz") if in_model else ():
+        is_in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
+        for direction in axis.findall("xyz") if is_in_model else ():
             direction.set("expressed_in", "__model__")
-    for nested in model.findall("model"):
-        _modernize(nested, version)
+    for inner_model in model.findall("model"):
+        _modernize(inner_model, version)
 
 
-def _merge_all(path: Path, around: ET.Element) -> None:
+def _merge_all(path: Path, parent: ET.Element) -> None:
     """Moves the elements of nested models into the model around them."""
-    nested = around.findall("model")
-    for model in nested:
-        _merge(path, around, model)
-    _scope(around, {model.get("name", "") for model in nested})
+    inner_models = parent.findall("model")
+    for model in inner_models:
+        _merge(path, parent, model)
+    _scope(parent, {model.get("name", "") for model in inner_models})
 
 
-def _merge(path: Path, around: ET.Element, nested: ET.Element) -> None:
-    name = nested.get("name", "")
-    _merge_all(path, nested)
-    fix_if_static(nested)
-    links = [link.get("name", "") for link in nested.findall("link")]
-    if (frame := nested.get("placement_frame")) is not None:
+def _merge(path: Path, parent: ET.Element, inner_model: ET.Element) -> None:
+    name = inner_model.get("name", "")
+    _merge_all(path, inner_model)
+    fix_if_static(inner_model)
+    links = [link.get("name", "") for link in inner_model.findall("link")]
+    if (frame := inner_model.get("placement_frame")) is not None:
         raise InputError(f"{path}: model '{name}'", "placement_frame", frame, "leave it out of a nested model")
     if not links:
         raise InputError(path, "model", name, "is nested, and holds no link")
-    first = nested.get("canonical_link", links[0])
-    for element in [element for element in nested if element.tag in _NAMED_TAGS]:
+    first = inner_model.get("canonical_link", links[0])
+    for element in [element for element in inner_model if element.tag in _NAMED_TAGS]:
         _place(element)
-    for element in nested:
+    for element in inner_model:
         _rename(element, name)
-    pose = nested.find("pose")
+    pose = inner_model.find("pose")
     pose = ET.Element("pose") if pose is None else pose
     pose.attrib.setdefault("relative_to", "__model__")
     frame_of_model = ET.Element("frame", {"name": name, "attached_to": f"{name}_{first.replace('::', '_')}"})
     frame_of_model.append(pose)
-    around.remove(nested)
-    around.append(frame_of_model)
-    around.extend([element for element in nested if element.tag in _NAMED_TAGS])
-    around.extend([element for element in nested if str(element.tag).startswith(DRAKE)])
+    parent.remove(inner_model)
+    parent.append(frame_of_model)
+    parent.extend([element for element in inner_model if element.tag in _NAMED_TAGS])
+    parent.extend([element for element in inner_model if str(element.tag).startswith(DRAKE)])
 
 
 def _place(element: ET.Element) -> None:
-    """Says that poses which name no frame are in that of the model."""
+    """Names the frame of the model in poses that name none."""
     if element.tag == "frame" and "attached_to" not in element.attrib:
         element.set("attached_to", "__model__")
     elif element.tag in ("link", "model"):
@@ -251,16 +251,16 @@ def _prefix_name(name: str, prefix: str) -> str:
     return prefix if name == "__model__" else name if not name or name in _OUTER_NAMES else f"{prefix}_{name}"
 
 
-def _scope(model: ET.Element, nested: Collection[str]) -> None:
+def _scope(model: ET.Element, inner_names: Collection[str]) -> None:
     """Replaces scoped names, such as `hand::palm`, by those after merging."""
-    for part in model.iter() if nested else ():
+    for part in model.iter() if inner_names else ():
         for key, value in part.attrib.items():
-            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and _is_inside(value, nested):
+            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and _is_inside(value, inner_names):
                 part.set(key, value.replace("::", "_"))
-        if part.tag in _REFERRING_TEXTS and _is_inside(text := (part.text or "").strip(), nested):
+        if part.tag in _REFERRING_TEXTS and _is_inside(text := (part.text or "").strip(), inner_names):
             part.text = text.replace("::", "_")
 
 
-def _is_inside(name: str, nested: Collection[str]) -> bool:
+def _is_inside(name: str, inner_names: Collection[str]) -> bool:
     model, colons, _ = name.partition("::")
-    return bool(colons) and model in nested
+    return bool(colons) and model in inner_names

@@ -62,33 +62,33 @@ def _refuse_xacro(robot: ModelFile) -> None:
 
 def actuate(robot: ModelFile) -> None:
     """Gives every movable joint one actuator; those of transmissions that Drake understands are kept."""
-    idle = [joint.get("name", "") for joint in robot.root.findall("joint") if _can_push(robot, joint)]
-    taken: set[str] = set()
+    idle_joints = [joint.get("name", "") for joint in robot.root.findall("joint") if _can_push(robot, joint)]
+    used_names: set[str] = set()
     for transmission in robot.root.findall("transmission"):
         joints, motors = ([part.get("name", "") for part in transmission.findall(tag)] for tag in ("joint", "actuator"))
         one_each = len(joints) == len(motors) == 1
-        if _is_simple(transmission) and one_each and joints[0] in idle and motors[0] not in taken:
-            idle.remove(joints[0])
-            taken.add(motors[0])
+        if _is_simple(transmission) and one_each and joints[0] in idle_joints and motors[0] not in used_names:
+            idle_joints.remove(joints[0])
+            used_names.add(motors[0])
             _drop_reduction(robot, transmission)
         else:
             robot.root.remove(transmission)
             if not _is_simple(transmission):
                 name = f"<transmission> '{transmission.get('name')}'"
                 robot.note(LEFT_OUT, name, ", ".join(joints), "every joint has an actuator of its own")
-    robot.root.extend(_transmission(name) for name in idle)
+    robot.root.extend(_transmission(name) for name in idle_joints)
 
 
 def _drop_doubles(robot: ModelFile) -> None:
     """Removes transmissions with an actuator of a repeated name."""
-    taken: set[str | None] = set()
+    used_names: set[str | None] = set()
     for transmission in robot.root.findall("transmission"):
         names = {motor.get("name") for motor in transmission.findall("actuator")}
-        if names & taken:
+        if names & used_names:
             robot.root.remove(transmission)
             name = f"<transmission> '{transmission.get('name')}'"
             robot.note(LEFT_OUT, name, ", ".join(map(str, names)), "another has an actuator of this name")
-        taken |= names
+        used_names |= names
 
 
 def _can_push(robot: ModelFile, joint: ET.Element) -> bool:

@@ -19,7 +19,7 @@ from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.runs.scores.narrower_bands import narrower_bands
 from soft_gripper.runs.scores.readings import read_recorded
-from soft_gripper.runs.scores.recorded_object import before_put_down
+from soft_gripper.runs.scores.recorded_object import precedes_put_down
 from soft_gripper.scenario.nominal_model import read_nominal_model
 from soft_gripper.scenario.sensor_presets import uncertainty
 from soft_gripper.truth.contact import touches
@@ -36,7 +36,7 @@ def has_forces(station: Station, recording: Recording) -> bool:
     """Whether there are contact forces to report: a finger touches something or, without truth, they are estimated."""
     names = [f"{finger.name}.true_contact_force" for finger in station.fingers]
     true = [recording[name].values for name in names if name in recording.data]
-    is_estimated = bool(station.fingers) and not _without_estimate(station, recording)
+    is_estimated = bool(station.fingers) and not _unestimated_fingers(station, recording)
     return any(touches(np.abs(force)).any() for force in true) if true else is_estimated
 
 
@@ -48,9 +48,9 @@ def contact_rows(station: Station, recording: Recording) -> list[FingerForce]:
 
 def forces_at(station: Station, recording: Recording, rows: NDArray[np.int_]) -> ContactForces:
     """The contact forces of all fingers at some samples of a recording, (M)."""
-    now = recording.data.isel(time=rows)
-    again = [_estimated(station, recording, finger, rows) for finger in _without_estimate(station, recording)]
-    return contact_forces(now.assign({name: found for each in again for name, found in each.items()}))
+    data = recording.data.isel(time=rows)
+    estimates = [_estimated(station, recording, finger, rows) for finger in _unestimated_fingers(station, recording)]
+    return contact_forces(data.assign({name: column for estimate in estimates for name, column in estimate.items()}))
 
 
 def drawn_forces(station: Station, recording: Recording) -> ContactForces | None:
@@ -61,7 +61,7 @@ def drawn_forces(station: Station, recording: Recording) -> ContactForces | None
 
 def estimator_of_forces(station: Station, recording: Recording) -> str:
     """The estimator of the forces of `forces_at`."""
-    return ESTIMATOR if _without_estimate(station, recording) else station.parts.estimator
+    return ESTIMATOR if _unestimated_fingers(station, recording) else station.parts.estimator
 
 
 def end_of_hold(rows: Sequence[FingerForce], station: Station, recording: Recording) -> float:
@@ -69,11 +69,11 @@ def end_of_hold(rows: Sequence[FingerForce], station: Station, recording: Record
 
     Like the grasp, contact forces are judged there.
     """
-    until = np.inf
+    end = np.inf
     if station.task is not None:
-        phases = before_put_down(recording["task.phase"].values.ravel(), station.task.phases)
-        until = recording["time"].values[phases][-1] + 1.5 * station.scenario.sensor.period
-    return max(row.time_s for row in rows if row.time_s <= until)
+        phases = precedes_put_down(recording["task.phase"].values.ravel(), station.task.phases)
+        end = recording["time"].values[phases][-1] + 1.5 * station.scenario.sensor.period
+    return max(row.time_s for row in rows if row.time_s <= end)
 
 
 def _ends(station: Station, recording: Recording) -> Array:
@@ -83,8 +83,8 @@ def _ends(station: Station, recording: Recording) -> Array:
     return (np.arange(station.scenario.steps) + 1) * station.scenario.step_duration
 
 
-def _without_estimate(station: Station, recording: Recording) -> list[PlantFinger]:
-    """The fingers of whose contact force there is no estimate."""
+def _unestimated_fingers(station: Station, recording: Recording) -> list[PlantFinger]:
+    """The fingers without an estimated contact force."""
     return [finger for finger in station.fingers if f"{finger.name}.transverse_force" not in recording.data]
 
 
@@ -100,12 +100,12 @@ def _estimated(
     inputs = _contact_inputs(station, recording, finger, rows)
     if inputs is None:
         return {}
-    function, given = inputs
-    contact, posterior = function(*given).contact, function.posterior(*given)
+    function, arguments = inputs
+    contact, posterior = function(*arguments).contact, function.posterior(*arguments)
     assert contact is not None
     assert contact.vector is not None
     assert contact.transverse_force is not None
-    found = {
+    variables = {
         "contact_force": contact.force,
         "contact_force_std": contact.force_std,
         "contact_arc_length": contact.arc_length,
@@ -116,14 +116,14 @@ def _estimated(
     }
     return {
         f"{finger.name}.{name}": xr.Variable(["time", f"{name}_entry"][: values.ndim], values)
-        for name, values in found.items()
+        for name, values in variables.items()
     }
 
 
 def _contact_inputs(
     station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
 ) -> tuple[ContactShape, tuple[Any, ...]] | None:
-    """`contact` for a finger, and what it is given at some samples (M) of a recording; None as above."""
+    """`contact` for a finger, and its arguments at samples (M) of a recording; None as above."""
     recorded = read_recorded(station, recording, finger)
     if recorded is None:
         return None
@@ -133,11 +133,12 @@ def _contact_inputs(
 
 
 def band_widths(station: Station, recording: Recording, row: FingerForce) -> dict[str, float]:
-    """Widths of a band over the force, and with what would narrow it, see `narrower_bands`.
+    """Widths of a band over the force, now and after each improvement, see `narrower_bands`.
 
     Empty where no contact is detected, or another estimator than `contact` or sensors of the user's own are in use.
     """
-    scenario, finger = station.scenario, next(each for each in station.fingers if each.name == row.finger)
+    scenario = station.scenario
+    finger = next(candidate for candidate in station.fingers if candidate.name == row.finger)
     sample = np.array([np.abs(recording["time"].values - row.time_s).argmin()])
     inputs = None
     if estimator_of_forces(station, recording) == ESTIMATOR and row.least_n > 0:
@@ -151,8 +152,8 @@ def band_widths(station: Station, recording: Recording, row: FingerForce) -> dic
             changes[f"{sensor.sections + 1} sections"] = {"sections": sensor.sections + 1, "borders": None}
         if sensor.sections == 2 and sensor.borders is None:
             changes["its border at a third"] = {"borders": [1 / 3]}
-    others = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}
+    other_layouts = {name: nominal.layout(finger.finger, replace(sensor, **change)) for name, change in changes.items()}
     function, (_, driving, gravity, *_) = inputs
     q = function(*inputs[1]).q[0]
-    assumed = uncertainty(scenario.estimator, sensor, function.layout.calibrated)
-    return narrower_bands(function.layout, assumed, sensor.period, q, driving[0], gravity[0], others)
+    declared = uncertainty(scenario.estimator, sensor, function.layout.calibrated)
+    return narrower_bands(function.layout, declared, sensor.period, q, driving[0], gravity[0], other_layouts)

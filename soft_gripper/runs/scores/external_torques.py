@@ -29,8 +29,8 @@ def force_table(
     """A row for every estimator, finger, number of sections, held step and joint, in this order."""
     rows: list[ForceRow] = []
     for estimator, finger, count in product(estimators, station.fingers, sections):
-        again = read_again(station, recording, finger, count)
-        estimate = external_torque_again(station, recording, finger, again, estimator)
+        readings = read_again(station, recording, finger, count)
+        estimate = external_torque_again(station, recording, finger, readings, estimator)
         rows += _rows(held_steps(name, station, finger, estimator, count), station, recording, finger, estimate)
     return rows
 

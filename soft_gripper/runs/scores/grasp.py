@@ -2,6 +2,8 @@
 
 A grasp is judged at the end of the signals: forces, areas and pressures are means over the last WINDOW. The ground
 truth is that of the plant (`TrueContact`), sampled with the sensors.
+
+Another measure is a field of `Grasp`, which sweeps and tables follow, and its value in `judge`.
 """
 
 from dataclasses import dataclass, fields
@@ -39,7 +41,7 @@ class GraspSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class FingerGrip:
-    """How one finger holds an object: means over the window at the end, and the largest impulse of all.
+    """Grip of one finger on an object: means over the window at the end, and the largest impulse of all.
 
     largest_impulse_mns: the largest integral of the normal force over IMPULSE_TIME.
     """
@@ -101,21 +103,21 @@ def last(time: Array) -> NDArray[np.bool_]:
 
 def held_since(signals: GraspSignals) -> int:
     """The sample since which the fingers alone hold the object; at the latest the beginning of the window."""
-    alone = (signals.normal.sum(axis=1) > TOUCH) & (signals.support <= SUPPORTED * signals.weight)
-    others = np.flatnonzero(~alone)
-    begin = int(others[-1]) + 1 if len(others) else 0
+    is_lifted = (signals.normal.sum(axis=1) > TOUCH) & (signals.support <= SUPPORTED * signals.weight)
+    unlifted_samples = np.flatnonzero(~is_lifted)
+    begin = int(unlifted_samples[-1]) + 1 if len(unlifted_samples) else 0
     return min(begin, int(np.argmax(last(signals.time))))
 
 
 def verdict(signals: GraspSignals, speed: float) -> str:
-    """Whether an object is held at the end.
+    """State of an object at the end: held, resting, slipping, dropped or never touched.
 
     `speed`, at which it slides on the fingers over the window, m/s, is NaN if they do not touch it at its beginning.
     """
-    touched = signals.normal.sum(axis=1) > TOUCH
-    if not touched.any():
+    touches = signals.normal.sum(axis=1) > TOUCH
+    if not touches.any():
         return NEVER_TOUCHED
-    if not touched[-1]:
+    if not touches[-1]:
         return DROPPED
     if not speed <= SLIDES:
         return SLIPPING
@@ -149,8 +151,8 @@ def slip_ratio(normal: Array, friction: Array, coefficients: Array) -> float:
         friction: held friction forces on the object, (F, 3) N.
         coefficients: of friction, (F,).
     """
-    most = float(coefficients @ normal)
-    return float(np.linalg.norm(friction.sum(axis=0))) / most if most > 0 else NAN
+    max_friction = float(coefficients @ normal)
+    return float(np.linalg.norm(friction.sum(axis=0))) / max_friction if max_friction > 0 else NAN
 
 
 def largest_impulse(time: Array, force: Array) -> float:
@@ -189,19 +191,21 @@ def stiffness(width: Array, force: Array) -> float:
         width: estimated, (T,) m; NaN without contact.
         force: estimated, mean of the fingers, (T,) N.
     """
-    used = np.isfinite(width) & np.isfinite(force)
-    used &= force > 0.1 * np.max(force[used], initial=0.0)
-    if used.sum() < 3 or np.ptp(width[used]) == 0:
+    is_known = np.isfinite(width) & np.isfinite(force)
+    is_known &= force > 0.1 * np.max(force[is_known], initial=0.0)
+    if is_known.sum() < 3 or np.ptp(width[is_known]) == 0:
         return NAN
-    w, f = (values[used] - values[used].mean() for values in (width, force))
+    w, f = (values[is_known] - values[is_known].mean() for values in (width, force))
     slope = -float(w @ f) / float(w @ w)
     return slope if slope > 0 and slope * -float(w @ f) > _LEAST_CORRELATION * float(f @ f) else NAN
 
 
 def finger_grips(signals: GraspSignals, fingers: list[str]) -> list[FingerGrip]:
-    """How each finger holds the object."""
+    """Grip of each finger on the object."""
     window = last(signals.time)
-    normal, area, pressure = (each[window].mean(axis=0) for each in (signals.normal, signals.area, signals.pressure))
+    normal, area, pressure = (
+        values[window].mean(axis=0) for values in (signals.normal, signals.area, signals.pressure)
+    )
     friction = np.linalg.norm(signals.friction[window].mean(axis=0), axis=-1)
     return [
         FingerGrip(
@@ -238,38 +242,38 @@ class Sizes(NamedTuple):
 
 
 def judge(
-    signals: GraspSignals, grips: list[FingerGrip], slid: float, speed: float, sizes: Sizes, energy: float
+    signals: GraspSignals, grips: list[FingerGrip], slid_length: float, speed: float, sizes: Sizes, energy: float
 ) -> Grasp:
     """The grasp of one object.
 
     Args:
         signals: of the object.
         grips: of each finger, see `finger_grips`.
-        slid: length of the path of the object along the fingers while held, m; NaN without contact.
+        slid_length: length of the path of the object along the fingers while held, m; NaN without contact.
         speed: at which it slides at the end, m/s.
         sizes: of the object.
         energy: of the pump, J.
     """
     window, begin = last(signals.time), held_since(signals)
     normal, friction = signals.normal[window].mean(axis=0), signals.friction[window].mean(axis=0)
-    most, word = grips[int(np.argmax(normal))], verdict(signals, speed)
+    highest, word = grips[int(np.argmax(normal))], verdict(signals, speed)
     ratio = slip_ratio(normal, friction, signals.coefficients)
     is_gripped = word in (SLIPPING, RESTING, HELD)
-    moved, turned, play = motion(signals.place[begin:], signals.turn[begin:]) if is_gripped else (NAN, NAN, NAN)
+    shift, rotation, play = motion(signals.place[begin:], signals.turn[begin:]) if is_gripped else (NAN, NAN, NAN)
     area = sum(grip.contact_area_mm2 for grip in grips)
     return Grasp(
         grasp=word,
-        normal_force_n=most.normal_force_n,
-        friction_force_n=most.friction_force_n,
+        normal_force_n=highest.normal_force_n,
+        friction_force_n=highest.friction_force_n,
         slip_ratio=ratio,
-        least_force_n=ratio * most.normal_force_n,
+        least_force_n=ratio * highest.normal_force_n,
         contact_area_mm2=area,
         mean_pressure_kpa=1e3 * _ratio(float(normal.sum()), area),
         largest_pressure_kpa=max(grip.largest_pressure_kpa for grip in grips),
         largest_impulse_mns=max(grip.largest_impulse_mns for grip in grips),
-        slid_mm=1e3 * slid,
-        moved_mm=1e3 * moved,
-        turned_deg=float(np.degrees(turned)),
+        slid_mm=1e3 * slid_length,
+        moved_mm=1e3 * shift,
+        turned_deg=float(np.degrees(rotation)),
         sideways_play_mm=1e3 * play,
         true_width_mm=1e3 * sizes.true_width,
         estimated_stiffness_n_m=sizes.stiffness,
@@ -277,6 +281,6 @@ def judge(
     )
 
 
-def _ratio(value: float, by: float) -> float:
+def _ratio(value: float, divisor: float) -> float:
     """Ratio; NaN where the divisor is zero or unknown."""
-    return value / by if by else NAN
+    return value / divisor if divisor else NAN

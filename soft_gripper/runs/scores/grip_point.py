@@ -1,4 +1,4 @@
-"""Where a finger holds an object, and how far the object shifts along it from there."""
+"""Grip points of a finger on an object, and the object's shift along the finger from there."""
 
 from typing import NamedTuple
 
@@ -20,8 +20,8 @@ class Grip(NamedTuple):
     on_object: Array  # (3,) m, in the frame of the object
 
 
-def along_face(X: Array, p: Array, on_link: Array) -> Array:
-    """Shifts of a point of the object from that of a link, along the link's inner face, (..., 2) m.
+def face_shifts(X: Array, p: Array, on_link: Array) -> Array:
+    """Shifts of a point of the object from a point of a link, along the link's inner face, (..., 2) m.
 
     Args:
         X: the pose of the link in any frame, (..., 3, 4).
@@ -39,8 +39,8 @@ def seen_from(X: Array, p: Array) -> Array:
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
     X_WL = np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
-    nearest, on_link = nearest_link(finger, X_WL, p_WC)
-    return Grip(finger.links[int(nearest)], on_link, X_WO.inverse() @ p_WC)
+    number, on_link = nearest_link(finger, X_WL, p_WC)
+    return Grip(finger.links[int(number)], on_link, X_WO.inverse() @ p_WC)
 
 
 def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.int_], Array]:
@@ -50,10 +50,10 @@ def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.in
     """
     points = seen_from(X, p[..., None, :])
     middles = np.diff(finger.finger.link_ends) / 2
-    nearest = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
-    return nearest, np.take_along_axis(points, nearest[..., None, None], axis=-2)[..., 0, :]
+    link = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
+    return link, np.take_along_axis(points, link[..., None, None], axis=-2)[..., 0, :]
 
 
 def shift(context: Context, grip: Grip, X_WO: RigidTransform) -> Array:
-    """Shift of the point of the object from that of the link, along the link's inner face, (2,) m."""
-    return along_face(grip.link.EvalPoseInWorld(context).GetAsMatrix34(), X_WO @ grip.on_object, grip.on_link)
+    """Shift of the object's point from the link's point, along the link's inner face, (2,) m."""
+    return face_shifts(grip.link.EvalPoseInWorld(context).GetAsMatrix34(), X_WO @ grip.on_object, grip.on_link)

@@ -1,4 +1,4 @@
-"""What would narrow the band of a contact force that is wider than half of the force.
+"""Improvements that narrow the band of a contact force wider than half of the force.
 
 The finger is taken to be as it is estimated, so that its readings by other sensors are known, and one thing at a time
 is changed: what the estimator assumes, or where the sensors are. The widths are those of `contact`.
@@ -21,61 +21,61 @@ _AVERAGE = 0.2  # s
 
 def narrower_bands(
     layout: MeasurementModel,
-    assumed: Uncertainty,
+    uncertainty: Uncertainty,
     period: float,
     q: Array,
     driving: Array,
     gravity: Array,
-    others: Mapping[str, MeasurementModel],
+    other_layouts: Mapping[str, MeasurementModel],
 ) -> dict[str, float]:
     """Widths of the band over the transverse force, as it is (the first, "") and with one thing changed.
 
     Args:
         layout: the nominal sensors.
-        assumed: uncertainty.
+        uncertainty: uncertainty.
         period: of the sensors, s.
         q: estimated joint positions, (D), with the contact.
         driving: torque at the joints, (D) N m.
         gravity: in B, (3) m/s^2.
-        others: other sensors on the same finger, by what they are called.
+        other_layouts: other sensors on the same finger, by what they are called.
     """
     averaged = math.sqrt(period / max(_AVERAGE, period))
     assumptions = {
-        "": assumed,
-        "a calibration": _calibrated(assumed),
-        f"a mean over {_AVERAGE:g} s": replace(assumed, reading=assumed.reading * averaged),
+        "": uncertainty,
+        "a calibration": _calibrated(uncertainty),
+        f"a mean over {_AVERAGE:g} s": replace(uncertainty, reading=uncertainty.reading * averaged),
     }
-    cases = [(name, layout, each) for name, each in assumptions.items()]
-    cases += [(name, other, assumed) for name, other in others.items()]
-    return {name: _width(ContactShape(sensors, each), q, driving, gravity) for name, sensors, each in cases}
+    cases = [(name, layout, assumption) for name, assumption in assumptions.items()]
+    cases += [(name, other_layout, uncertainty) for name, other_layout in other_layouts.items()]
+    return {name: _width(ContactShape(sensors, assumption), q, driving, gravity) for name, sensors, assumption in cases}
 
 
-def _calibrated(assumed: Uncertainty) -> Uncertainty:
+def _calibrated(uncertainty: Uncertainty) -> Uncertainty:
     """The uncertainty after a calibration, which makes none larger."""
-    common, variation, _ = assumed.bend_stds.tolist()
+    common, variation, _ = uncertainty.bend_stds.tolist()
     return replace(
-        assumed,
-        gain=min(assumed.gain, _CALIBRATED),
+        uncertainty,
+        gain=min(uncertainty.gain, _CALIBRATED),
         bend_per_pressure=min(common, _CALIBRATED),
         bend_variation=min(variation, EXACT),
     )
 
 
 def _width(shape: ContactShape, q: Array, driving: Array, gravity: Array) -> float:
-    given = shape.layout.read(q)[None], driving[None], gravity[None]
-    contact = shape(*given).contact
+    arguments = shape.layout.read(q)[None], driving[None], gravity[None]
+    contact = shape(*arguments).contact
     assert contact is not None
     assert contact.transverse_force is not None
-    least, _, most = shape.posterior(*given).transverse_force_interval[0]
+    low, _, high = shape.posterior(*arguments).transverse_force_interval[0]
     force = float(contact.transverse_force[0])
-    return float(most - least) / force if force > 0 else math.inf  # overlooked
+    return float(high - low) / force if force > 0 else math.inf  # overlooked
 
 
 def narrower_text(finger: str, widths: Mapping[str, float]) -> str:
-    """What would narrow the band of a finger, as a line; nothing without widths."""
+    """Line on the improvements that narrow the band of a finger; empty without widths."""
     if not widths:
         return ""
-    (_, now), *others = widths.items()
-    narrower = [f"with {name} {width:.2f}" for name, width in others if width < _WORTH * now]
-    changes = ", ".join(narrower) if narrower else f"hardly narrower with {', '.join(name for name, _ in others)}"
-    return f"{finger}: the band is {now:.2f} of the force wide; {changes}\n"
+    (_, width_now), *other_widths = widths.items()
+    gains = [f"with {name} {width:.2f}" for name, width in other_widths if width < _WORTH * width_now]
+    changes = ", ".join(gains) if gains else f"hardly narrower with {', '.join(name for name, _ in other_widths)}"
+    return f"{finger}: the band is {width_now:.2f} of the force wide; {changes}\n"

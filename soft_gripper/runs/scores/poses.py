@@ -38,9 +38,9 @@ def held_steps(
 ) -> list[HeldStep]:
     """The steady states of a finger; by default with the estimator and the number of sections of the scenario."""
     scenario = station.scenario
-    of = name, finger.name, estimator or station.parts.estimator, describe_nominal_model(scenario.nominal)
+    keys = name, finger.name, estimator or station.parts.estimator, describe_nominal_model(scenario.nominal)
     pressures = _pressures(scenario, finger)
-    return [HeldStep(*of, sections or scenario.sensor.sections, pressure) for pressure in pressures]
+    return [HeldStep(*keys, sections or scenario.sensor.sections, pressure) for pressure in pressures]
 
 
 def _pressures(scenario: Scenario, finger: PlantFinger) -> list[float]:
@@ -86,10 +86,10 @@ def pose_table(
 ) -> list[PoseRow]:
     """A row for each estimator, finger, number of sections and steady state, in this order."""
     rows: list[PoseRow] = []
-    held = held_rows(station.scenario, recording)
+    rows_held = held_rows(station.scenario, recording)
     for estimator, finger, count in product(estimators, station.fingers, sections):
-        shape = read_again(station, recording, finger, count).shape(estimator, held.ravel())
-        errors = (error.reshape(held.shape) for error in _errors(recording, finger, shape, held.ravel()))
+        shape = read_again(station, recording, finger, count).shape(estimator, rows_held.ravel())
+        errors = (error.reshape(rows_held.shape) for error in _errors(recording, finger, shape, rows_held.ravel()))
         rows += _rows(held_steps(name, station, finger, estimator, count), station, recording, finger, *errors)
     return rows
 
@@ -110,9 +110,9 @@ def _rows(
     """The rows of one finger from its errors at the held samples, m, (steps, hold_samples)."""
     scenario = station.scenario
     turns = (f"{finger.name}.{name}" for name in ("sampled_joint_angles", "true_sideways_angles", "true_twist_angles"))
-    bend, *others = (_mean_turn(scenario, recording, name) for name in turns)
+    bend, *other_turns = (_mean_turn(scenario, recording, name) for name in turns)
     errors = (1e3 * error.mean(axis=-1) for error in (pose, tip))
-    for step, *values in zip(steps, bend, *errors, *others, strict=True):
+    for step, *values in zip(steps, bend, *errors, *other_turns, strict=True):
         yield PoseRow(*astuple(step), *map(float, values))
 
 

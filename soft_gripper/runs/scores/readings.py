@@ -54,11 +54,11 @@ class ReadAgain:
     def estimate(self, estimator: str, samples: NDArray[np.int_] | None = None) -> ShapeEstimate:
         """The estimate of a built-in estimator at some samples, by increasing numbers, or at all N."""
         function = self.function(estimator)
-        chosen = np.arange(len(self.readings)) if samples is None else samples
-        return estimates_at(function, chosen, *self._inputs(function))
+        rows = np.arange(len(self.readings)) if samples is None else samples
+        return estimates_at(function, rows, *self._inputs(function))
 
     def arguments(self, function: ShapeFunction, rows: NDArray[np.int_]) -> tuple[Any, ...]:
-        """What an estimator without memory is given at some times of the recording, (M), by their numbers."""
+        """Arguments of an estimator without memory at times of the recording, (M), by their numbers."""
         return samples_at(self.numbers[rows], *self._inputs(function))
 
     def driving(self, estimator: str = "arcs") -> Array:
@@ -101,8 +101,8 @@ def read_again(
     """
     simulated = with_sections(sensor_layout(finger.finger, station.scenario.sensor), sections, borders)
     readings = simulated.read(recording.samples(f"{finger.name}.sampled_joint_angles"))
-    again = _measured(station, recording, finger, readings)
-    return replace(again, layout=with_sections(again.layout, sections, borders))
+    same_layout = _measured(station, recording, finger, readings)
+    return replace(same_layout, layout=with_sections(same_layout.layout, sections, borders))
 
 
 def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -> ReadAgain | None:
@@ -115,9 +115,9 @@ def read_recorded(station: Station, recording: Recording, finger: PlantFinger) -
     if name not in recording or recording[name].size != layout.readings * len(recording.sample_numbers):
         return None
     readings = recording.samples(name).reshape(-1, layout.readings)
-    ports = [f"{finger.name}.{driving_port(way)}" for way in layout.deformations]
-    still = np.zeros((len(readings), joints))
-    torques = [recording.samples(port) if port in recording else still for port in ports]
+    ports = [f"{finger.name}.{driving_port(deformation)}" for deformation in layout.deformations]
+    zeros = np.zeros((len(readings), joints))
+    torques = [recording.samples(port) if port in recording else zeros for port in ports]
     return replace(_measured(station, recording, finger, readings), torque=np.concatenate(torques, axis=-1))
 
 

@@ -36,7 +36,7 @@ class OfObject:
 
 @dataclass(frozen=True)
 class ObjectGrip(FingerGrip, OfObject):
-    """How one finger holds an object."""
+    """Grip of one finger on a named object."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class ObjectGrasp(Grasp, OfObject):
 
 
 def objects_of(station: Station) -> list[str]:
-    """The free models of a scenario whose grasp is recorded; that of the task comes first."""
+    """The free models of a scenario whose grasp is recorded; the task's object comes first."""
     task = station.scenario.task
     names = [model.name for model in station.scenario.models if model.free]
     recorded = [name for name in names if f"{name}.{NORMAL}" in station.logs.signals]
@@ -68,13 +68,13 @@ def touched_instead(station: Station, recording: Recording) -> str:
     It has a name if only one other body can be touched: forces are recorded of fingers, and of fingers on objects.
     """
     forces = {finger.name: _force_on_others(station, recording, i) for i, finger in enumerate(station.fingers)}
-    touching = {name: force for name, force in forces.items() if force > TOUCH}
-    if not touching:
+    touch_forces = {name: force for name, force in forces.items() if force > TOUCH}
+    if not touch_forces:
         return ""
     names = _welded(station)
-    what = names[0] if len(names) == 1 else "something else"
-    verb = "touches" if len(touching) == 1 else "touch"
-    return f"{' and '.join(touching)} {verb} {what}, with up to {max(touching.values()):.2f} N"
+    touched_name = names[0] if len(names) == 1 else "something else"
+    verb = "touches" if len(touch_forces) == 1 else "touch"
+    return f"{' and '.join(touch_forces)} {verb} {touched_name}, with up to {max(touch_forces.values()):.2f} N"
 
 
 def note_welded_object(station: Station, recording: Recording) -> None:
@@ -87,48 +87,48 @@ def note_welded_object(station: Station, recording: Recording) -> None:
 
 
 def _welded(station: Station) -> list[str]:
-    """The models that are not free, but for the arm and those with fingers."""
+    """The models that are not free, without the arm and those with fingers."""
     arm = station.scenario.arm
-    own = {finger.model_name for finger in station.fingers} | ({arm.model} if arm else set())
-    return [model.name for model in station.scenario.models if not model.free and model.name not in own]
+    own_models = {finger.model_name for finger in station.fingers} | ({arm.model} if arm else set())
+    return [model.name for model in station.scenario.models if not model.free and model.name not in own_models]
 
 
 def _force_on_others(station: Station, recording: Recording, finger: int) -> float:
-    """The largest normal force of a finger on what is no free object, N."""
+    """Largest normal force of a finger on bodies other than free objects, N."""
     total = recording.values(f"{station.fingers[finger].name}.normal_force")
-    on_objects = [recording.values(f"{name}.{NORMAL}")[:, finger] for name in objects_of(station)]
-    return float(np.nan_to_num(total - np.sum(on_objects, axis=0)).max(initial=0.0))
+    object_forces = [recording.values(f"{name}.{NORMAL}")[:, finger] for name in objects_of(station)]
+    return float(np.nan_to_num(total - np.sum(object_forces, axis=0)).max(initial=0.0))
 
 
-def recorded_grasp(held: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
+def recorded_grasp(item: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
     """The grasp of one object, and how each finger takes part in it."""
-    samples, signals = held.samples, held.signals
-    grips = finger_grips(signals, [finger.name for finger in held.station.fingers])
+    samples, signals = item.samples, item.signals
+    grips = finger_grips(signals, [finger.name for finger in item.station.fingers])
     begin, window = held_since(signals), np.flatnonzero(last(signals.time))
-    slid = path_length(held.shifts(samples[begin:]))
+    slid_length = path_length(item.shifts(samples[begin:]))
     elapsed = signals.time[-1] - signals.time[window[0]]
-    speed = float(held.slip(samples[window])[-1]) / elapsed if elapsed > 0 else np.nan
-    return judge(signals, grips, slid, speed, _sizes(held), _energy(held)), grips
+    speed = float(item.slip(samples[window])[-1]) / elapsed if elapsed > 0 else np.nan
+    return judge(signals, grips, slid_length, speed, _sizes(item), _energy(item)), grips
 
 
-def path_length(shifted: Array) -> float:
+def path_length(shifts: Array) -> float:
     """Length of the path along which an object slides, m, averaged over the fingers; NaN without any.
 
     A distance from the first place would hide that it slides back, such as by creep after the fingers have lifted it.
 
     Args:
-        shifted: see `RecordedObject.shifts`, (K, F, 2) m.
+        shifts: see `RecordedObject.shifts`, (K, F, 2) m.
     """
-    if not shifted.shape[1]:
+    if not shifts.shape[1]:
         return np.nan
-    return float(np.linalg.norm(np.diff(shifted, axis=0), axis=-1).sum(axis=0).mean())
+    return float(np.linalg.norm(np.diff(shifts, axis=0), axis=-1).sum(axis=0).mean())
 
 
-def _sizes(held: RecordedObject) -> Sizes:
+def _sizes(item: RecordedObject) -> Sizes:
     """True width at the end, and stiffness as estimated, as far as they are recorded."""
-    recording, samples = held.recording, held.samples
+    recording, samples = item.recording, item.samples
     true, estimated = (_width(recording, f"grip.{name}", samples) for name in ("true_object_width", "object_width"))
-    forces = [f"{finger.name}.contact_force_vector" for finger in held.station.fingers]
+    forces = [f"{finger.name}.contact_force_vector" for finger in item.station.fingers]
     if not all(name in recording for name in forces):
         return Sizes(true[-1])
     force = np.mean([recording.values(name)[samples] @ CLOSING for name in forces], axis=0)
@@ -142,17 +142,17 @@ def _width(recording: Recording, signal: str, samples: NDArray[np.int_]) -> Arra
     return recording.values(signal)[samples].ravel()
 
 
-def _energy(held: RecordedObject) -> float:
-    """Work of the pump on all fingers, J; the volume of a chamber grows with the joints by what pressure drives them.
+def _energy(item: RecordedObject) -> float:
+    """Work of the pump on all fingers, J; the volume of a chamber grows with the joint angles.
 
     By virtual work, a chamber whose pressure p drives a joint by the torque g p grows by g per angle.
     """
-    until, energy = held.samples[-1] + 1, 0.0
-    state = held.recording.values("plant.state")[:until]
-    for finger in held.station.fingers:
+    end, energy = item.samples[-1] + 1, 0.0
+    state = item.recording.values("plant.state")[:end]
+    for finger in item.station.fingers:
         if not finger.finger.pressures:
             continue
-        pressure = held.recording.values(f"{finger.name}.pressure")[:until].reshape(until, -1)
+        pressure = item.recording.values(f"{finger.name}.pressure")[:end].reshape(end, -1)
         gains = finger.finger.pressure_gains
         growth = [state @ finger.position_selector(way).T @ gains[way].T for way in finger.finger.driven_deformations]
         energy += pump_energy(pressure, np.sum(growth, axis=0))

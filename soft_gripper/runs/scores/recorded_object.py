@@ -16,7 +16,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.runs.scores.grasp import GraspSignals
-from soft_gripper.runs.scores.grip_point import along_face, nearest_link, seen_from
+from soft_gripper.runs.scores.grip_point import face_shifts, nearest_link, seen_from
 from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
@@ -43,11 +43,11 @@ class RecordedObject:
 
     @cached_property
     def samples(self) -> Rows:
-        """The samples of which contact is known; in a task, those of them that are `before_put_down`."""
-        known = np.isfinite(self.values(NORMAL)).all(axis=1)
+        """Samples of known contact; in a task, only those of `precedes_put_down`."""
+        is_known = np.isfinite(self.values(NORMAL)).all(axis=1)
         if self.station.task is not None:
-            known &= before_put_down(self.phases, self.station.task.phases)
-        return np.flatnonzero(known)
+            is_known &= precedes_put_down(self.phases, self.station.task.phases)
+        return np.flatnonzero(is_known)
 
     @cached_property
     def poses(self) -> Array:
@@ -63,8 +63,8 @@ class RecordedObject:
         """Poses of the bases of the fingers in the world, (F, T, 3, 4) [R | p]."""
         plant, fingers = self.station.plant, self.station.fingers
         if all(finger.is_anchored for finger in fingers):
-            fixed = [[finger.X_WB.GetAsMatrix34()] for finger in fingers]
-            return np.broadcast_to(fixed, (len(fingers), len(self.poses), 3, 4))
+            fixed_poses = [[finger.X_WB.GetAsMatrix34()] for finger in fingers]
+            return np.broadcast_to(fixed_poses, (len(fingers), len(self.poses), 3, 4))
         context, X_WB = plant.CreateDefaultContext(), np.empty((len(fingers), len(self.poses), 3, 4))
         for i, state in enumerate(self.recording.values("plant.state")):
             plant.SetPositionsAndVelocities(context, state)
@@ -79,13 +79,14 @@ class RecordedObject:
     @cached_property
     def coefficients(self) -> Array:
         """Static coefficients of friction between the fingers and the object, (F,), of the smoothest geometry."""
-        if (own := self.station.parts.frictions.get(self.name)) is None:
-            own = _static_friction(self.station, self._geometries)
-        return np.array([combined_friction(finger_friction(self.station, each), own) for each in self.station.fingers])
+        if (friction := self.station.parts.frictions.get(self.name)) is None:
+            friction = _static_friction(self.station, self._geometries)
+        finger_frictions = (finger_friction(self.station, finger) for finger in self.station.fingers)
+        return np.array([combined_friction(other, friction) for other in finger_frictions])
 
     @property
     def _geometries(self) -> Sequence[GeometryId]:
-        """The collision geometries of its first link."""
+        """Collision geometries of the object's first link."""
         if self.name in self.station.parts.deformables:
             return [self.station.parts.deformables[self.name].geometry]
         plant = self.station.plant
@@ -104,13 +105,13 @@ class RecordedObject:
 
     @cached_property
     def signals(self) -> GraspSignals:
-        """The signals by which its grasp is judged, at `samples`."""
+        """Signals that judge the grasp of the object, at `samples`."""
         samples, time = self.samples, self.recording.values("time")[self.samples]
         normal, friction, force, area, pressure = (self.values(name)[samples] for name in _SIGNALS)
         gravity = np.array(self.station.plant.gravity_field().gravity_vector())
         pull = float(np.linalg.norm(gravity))
-        others = self.values("contact_wrench")[samples, 3:] - force.sum(axis=1)
-        support = -others @ gravity / pull if pull > 0 else np.zeros(len(samples))
+        other_force = self.values("contact_wrench")[samples, 3:] - force.sum(axis=1)
+        support = -other_force @ gravity / pull if pull > 0 else np.zeros(len(samples))
         X_WO, X_WB = self.poses[samples], self.base_poses[0, samples]
         R_BW = np.swapaxes(X_WB[..., :3], -1, -2)
         place, turn = (R_BW @ (X_WO[..., 3:] - X_WB[..., 3:]))[..., 0], R_BW @ X_WO[..., :3]
@@ -133,10 +134,10 @@ class RecordedObject:
         ):
             if np.isfinite(p_WC[0]).all():
                 X_BL = finger.screws.poses(states)[:, :-1]
-                nearest, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC[0]))
+                link, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC[0]))
                 on_object = (p_WC[0] - X_WO[0, :, 3]) @ X_WO[0, :, :3]
                 p_WO = X_WO[..., :3] @ on_object + X_WO[..., 3]
-                shifts.append(along_face(X_BL[:, nearest], seen_from(X_WB, p_WO), on_link))
+                shifts.append(face_shifts(X_BL[:, link], seen_from(X_WB, p_WO), on_link))
         return np.stack(shifts, axis=1) if shifts else np.empty((len(samples), 0, 2))
 
     def slip(self, samples: Rows) -> Array:
@@ -156,16 +157,14 @@ class RecordedObject:
         plant, fingers = self.station.plant, self.station.fingers
         if self.name in self.station.parts.deformables:
             return np.full((len(samples), len(fingers)), np.nan)
-        p_WC, states = (
-            np.swapaxes(self.contact_centers[:, samples], 0, 1),
-            self.recording.values("plant.state")[samples],
-        )
+        p_WC = np.swapaxes(self.contact_centers[:, samples], 0, 1)
+        states = self.recording.values("plant.state")[samples]
         touches = np.isfinite(p_WC).all(axis=-1)
-        nearest, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
+        link_numbers, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
         for j, X_WB in enumerate(self.base_poses[:, samples]):
             X_BL = fingers[j].screws.poses(states)[:, :-1]
-            nearest[:, j], _ = nearest_link(fingers[j], X_BL, seen_from(X_WB, p_WC[:, j]))
-            p_BL = X_BL[np.arange(len(samples)), nearest[:, j], :, 3]
+            link_numbers[:, j], _ = nearest_link(fingers[j], X_BL, seen_from(X_WB, p_WC[:, j]))
+            p_BL = X_BL[np.arange(len(samples)), link_numbers[:, j], :, 3]
             p_WL[:, j] = (X_WB[..., :3] @ p_BL[..., None])[..., 0] + X_WB[..., 3]
         body, context = first_body(plant, self.name), plant.CreateDefaultContext()
         V = np.full((2, *touches.shape, 6), np.nan)
@@ -173,13 +172,13 @@ class RecordedObject:
             plant.SetPositionsAndVelocities(context, states[i])
             V[0, i] = body.EvalSpatialVelocityInWorld(context).get_coeffs()
             for finger in np.flatnonzero(touches[i]):
-                link = fingers[finger].links[nearest[i, finger]]
+                link = fingers[finger].links[link_numbers[i, finger]]
                 V[1, i, finger] = link.EvalSpatialVelocityInWorld(context).get_coeffs()
         p_WO = self.poses[samples][:, None, :, 3]
         return np.asarray(np.linalg.norm(_velocity(V[0], p_WC - p_WO) - _velocity(V[1], p_WC - p_WL), axis=-1))
 
 
-def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_]:
+def precedes_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_]:
     """The samples up to the end of the last phase that carries an object, (T).
 
     The last of several phases that hold it puts it down if another phase follows, and does not count. Without phases
@@ -193,21 +192,23 @@ def before_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.bool_
     if len(holding) > 1 and phases[holding[-1]].follower < len(phases):
         holding.pop()
     carries = np.isin(numbers, holding)
-    until: NDArray[np.bool_] = np.logical_or.accumulate(carries[::-1])[::-1]
-    return until if carries.any() else ~until
+    is_before: NDArray[np.bool_] = np.logical_or.accumulate(carries[::-1])[::-1]
+    return is_before if carries.any() else ~is_before
 
 
 def finger_friction(station: Station, finger: PlantFinger) -> float:
     """Static coefficient of friction of a finger's smoothest geometry."""
-    geometries = [each for link in finger.links for each in station.plant.GetCollisionGeometriesForBody(link)]
+    geometries = [geometry for link in finger.links for geometry in station.plant.GetCollisionGeometriesForBody(link)]
     return _static_friction(station, geometries)
 
 
 def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> float:
     """The least static coefficient of friction of collision geometries; 0 if there are none."""
     inspector = station.parts.scene_graph.model_inspector()
-    properties = [each for each in map(inspector.GetProximityProperties, geometries) if each is not None]
-    return min((each.GetProperty("material", "coulomb_friction").static_friction() for each in properties), default=0.0)
+    properties = [values for values in map(inspector.GetProximityProperties, geometries) if values is not None]
+    return min(
+        (values.GetProperty("material", "coulomb_friction").static_friction() for values in properties), default=0.0
+    )
 
 
 def _velocity(V: Array, p: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Why the object of a recording slips, see `slipping`."""
+"""Slips of the objects in a recording, with their causes; see `slipping`."""
 
 from dataclasses import dataclass, replace
 
@@ -15,10 +15,10 @@ from soft_gripper.runs.scores.slipping import (
     WILL_HOLD,
     WILL_SLIP,
     Slip,
-    before,
     has_settled,
     held_span,
     object_friction,
+    preceding_window,
     sliding_since,
     weight_share,
 )
@@ -26,53 +26,55 @@ from soft_gripper.runs.scores.slipping import (
 
 @dataclass(frozen=True)
 class ObjectSlip(Slip, OfObject):
-    """Why an object slips."""
+    """Slip of a named object, and its cause."""
 
 
 def recorded_slips(station: Station, recording: Recording) -> list[ObjectSlip]:
     """A row for each object."""
     objects = [RecordedObject(station, recording, name) for name in objects_of(station)]
-    return [ObjectSlip(each.name, **vars(recorded_slip(each))) for each in objects]
+    return [ObjectSlip(item.name, **vars(recorded_slip(item))) for item in objects]
 
 
-def recorded_slip(held: RecordedObject) -> Slip:
-    """Why an object slips, and whether that could be known before it was lifted."""
-    station, samples, signals = held.station, held.samples, held.signals
+def recorded_slip(item: RecordedObject) -> Slip:
+    """Finds the cause of an object's slip, and predicts the slip from the forces before the lift."""
+    station, samples, signals = item.station, item.samples, item.signals
     span = held_span(signals.time, signals.normal.sum(axis=1))
     if span is None:
         return Slip()
     begin, end = span
-    predicted = _predicted(held, begin)
-    lost = float(signals.time[end]) if end < len(samples) else NAN
-    slides = _sliding(held, samples[:end], begin)
+    prediction = _predicted(item, begin)
+    loss_time = float(signals.time[end]) if end < len(samples) else NAN
+    slides = _sliding(item, samples[:end], begin)
     if slides is None:
-        return replace(predicted, lost_s=lost)
-    since, on = slides
-    normal, friction = (each[before(signals.time, since)].mean(axis=0) for each in (signals.normal, signals.friction))
-    share, names = weight_share(normal, signals.coefficients, signals.weight), [each.name for each in station.fingers]
+        return replace(prediction, lost_s=loss_time)
+    since, sliding_fingers = slides
+    window = preceding_window(signals.time, since)
+    normal, friction = signals.normal[window].mean(axis=0), signals.friction[window].mean(axis=0)
+    share = weight_share(normal, signals.coefficients, signals.weight)
+    names = [finger.name for finger in station.fingers]
     weakest = int(np.argmin(signals.coefficients))
-    present, force = float(signals.coefficients[weakest]), float(normal.mean())
+    friction_now, force = float(signals.coefficients[weakest]), float(normal.mean())
     return replace(
-        predicted,
+        prediction,
         slips_s=float(signals.time[since]),
-        slips_in=_phase(held, int(samples[since])),
-        slips_on=" and ".join(name for name, slips in zip(names, on, strict=True) if slips),
-        lost_s=lost,
+        slips_in=_phase(item, int(samples[since])),
+        slips_on=" and ".join(name for name, slips in zip(names, sliding_fingers, strict=True) if slips),
+        lost_s=loss_time,
         used_share=slip_ratio(normal, friction, signals.coefficients),
-        present_friction=present,
-        least_friction=share * present,
-        least_object_friction=object_friction(share * present, finger_friction(station, station.fingers[weakest])),
+        present_friction=friction_now,
+        least_friction=share * friction_now,
+        least_object_friction=object_friction(share * friction_now, finger_friction(station, station.fingers[weakest])),
         present_force_n=force,
         needed_force_n=share * force,
     )
 
 
-def _sliding(held: RecordedObject, samples: NDArray[np.int_], begin: int) -> tuple[int, NDArray[np.bool_]] | None:
+def _sliding(item: RecordedObject, samples: NDArray[np.int_], begin: int) -> tuple[int, NDArray[np.bool_]] | None:
     """`sliding_since` from `begin` to the last of some samples; it looks back only as far as the object slides."""
-    time, reach = held.recording.values("time")[samples], 2 * RESTS
+    time, reach = item.recording.values("time")[samples], 2 * RESTS
     while True:
         first = max(begin, int(np.searchsorted(time, time[-1] - reach)))
-        slides = sliding_since(time[first:], held.sliding_speeds(samples[first:]))
+        slides = sliding_since(time[first:], item.sliding_speeds(samples[first:]))
         if slides is None:
             return None
         since = first + slides[0]
@@ -81,30 +83,30 @@ def _sliding(held: RecordedObject, samples: NDArray[np.int_], begin: int) -> tup
         reach *= 2
 
 
-def _predicted(held: RecordedObject, touch: int) -> Slip:
+def _predicted(item: RecordedObject, touch: int) -> Slip:
     """The prediction from the forces before an object is lifted.
 
     They are those at the end of the phase before the first that holds it; without phases that hold it,
     those at the end of the phase of the first touch.
     """
-    task, signals = held.station.task, held.signals
+    task, signals = item.station.task, item.signals
     if task is None:
         return Slip()
-    numbers = held.phases[held.samples]
+    numbers = item.phases[item.samples]
     holds = [number for number, phase in enumerate(task.phases) if phase.holds]
     lifts = np.flatnonzero(np.isin(numbers, holds) if holds else numbers > numbers[touch])
     if not len(lifts) or lifts[0] <= touch:
         return Slip()
-    normal = signals.normal[before(signals.time, int(lifts[0]))]
+    normal = signals.normal[preceding_window(signals.time, int(lifts[0]))]
     if not has_settled(normal @ signals.coefficients):
         return Slip()
     share = weight_share(normal.mean(axis=0), signals.coefficients, signals.weight)
     return Slip(WILL_HOLD if share < 1 else WILL_SLIP, share)
 
 
-def _phase(held: RecordedObject, sample: int) -> str:
+def _phase(item: RecordedObject, sample: int) -> str:
     """The name of the phase of a sample; "" without a task, and after its end."""
-    if held.station.task is None:
+    if item.station.task is None:
         return ""
-    number, phases = int(held.phases[sample]), held.station.task.phases
+    number, phases = int(item.phases[sample]), item.station.task.phases
     return phases[number].name if number < len(phases) else ""

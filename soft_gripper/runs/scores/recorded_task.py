@@ -1,4 +1,8 @@
-"""The ground truth of a task's result, from its recording: what the task achieved, and why it failed."""
+"""The ground truth of a task's result, from its recording: what the task achieved, and why it failed.
+
+Another measure is a field of `Judged` and its value in `judged`; another reason of a failure, a `TaskCriterion` in
+`task_criteria`.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -76,12 +80,12 @@ class TaskRun:
         return f"at {self._time[sample]:.2f} s{name}"
 
     @property
-    def placed(self) -> Array:
+    def placed_offset(self) -> Array:
         """Vector from the goal to the final object frame, (3,) m in the world."""
         return np.asarray(self.final_pose.translation() - self._goal_pose.translation())
 
     @property
-    def turned(self) -> RotationMatrix:
+    def placed_rotation(self) -> RotationMatrix:
         """Final orientation of the object in the goal frame."""
         return self._goal_pose.rotation().inverse() @ self.final_pose.rotation()
 
@@ -101,9 +105,9 @@ class TaskRun:
     @cached_property
     def dropped(self) -> int | None:
         """The sample at which the object was lost although it should be held; None: it was not dropped."""
-        held = np.isin(self._phase, self._holding) & (self.outcomes == Outcome.RUNNING)
-        lost = np.flatnonzero((held & (self._normal == 0).all(axis=0)) | (self.outcomes == Outcome.OBJECT_LOST))
-        return int(lost[0]) if len(lost) else None
+        is_held = np.isin(self._phase, self._holding) & (self.outcomes == Outcome.RUNNING)
+        losses = np.flatnonzero((is_held & (self._normal == 0).all(axis=0)) | (self.outcomes == Outcome.OBJECT_LOST))
+        return int(losses[0]) if len(losses) else None
 
     @cached_property
     def peak_force(self) -> float:
@@ -115,14 +119,14 @@ class TaskRun:
         """Largest squeeze of a soft object while a finger touches it, m; NaN of a rigid one."""
         if f"{self.task.object}.squeeze" not in self._recording:
             return NAN
-        touched = (self._normal > 0).any(axis=0)
-        return float(self._object.values("squeeze").max(where=touched, initial=0.0))
+        is_touched = (self._normal > 0).any(axis=0)
+        return float(self._object.values("squeeze").max(where=is_touched, initial=0.0))
 
     @cached_property
     def slips(self) -> Array:
         """Slip of the object along the fingers since they lift it, (T,) m; NaN where they do not lift or carry it."""
-        carrying = self._holding[:-1] or self._holding
-        samples = np.flatnonzero(np.isin(self._phase, carrying))
+        carrying_phases = self._holding[:-1] or self._holding
+        samples = np.flatnonzero(np.isin(self._phase, carrying_phases))
         slips = np.full(len(self._phase), NAN)
         slips[samples] = self._object.slip(samples)
         return slips
@@ -130,8 +134,8 @@ class TaskRun:
     @cached_property
     def slip(self) -> float:
         """The largest slip, m."""
-        known = self.slips[np.isfinite(self.slips)]
-        return float(known.max()) if len(known) else NAN
+        known_slips = self.slips[np.isfinite(self.slips)]
+        return float(known_slips.max()) if len(known_slips) else NAN
 
     @cached_property
     def detection_delay(self) -> float:
@@ -158,8 +162,8 @@ class TaskRun:
     @cached_property
     def duration(self) -> float:
         """Time until the task or the recording ended, s."""
-        over = np.flatnonzero(self._phase == len(self._phases))
-        return float(self._time[over[0] if len(over) else -1])
+        end_samples = np.flatnonzero(self._phase == len(self._phases))
+        return float(self._time[end_samples[0] if len(end_samples) else -1])
 
     @property
     def _holding(self) -> list[int]:
@@ -169,14 +173,14 @@ class TaskRun:
     @cached_property
     def _normal(self) -> Array:
         """Normal forces of the fingers, (F, T) N."""
-        return np.stack([self._recording.values(f"{each.name}.normal_force") for each in self._station.fingers])
+        return np.stack([self._recording.values(f"{finger.name}.normal_force") for finger in self._station.fingers])
 
     @cached_property
     def _contacts(self) -> dict[str, tuple[Flags, Flags]]:
         """Whether each finger is in contact, detected and true, at each sample."""
         names = [finger.name for finger in self._station.fingers]
-        detected = (self._recording.values(f"{name}.contact") > 0.5 for name in names)
-        return dict(zip(names, zip(detected, self._normal > 0, strict=True), strict=True))
+        detections = (self._recording.values(f"{name}.contact") > 0.5 for name in names)
+        return dict(zip(names, zip(detections, self._normal > 0, strict=True), strict=True))
 
 
 def detection_delay(time: Array, detected: Flags, true: Flags) -> float:
@@ -199,8 +203,8 @@ def judged(station: Station, recording: Recording) -> Judged:
     cause = failure(run)
     return Judged(
         success=not cause,
-        placed_error_mm=1e3 * float(np.linalg.norm(run.placed)),
-        placed_angle_deg=float(np.degrees(angle(run.turned))),
+        placed_error_mm=1e3 * float(np.linalg.norm(run.placed_offset)),
+        placed_angle_deg=float(np.degrees(angle(run.placed_rotation))),
         dropped=run.dropped is not None,
         peak_force_n=run.peak_force,
         squeeze_mm=1e3 * run.squeeze,
@@ -251,8 +255,8 @@ def _dropped(run: TaskRun) -> str:
 def _unfinished(run: TaskRun) -> str:
     if run.outcome == Outcome.RUNNING:
         return f"not over {run.when(-1)}"
-    ended = run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))
-    return "" if run.outcome == Outcome.DONE else f"{run.outcome.words} {ended}"
+    end = run.when(int(np.argmax(run.outcomes != Outcome.RUNNING)))
+    return "" if run.outcome == Outcome.DONE else f"{run.outcome.words} {end}"
 
 
 def _undetected(run: TaskRun) -> str:
@@ -277,15 +281,15 @@ def _slipped(run: TaskRun) -> str:
 
 
 def _misplaced(run: TaskRun) -> str:
-    error = 1e3 * float(np.linalg.norm(run.placed))
+    error = 1e3 * float(np.linalg.norm(run.placed_offset))
     return "" if error <= MAX_PLACED_ERROR else f"placed {error:.1f} mm from the goal, above {MAX_PLACED_ERROR:g} mm"
 
 
 def _misturned(run: TaskRun) -> str:
-    turned, tilted = (float(np.degrees(found)) for found in (angle(run.turned), tilt(run.turned)))
-    most = MAX_PLACED_ANGLE
-    ends = f"tilted by {tilted:.1f}, above {most:g} degrees"
-    return "" if turned <= most else f"placed {turned:.1f} degrees from the goal, {ends}"
+    turn_angle, tilt_angle = (float(np.degrees(measure(run.placed_rotation))) for measure in (angle, tilt))
+    limit = MAX_PLACED_ANGLE
+    ends = f"tilted by {tilt_angle:.1f}, above {limit:g} degrees"
+    return "" if turn_angle <= limit else f"placed {turn_angle:.1f} degrees from the goal, {ends}"
 
 
 def angle(R_GO: RotationMatrix) -> float:
@@ -302,5 +306,5 @@ def tilt(R_GO: RotationMatrix) -> float:
 def yaw(R_GO: RotationMatrix) -> float:
     """Angle of the remaining rotation about z after the z axes are aligned, rad, -pi to pi."""
     quaternion = R_GO.ToQuaternion()
-    turned = 2 * np.arctan2(quaternion.z(), quaternion.w())
-    return float(np.arctan2(np.sin(turned), np.cos(turned)))
+    turn = 2 * np.arctan2(quaternion.z(), quaternion.w())
+    return float(np.arctan2(np.sin(turn), np.cos(turn)))

@@ -1,4 +1,4 @@
-"""Why an object slips: pure functions over the signals of one grasp, see `GraspSignals`.
+"""Causes of an object's slip: pure functions over the signals of one grasp, see `GraspSignals`.
 
 By Coulomb's law the fingers carry at most the sum of their normal forces times their coefficients of friction: the
 friction that is available. The share of it that is used is the margin to slip; before an object is lifted, the share
@@ -24,7 +24,7 @@ WILL_HOLD, WILL_SLIP = "will be held", "will slip"
 
 @dataclass(frozen=True)
 class Slip:
-    """Why an object slips, or does not; NaN and "" where there is nothing to say.
+    """Slip of an object and its cause; NaN and "" where there is none.
 
     predicted: "will be held" if before it is lifted the friction available exceeds its weight, else "will slip"; "" if
         the grip has not settled by then.
@@ -59,12 +59,12 @@ def as_predicted(predicted: str, grasp: str) -> bool:
 
 def weight_share(normal: Array, coefficients: Array, weight: float) -> float:
     """The weight of an object over the friction available, from mean normal forces (F,) N; infinite without any."""
-    available = float(coefficients @ normal)
-    return weight / available if available > 0 else np.inf
+    max_friction = float(coefficients @ normal)
+    return weight / max_friction if max_friction > 0 else np.inf
 
 
 def object_friction(coefficient: float, finger: float) -> float:
-    """Friction of an object that gives a coefficient with that of a finger; infinite if none does.
+    """Friction of an object that combines with a finger's friction to a coefficient; infinite if none does.
 
     The inverse of `combined_friction`, which stays below twice the friction of the finger.
     """
@@ -73,8 +73,8 @@ def object_friction(coefficient: float, finger: float) -> float:
 
 def has_settled(force: Array) -> bool:
     """Whether the mean of a force (K,) in the second half of its samples is that in the first, within STEADY."""
-    early, late = (float(half.mean()) for half in np.array_split(force, 2))
-    return abs(late - early) <= STEADY * max(early, late)
+    early_force, late_force = (float(half.mean()) for half in np.array_split(force, 2))
+    return abs(late_force - early_force) <= STEADY * max(early_force, late_force)
 
 
 def held_span(time: Array, normal: Array) -> tuple[int, int] | None:
@@ -86,11 +86,11 @@ def held_span(time: Array, normal: Array) -> tuple[int, int] | None:
         time: (T,) s.
         normal: of all fingers, (T,) N.
     """
-    touched = np.flatnonzero(normal > TOUCH)
-    if not len(touched):
+    touched_samples = np.flatnonzero(normal > TOUCH)
+    if not len(touched_samples):
         return None
-    gaps = np.flatnonzero(np.diff(time[touched], append=time[-1]) > LET_GO)
-    return int(touched[0]), int(touched[gaps[0]]) + 1 if len(gaps) else len(time)
+    gaps = np.flatnonzero(np.diff(time[touched_samples], append=time[-1]) > LET_GO)
+    return int(touched_samples[0]), int(touched_samples[gaps[0]]) + 1 if len(gaps) else len(time)
 
 
 def sliding_since(time: Array, speed: Array) -> tuple[int, NDArray[np.bool_]] | None:
@@ -104,20 +104,20 @@ def sliding_since(time: Array, speed: Array) -> tuple[int, NDArray[np.bool_]] | 
         None if it does not slide at the end.
     """
     reach = max(round(_SMOOTH / (time[1] - time[0])), 1) if len(time) > 1 else 1
-    kernel, known = np.ones(reach), np.isfinite(speed)
+    kernel, is_known = np.ones(reach), np.isfinite(speed)
     sums, counts = (
         np.apply_along_axis(np.convolve, 0, values, kernel, "same")[: len(time)]
-        for values in (np.where(known, speed, 0.0), known.astype(float))
+        for values in (np.where(is_known, speed, 0.0), is_known.astype(float))
     )
     slides = sums > SLIDES * np.maximum(counts, 1.0)
-    moving = np.flatnonzero(slides.any(axis=1))
-    if not len(moving) or time[-1] - time[moving[-1]] > RESTS:
+    sliding_samples = np.flatnonzero(slides.any(axis=1))
+    if not len(sliding_samples) or time[-1] - time[sliding_samples[-1]] > RESTS:
         return None
-    rests = np.flatnonzero(np.diff(time[moving]) > RESTS)
-    begin = int(moving[rests[-1] + 1 if len(rests) else 0])
+    rests = np.flatnonzero(np.diff(time[sliding_samples]) > RESTS)
+    begin = int(sliding_samples[rests[-1] + 1 if len(rests) else 0])
     return begin, slides[begin]
 
 
-def before(time: Array, sample: int) -> slice:
+def preceding_window(time: Array, sample: int) -> slice:
     """The samples of the WINDOW before a sample, of times (T,) s; at least one."""
     return slice(int(np.searchsorted(time, time[sample] - WINDOW)), max(sample, 1))

@@ -1,4 +1,4 @@
-"""How well a closed loop follows the steps of its set point."""
+"""Step responses of a closed loop: overshoot, settling time and steady error at each set point."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -75,11 +75,11 @@ def step_table(station: Station, recording: Recording) -> list[StepRow]:
     rows = []
     begin = float(estimated[0])
     for step, end in enumerate(station.scenario.control.set_points or []):
-        during = (time > step * hold + 1e-9) & (time <= (step + 1) * hold + 1e-9)
-        since = time[during] - step * hold
+        is_in_step = (time > step * hold + 1e-9) & (time <= (step + 1) * hold + 1e-9)
+        since = time[is_in_step] - step * hold
         last = since > hold - STEADY
-        opening = estimated[during]
-        steady = (float((signal[during][last] - end).mean()) * 1e3 for signal in (estimated, true))
+        opening = estimated[is_in_step]
+        steady = (float((signal[is_in_step][last] - end).mean()) * 1e3 for signal in (estimated, true))
         rows.append(StepRow(step, 1e3 * begin, 1e3 * end, *_follow(since, opening, begin, end), *steady))
         begin = float(opening[-1])
     return rows
@@ -87,14 +87,14 @@ def step_table(station: Station, recording: Recording) -> list[StepRow]:
 
 def _follow(since: Array, opening: Array, begin: float, end: float) -> tuple[float, int, float]:
     """Overshoot, percent of the step; crossings; and settling time, s, NaN if the opening does not settle."""
-    beyond = (opening - end) / (end - begin)  # -1 at the start of the step
-    overshoot = max(0.0, float(beyond.max())) * 100
-    outside = np.flatnonzero(np.abs(beyond) > BAND)
+    progress = (opening - end) / (end - begin)  # -1 at the start of the step
+    overshoot = max(0.0, float(progress.max())) * 100
+    outside = np.flatnonzero(np.abs(progress) > BAND)
     if len(outside) == 0:
         return overshoot, 0, 0.0
-    crossings = int(np.count_nonzero(np.diff(np.sign(beyond[outside]))))
-    settled = outside[-1] + 1 < len(since)
-    return overshoot, crossings, float(since[outside[-1] + 1]) if settled else float("nan")
+    crossings = int(np.count_nonzero(np.diff(np.sign(progress[outside]))))
+    has_settled = outside[-1] + 1 < len(since)
+    return overshoot, crossings, float(since[outside[-1] + 1]) if has_settled else float("nan")
 
 
 def true_opening(station: Station, recording: Recording) -> Array:
@@ -121,15 +121,15 @@ def phase_table(station: Station, recording: Recording) -> list[PhaseRow]:
     pressure = f"{station.fingers[0].name}.sampled_pressure" if station.fingers else ""
     rows = []
     for phase, begin, end in phase_spans(recording, station.task.phases):
-        now = recording.data.sel(time=end)
-        opening, torque, pascals = (_value(now, name) for name in ("grip.opening", "grip.torque", pressure))
+        data = recording.data.sel(time=end)
+        opening, torque, pascals = (_value(data, name) for name in ("grip.opening", "grip.torque", pressure))
         rows.append(PhaseRow(phase.name, begin, end - begin, 1e3 * opening, 1e3 * torque, pascals / 1e3))
     return rows
 
 
-def _value(now: "xr.Dataset", signal: str) -> float:
+def _value(data: "xr.Dataset", signal: str) -> float:
     """A signal; NaN if it was not recorded, such as grip signals in a task without grip, or has several entries."""
-    return float(now[signal]) if signal in now and now[signal].size == 1 else float("nan")
+    return float(data[signal]) if signal in data and data[signal].size == 1 else float("nan")
 
 
 def outcome(recording: Recording) -> Outcome:

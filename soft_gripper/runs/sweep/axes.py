@@ -33,8 +33,8 @@ class Values:
     values: tuple[Any, ...]
 
     def __post_init__(self) -> None:
-        listed = isinstance(self.values, Sequence | np.ndarray) and not isinstance(self.values, str)
-        if not listed or not len(self.values):
+        is_list = isinstance(self.values, Sequence | np.ndarray) and not isinstance(self.values, str)
+        if not is_list or not len(self.values):
             raise InputError("sweep", self.key, self.values, "give at least one value, in a tuple")
 
     def at(self, share: float) -> Any:
@@ -53,8 +53,8 @@ class Range:
     is_relative: bool = False
 
     def __post_init__(self) -> None:
-        fine = isinstance(self.least, Real) and isinstance(self.most, Real)
-        if not fine or not -math.inf < self.least < self.most < math.inf:
+        are_numbers = isinstance(self.least, Real) and isinstance(self.most, Real)
+        if not are_numbers or not -math.inf < self.least < self.most < math.inf:
             raise InputError("sweep", self.key, [self.least, self.most], "give the lower limit, then the upper limit")
 
     def at(self, share: float) -> Any:
@@ -69,9 +69,9 @@ class Range:
         if not isinstance(count, Integral) or count < 2:
             raise InputError("sweep", self.key, count, "give a whole number of values, 2 or more")
         shares = [i / (count - 1) for i in range(count)]
-        exact = [self.least + share * (self.most - self.least) for share in shares]
-        if self.is_whole and all(value.is_integer() for value in map(float, exact)):
-            return Values(self.key, tuple(int(value) for value in exact))
+        exact_values = [self.least + share * (self.most - self.least) for share in shares]
+        if self.is_whole and all(value.is_integer() for value in map(float, exact_values)):
+            return Values(self.key, tuple(int(value) for value in exact_values))
         continuous = Range(self.key, self.least, self.most, False, self.is_relative)
         return Values(self.key, tuple(continuous.at(share) for share in shares))
 
@@ -94,13 +94,13 @@ def read_axis(text: str) -> Axis:
         ends = f"{span[1]}..{span[2]} {span[3]}".rstrip()
         raise InputError("sweep", "--vary", text, f"write {ends}:N, with N values, or list them")
     try:
-        listed = parse_yaml("sweep", f"values: {values if values.lstrip().startswith('[') else f'[{values}]'}")
+        content = parse_yaml("sweep", f"values: {values if values.lstrip().startswith('[') else f'[{values}]'}")
     except InputError:
         raise InputError("sweep", "--vary", text, _EXPECTED) from None
-    found = listed["values"]
-    if not isinstance(found, list) or not found:
+    listed_values = content["values"]
+    if not isinstance(listed_values, list) or not listed_values:
         raise InputError("sweep", "--vary", text, _EXPECTED)
-    return Values(key, tuple(found))
+    return Values(key, tuple(listed_values))
 
 
 def _read_range(key: str, text: str, least: str, most: str, percent: str, count: str | None) -> Axis:
@@ -114,8 +114,8 @@ def _read_range(key: str, text: str, least: str, most: str, percent: str, count:
     number = 2.0 if count is None else float(count)
     if not -math.inf < ends[0] < ends[1] < math.inf or number > MAX_RUNS:
         raise InputError("sweep", "--vary", text, f"{_ENDS}, {MAX_RUNS} at most")
-    found = Range(key, *ends, is_whole, bool(percent))
-    return found if count is None else found.spread(int(number))
+    axis = Range(key, *ends, is_whole, bool(percent))
+    return axis if count is None else axis.spread(int(number))
 
 
 def sweep_points(axes: Sequence[Axis], method: str = "grid", number: int = 0, seed: int = 0) -> list[SweepPoint]:

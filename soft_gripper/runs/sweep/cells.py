@@ -20,7 +20,7 @@ def cell(value: Any) -> str:
 
 
 def numbers_in(cells: Column) -> Array:
-    """Cells as numbers, true as 1 and percentages without their sign; NaN for those that are not numbers."""
+    """Cells as numbers, true as 1 and percentages without their sign; NaN for other cells."""
     numbers = np.full(len(cells), np.nan)
     for i, text in enumerate(cells):
         with suppress(ValueError):

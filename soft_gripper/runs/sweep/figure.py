@@ -19,28 +19,28 @@ _MAX_TICKS = 9  # values of a key that each have a tick
 _MAX_VECTORS = 5_000  # points that an SVG has as such; more are an image in it
 
 
-def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], title: str) -> Figure | None:
+def sweep_figure(varied: Mapping[str, Column], measures: Mapping[str, Column], title: str) -> Figure | None:
     """Plots measures over one key as lines, over two keys as maps; None for more keys, or if no measure is numeric.
 
     The first few measures that vary are drawn; runs whose object is not held are crossed out.
 
     Args:
         varied: cells of the varied keys.
-        measured: cells of the measures; empty if a run failed.
+        measures: cells of the measures; empty if a run failed.
         title: title of the figure.
     """
-    numbers = {name: numbers_in(cells) for name, cells in measured.items()}
-    drawn = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
-    drawn = {name: values for name, values in drawn.items() if _varies(values)} or drawn
-    if len(varied) not in (1, 2) or not drawn:
+    numbers = {name: numbers_in(cells) for name, cells in measures.items()}
+    panels = {name: values for name, values in numbers.items() if np.isfinite(values).any()}
+    panels = {name: values for name, values in panels.items() if _varies(values)} or panels
+    if len(varied) not in (1, 2) or not panels:
         return None
     with mpl.rc_context(STYLE):
-        drawn = dict(list(drawn.items())[:PANELS])
-        lost = np.array([cell not in ("", HELD) for cell in measured.get(GRASP, ())], bool)
-        title += ", crosses: not held" if lost.any() else ""
-        figure = Figure(figsize=(4.2 * len(drawn), 3.6), layout="constrained")
+        panels = dict(list(panels.items())[:PANELS])
+        is_lost = np.array([cell not in ("", HELD) for cell in measures.get(GRASP, ())], bool)
+        title += ", crosses: not held" if is_lost.any() else ""
+        figure = Figure(figsize=(4.2 * len(panels), 3.6), layout="constrained")
         figure.suptitle(title, x=0.01, ha="left")
-        for axes, (name, values) in zip(figure.subplots(1, len(drawn), squeeze=False)[0], drawn.items(), strict=True):
+        for axes, (name, values) in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True):
             places = [_place(axes, axis, cells) for axis, cells in zip("xy", varied.values(), strict=False)]
             for axis, (key, cells) in zip("xy", varied.items(), strict=False):
                 axes.set(**{f"{axis}label": f"{key} [%]" if cells[0].endswith("%") else key})
@@ -48,9 +48,9 @@ def sweep_figure(varied: Mapping[str, Column], measured: Mapping[str, Column], t
                 _draw_line(axes, places[0], values, name)
             else:
                 _draw_map(figure, axes, places, values, name)
-            if lost.any():
+            if is_lost.any():
                 y = places[1] if len(places) > 1 else values
-                axes.plot(places[0][lost], y[lost], "x", color="#b2182b", ms=7, rasterized=len(y) > _MAX_VECTORS)
+                axes.plot(places[0][is_lost], y[is_lost], "x", color="#b2182b", ms=7, rasterized=len(y) > _MAX_VECTORS)
     return figure
 
 
@@ -85,11 +85,11 @@ def _draw_map(figure: Figure, axes: Axes, places: Sequence[Array], values: Array
     if len(columns) * len(rows) == len(x) and min(len(columns), len(rows)) > 1:
         grid = np.full((len(rows), len(columns)), np.nan)
         grid[np.searchsorted(rows, y), np.searchsorted(columns, x)] = values
-        drawn: ScalarMappable = axes.pcolormesh(
+        image: ScalarMappable = axes.pcolormesh(
             columns, rows, grid, shading="nearest", rasterized=len(x) > _MAX_VECTORS
         )
     else:
-        drawn = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20, rasterized=len(x) > _MAX_VECTORS)
+        image = axes.scatter(x[~failed], y[~failed], c=values[~failed], s=20, rasterized=len(x) > _MAX_VECTORS)
     axes.grid(False)
     axes.plot(x[failed], y[failed], "x", color="#b2182b", rasterized=len(x) > _MAX_VECTORS)
-    figure.colorbar(drawn, ax=axes, label=name)
+    figure.colorbar(image, ax=axes, label=name)

@@ -36,10 +36,10 @@ def run_and_measure(
         InputError: if the scenario cannot be built with the changes, or a user measure fails.
         SimulationDivergedError: if the state is no longer finite.
     """
-    (measured,) = _measured(scenario, [changes], own, check_step)
-    if isinstance(measured, Exception):
-        raise measured
-    return measured
+    (measures,) = _measured(scenario, [changes], own, check_step)
+    if isinstance(measures, Exception):
+        raise measures
+    return measures
 
 
 def measured_runs(
@@ -57,18 +57,18 @@ def _measured(
     scenario: str, changes: Sequence[Mapping[str, Any]], own: Sequence[str], check_step: bool
 ) -> Sequence[dict[str, Any] | Exception]:
     scenarios = [_changed(scenario, change) for change in changes]
-    measured = list(_all_measures(scenarios, own))
+    measures = list(_all_measures(scenarios, own))
     if not check_step:
-        return measured
-    steps = [_half_steps(one) if isinstance(one, Scenario) else {} for one in scenarios]
+        return measures
+    steps = [_half_steps(changed) if isinstance(changed, Scenario) else {} for changed in scenarios]
     halves = [_changed(scenario, {**change, **step}) for change, step in zip(changes, steps, strict=True)]
-    return [_compared(*both) for both in zip(measured, _all_measures(halves, own), strict=True)]
+    return [_compared(*pair) for pair in zip(measures, _all_measures(halves, own), strict=True)]
 
 
 def _half_steps(scenario: Scenario) -> dict[str, float]:
-    """Changes of a scenario by which all steps are half as long."""
-    halved = {STEP: scenario.plant_config.time_step / 2}
-    return halved if scenario.engine_step is None else halved | {ENGINE_STEP: scenario.engine_step / 2}
+    """Changes of a scenario that halve all time steps."""
+    changes = {STEP: scenario.plant_config.time_step / 2}
+    return changes if scenario.engine_step is None else changes | {ENGINE_STEP: scenario.engine_step / 2}
 
 
 def _changed(scenario: str, changes: Mapping[str, Any]) -> Scenario | Exception:
@@ -82,9 +82,9 @@ def _all_measures(
     scenarios: Sequence[Scenario | Exception], own: Sequence[str]
 ) -> Iterator[dict[str, Any] | Exception]:
     """The measures of a run of each scenario that could be read, or the error."""
-    runs = run_many([each for each in scenarios if isinstance(each, Scenario)], described=bool(own))
-    for each in scenarios:
-        run = each if isinstance(each, Exception) else next(runs)
+    runs = run_many([scenario for scenario in scenarios if isinstance(scenario, Scenario)], described=bool(own))
+    for scenario in scenarios:
+        run = scenario if isinstance(scenario, Exception) else next(runs)
         try:
             yield run if isinstance(run, Exception) else _measures(run, own)
         except InputError as error:  # of a user's measure
@@ -99,22 +99,22 @@ def _measures(run: Run, own: Sequence[str]) -> dict[str, Any]:
     return measure(run.station, run.recording, own)
 
 
-def _compared(measured: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:
-    """The measures of a run, with those that depend on its time step."""
-    if isinstance(measured, Exception) or isinstance(halved, Exception):
-        return measured if isinstance(measured, Exception) else halved
-    return measured | {DEPENDS: " ".join(depends_on_step(measured, halved))}
+def _compared(measures: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:
+    """The measures of a run, with the names of those that depend on its time step."""
+    if isinstance(measures, Exception) or isinstance(halved, Exception):
+        return measures if isinstance(measures, Exception) else halved
+    return measures | {DEPENDS: " ".join(depends_on_step(measures, halved))}
 
 
-def depends_on_step(measured: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:
+def depends_on_step(measures: Mapping[str, Any], halved: Mapping[str, Any]) -> list[str]:
     """The measures of a run that differ by more than 5 % and 0.01 of their units with half the time step."""
-    return [name for name, value in measured.items() if _differ(value, halved[name])]
+    return [name for name, value in measures.items() if _differ(value, halved[name])]
 
 
-def _differ(one: Any, other: Any) -> bool:
-    if not isinstance(one, float) or not isinstance(other, float) or math.isnan(one) or math.isnan(other):
-        return str(one) != str(other)
-    return not abs(one - other) <= max(_DIFFERENT * max(abs(one), abs(other)), _NEGLIGIBLE)
+def _differ(x: Any, y: Any) -> bool:
+    if not isinstance(x, float) or not isinstance(y, float) or math.isnan(x) or math.isnan(y):
+        return str(x) != str(y)
+    return not abs(x - y) <= max(_DIFFERENT * max(abs(x), abs(y)), _NEGLIGIBLE)
 
 
 def engine_step_of(scenario: str, changes: Mapping[str, Any], executor: Executor) -> dict[str, float]:

@@ -60,7 +60,7 @@ class ClosedLoop:
 
 
 @dataclass(frozen=True)
-class Task:
+class TaskMeasures:
     """A task: its outcome as estimated, and its duration."""
 
     outcome: str
@@ -77,9 +77,8 @@ def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
     grasp: tuple[type[Any], ...] = (Grasp, Slip) if has_object else ()
     if scenario.task is not None:
         looks = scenario.estimator.contact_threshold is not None
-        return (
-            (*grasp, Task, Judged) if looks and any(phase.holds for phase in scenario.task.phases) else (*grasp, Task)
-        )
+        is_judged = looks and any(phase.holds for phase in scenario.task.phases)
+        return (*grasp, TaskMeasures, Judged) if is_judged else (*grasp, TaskMeasures)
     return (*grasp, OpenLoop) if scenario.control.set_points is None else (*grasp, ClosedLoop)
 
 
@@ -101,19 +100,19 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
         InputError: if a user measure fails, or does not return a single value.
     """
     # The object of the task, or the first free model.
-    held = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
-    of_kind: dict[type[Any], Callable[[], Any]] = {
+    items = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
+    makers: dict[type[Any], Callable[[], Any]] = {
         OpenLoop: lambda: _open_loop(station, recording),
         ClosedLoop: lambda: _closed_loop(station, recording),
-        Task: lambda: Task(outcome(recording).words, float(recording.values("time")[-1])),
+        TaskMeasures: lambda: TaskMeasures(outcome(recording).words, float(recording.values("time")[-1])),
         Judged: lambda: judged(station, recording),
-        Grasp: lambda: recorded_grasp(*held)[0],
-        Slip: lambda: recorded_slip(*held),
+        Grasp: lambda: recorded_grasp(*items)[0],
+        Slip: lambda: recorded_slip(*items),
     }
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
-        found |= asdict(of_kind[kind]())
-    return found | {column_of(name): _own_measure(name, station, recording) for name in own}
+        values |= asdict(makers[kind]())
+    return values | {column_of(name): _own_measure(name, station, recording) for name in own}
 
 
 def column_of(name: str) -> str:
@@ -124,10 +123,10 @@ def column_of(name: str) -> str:
 def _own_measure(name: str, station: Station, recording: Recording) -> Any:
     function = OWN.find(name, OPTION, "sweep")
     with blamed_on(OPTION, name, "sweep"):
-        found = function(station, recording)
-    value = found.item() if isinstance(found, np.generic | np.ndarray) and found.size == 1 else found
+        result = function(station, recording)
+    value = result.item() if isinstance(result, np.generic | np.ndarray) and result.size == 1 else result
     if not isinstance(value, Real | str):
-        raise InputError("sweep", OPTION, name, f"returned {type(found).__name__}; return a number or a string")
+        raise InputError("sweep", OPTION, name, f"returned {type(result).__name__}; return a number or a string")
     return value
 
 

@@ -20,13 +20,13 @@ NUMBER = "run"  # the first column
 _DESCRIBES = ("description",)  # keys that have no effect on a run
 
 
-def check_keys(scenario: str, fixed: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
+def check_keys(scenario: str, fixed_changes: Mapping[str, Any], points: Sequence[SweepPoint]) -> None:
     """Checks the scenario, and the first and last value of each key, before any work is done.
 
     Raises:
         InputError: if the scenario itself cannot be built, or a key cannot be varied.
     """
-    base = changed_scenario(scenario, fixed)
+    base = changed_scenario(scenario, fixed_changes)
     try:
         check_closed(make_station(base))
     except InputError as error:
@@ -36,7 +36,7 @@ def check_keys(scenario: str, fixed: Mapping[str, Any], points: Sequence[SweepPo
             raise InputError("sweep", "--vary", key, "cannot be varied: it has no effect on a run")
         for point in (points[0], points[-1]):
             try:
-                changed = changed_scenario(scenario, {**fixed, key: point[key]})
+                changed = changed_scenario(scenario, {**fixed_changes, key: point[key]})
             except InputError as error:
                 raise error.inside(f"sweep: --vary {key}") from error.__cause__
             if kind_of(changed) != kind_of(base):
@@ -91,8 +91,8 @@ def run_sweep(
             raise InputError("sweep", OPTION, name, f"there is already a column '{column}'; rename the function")
     runs = ScenarioRuns(out, TABLE, ABOUT, [NUMBER], columns)
     if ENGINE_STEP not in keys:
-        others = [point for point in points if point.get("engine", DRAKE) != DRAKE]
-        engine = {"engine": others[0]["engine"]} if others else {}
+        engine_points = [point for point in points if point.get("engine", DRAKE) != DRAKE]
+        engine = {"engine": engine_points[0]["engine"]} if engine_points else {}
         fixed |= engine_step_of(scenario, fixed | engine, executor)
         base = changed_scenario(scenario, fixed)
     runs.begin_runs(base, resume, scenario=scenario, measures=[*own, *checked], runs=list(points))

@@ -19,14 +19,14 @@ from soft_gripper.scenario.schema import Scenario
 class ScenarioRuns(StudyTables):
     """A table of runs of scenarios with changes: a row has the key of a run, changes, measures, and why it failed."""
 
-    def __init__(self, out: Path, table: str, about: str, keys: Sequence[str], columns: Sequence[str]):
+    def __init__(self, out: Path, table: str, description: str, keys: Sequence[str], columns: Sequence[str]):
         """`keys` are the columns that identify a run; `columns` are the changed keys of scenarios and the measures.
 
         Raises:
             InputError: if the folder `out` cannot be written to, or another process writes to it.
         """
         self._names = [*keys, *columns, ERROR]
-        super().__init__(lock_folder(out), about, {table: self._names}, len(keys))
+        super().__init__(lock_folder(out), description, {table: self._names}, len(keys))
 
     def begin_runs(self, base: Scenario, resume: bool, *packages: str, **parts: Any) -> None:
         """Starts or resumes the table, see `begin`; parts, the scenario and versions tell a study from others.
@@ -42,7 +42,7 @@ class ScenarioRuns(StudyTables):
         executor: Executor,
         base: Scenario,
         given: tuple[str, Mapping[tuple[str, ...], Mapping[str, Any]]],
-        others: Sequence[Any],
+        fixed_arguments: Sequence[Any],
         report: Callable[[dict[str, str]], Any],
     ) -> None:
         """Makes the runs whose rows do not exist, as many at once as the engine of the scenario is best at.
@@ -51,20 +51,20 @@ class ScenarioRuns(StudyTables):
             executor: makes the calls of `measured_runs`.
             base: the scenario, read.
             given: its name or file, and the changes of each run by its key.
-            others: further arguments of them.
+            fixed_arguments: further arguments of them.
             report: called with the row of each run.
         """
         scenario, changes = given
         keys = list(changes)
         size = runs_at_once(base, len(keys))
         batches = [tuple(keys[i : i + size]) for i in range(0, len(keys), size)]
-        jobs = {batch: (scenario, [changes[key] for key in batch], *others) for batch in batches}
+        jobs = {batch: (scenario, [changes[key] for key in batch], *fixed_arguments) for batch in batches}
 
-        def keep(batch: tuple[tuple[str, ...], ...], found: Sequence[Mapping[str, Any]]) -> None:
-            for key, measured in zip(batch, found, strict=True):
-                given = {**dict(zip(self._names, key, strict=False)), **changes[key], **measured}
+        def keep(batch: tuple[tuple[str, ...], ...], results: Sequence[Mapping[str, Any]]) -> None:
+            for key, measures in zip(batch, results, strict=True):
+                cells = {**dict(zip(self._names, key, strict=False)), **changes[key], **measures}
                 if key not in self.rows:
-                    self.add([cell(given.get(name)) for name in self._names])
+                    self.add([cell(cells.get(name)) for name in self._names])
 
         def failed(batch: tuple[tuple[str, ...], ...], error: str) -> list[dict[str, Any]]:
             return [{ERROR: error}] * len(batch)

@@ -103,7 +103,7 @@ def test_composed_parts_put_out_what_their_blocks_do(make, keys):
 
 
 def test_over_a_recording_they_put_out_what_they_do_sample_by_sample(make):
-    one = FusedBlock.of_diagram(make())
+    one = FusedBlock.from_diagram(make())
     values, time = drawn(one), PERIOD * np.arange(SAMPLES)
     builder, parts = added(make, dict.fromkeys(FINGERS, 0))
     (block,) = builder.GetSystems()

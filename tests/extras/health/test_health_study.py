@@ -31,8 +31,8 @@ RUN = HealthRun("exact", 0, "leak", "free_bending", "finger", -1, 3.0, 0.4, True
 
 
 def test_runs_are_counted_by_belief_and_fault():
-    missed, cut = replace(RUN, found=False, said="healthy"), replace(RUN, fault="cut", said="held")
-    none = replace(RUN, fault="none", found=False, false_alarm=True)
+    missed, cut = replace(RUN, is_found=False, said="healthy"), replace(RUN, fault="cut", said="held")
+    none = replace(RUN, fault="none", is_found=False, false_alarm=True)
     rows = {(row.belief, row.fault): row for row in health_rows([RUN, missed, cut, none, replace(RUN, belief="other")])}
     leaks, every = rows["exact", "leak"], rows["exact", "all"]
     assert (leaks.runs, leaks.found_percent, leaks.right_percent) == (2, 50, 50)
@@ -49,7 +49,7 @@ def test_one_of_some_runs_with_every_fault_is_monitored_with_other_beliefs():
 
 
 def test_the_command_writes_and_prints_what_the_runs_say(monkeypatch, tmp_path):
-    monkeypatch.setattr(health, "health_runs", lambda *_: [RUN, replace(RUN, fault="none", found=False)])
+    monkeypatch.setattr(health, "health_runs", lambda *_: [RUN, replace(RUN, fault="none", is_found=False)])
     done = soft_gripper("study", "health", "--runs", 1, "--out", tmp_path)
     assert done.code == 0
     assert [line.split()[-6:] for line in done.out.splitlines() if "leak" in line] == [

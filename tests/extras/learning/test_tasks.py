@@ -7,7 +7,7 @@ from soft_gripper.extras.learning.config import GraspConfig, PickPlaceConfig, Re
 from soft_gripper.extras.learning.environment import DrakeStation
 from soft_gripper.extras.learning.episode_variation import Draw
 from soft_gripper.extras.learning.station import PeakForce
-from soft_gripper.extras.learning.tasks import Grasp, PickPlace, Reach
+from soft_gripper.extras.learning.tasks import GraspTask, PickPlace, Reach
 
 ROW = np.array([0])
 
@@ -78,7 +78,7 @@ def judged(task, begin, place, force, peak, drawn=()):
 
 def judge_grasp(height, force=(0.0, 0.0), peak=1.0):
     """After a step of 0.1 s."""
-    return judged(Grasp(GRASP, 0.1, 1), [0.1, 0.0, 0.0], [0.0, 0.0, height], force, peak)
+    return judged(GraspTask(GRASP, 0.1, 1), [0.1, 0.0, 0.0], [0.0, 0.0, height], force, peak)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from soft_gripper.runs.scores.grasp import (
     verdict,
 )
 from soft_gripper.runs.scores.recorded_grasps import touched_instead
-from soft_gripper.runs.scores.recorded_object import before_put_down
+from soft_gripper.runs.scores.recorded_object import precedes_put_down
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import scenario_names
 
@@ -142,7 +142,7 @@ def judged_phases(*holds, reached=None):
     ]
     rescues = [Phase(name, arm_motion(1.0), np.nan, end) for name in ("rise", "return")]
     numbers = np.repeat(np.arange(len(holds) if reached is None else reached), 3)
-    counted = before_put_down(numbers, [*phases, *rescues])
+    counted = precedes_put_down(numbers, [*phases, *rescues])
     return sorted({int(number) for number in numbers[counted]})
 
 

@@ -13,10 +13,10 @@ from scipy.special import ndtr
 from soft_gripper.errors import InputError
 from studies.benchmark.baselines import _RIDGE_PENALTY, _fit_linear, recurrent, ridge
 from studies.benchmark.benchmark_task import (
+    BenchmarkTask,
     Channel,
     Part,
     Recorded,
-    Task,
     read_tests,
     read_training,
     region_inputs,
@@ -51,7 +51,8 @@ def twin(tmp_path):
     digest = hashlib.sha256((tmp_path / "a.txt").read_bytes()).hexdigest()
     channels = Channel("a", "V"), Channel("b", "V")
     tested = {"later": (Part("a.txt", 0.5),)}
-    return Task("twin", "nowhere", {"a.txt": digest}, channels, channels, (Part("a.txt", end=0.5),), tested, read)
+    parts = (Part("a.txt", end=0.5),)
+    return BenchmarkTask("twin", "nowhere", {"a.txt": digest}, channels, channels, parts, tested, read)
 
 
 def score(task, folder, estimator):
@@ -161,7 +162,8 @@ def lagging(seed, samples=1500):
 
 def test_the_recurrent_network_finds_a_memory_that_a_regression_cannot():
     train, test = [lagging(1), lagging(2)], lagging(3)
-    task = Task("memory", "", {}, (Channel("u", "1"),), (Channel("y", "m"),), (), {}, lambda path: test, period=0.01)
+    channels = (Channel("u", "1"),), (Channel("y", "m"),)
+    task = BenchmarkTask("memory", "", {}, *channels, (), {}, lambda path: test, period=0.01)
     errors = {}
     for estimator in (ridge, recurrent):
         errors[estimator] = scored(task, estimator, train, {"all": [test]}).mean
@@ -175,7 +177,8 @@ def recognized(stated, held):
     """The score of stated probabilities, `held` being one of two shapes or none."""
     truth = np.eye(3)[held][:, :2]
     recorded = Recorded(np.arange(len(held))[:, None], truth)
-    task = Task("shape", "", {}, (Channel("grasp", "1"),), SHAPES, (), {}, lambda path: recorded, recognition=True)
+    grasps = (Channel("grasp", "1"),)
+    task = BenchmarkTask("shape", "", {}, grasps, SHAPES, (), {}, lambda path: recorded, recognition=True)
     predict = lambda inputs: np.asarray(stated, dtype=float)[inputs[:, 0]]  # noqa: E731
     return scored(task, lambda task, train: predict, [], {"all": [recorded]})
 

@@ -12,7 +12,7 @@ from studies.contacts.contacts import G, read_finger
 from studies.contacts.peg import (
     SIDES,
     ContactBench,
-    Settled,
+    SettledFinger,
     combined_friction,
     peg_center,
 )
@@ -24,7 +24,7 @@ ROUGH = 0.3
 
 
 @cache
-def pressed(side: str, friction: float) -> tuple[Settled, complex, complex]:
+def pressed(side: str, friction: float) -> tuple[SettledFinger, complex, complex]:
     """What comes of it; the centre of the peg, and gravity, both z + i x in B."""
     x, _, z = R_WB.matrix().T @ [0, 0, -G]
     before, after = PRESSURES[side]
@@ -33,7 +33,7 @@ def pressed(side: str, friction: float) -> tuple[Settled, complex, complex]:
     return ContactBench(RADIUS, friction).press(R_WB, center, q, after), center, complex(z, x)
 
 
-def torque_of(found: Settled, along: float) -> np.ndarray:
+def torque_of(found: SettledFinger, along: float) -> np.ndarray:
     """At the joints, of one force: `found.force` across the link that it meets, and `along` it."""
     finger = read_finger()
     chain, link = forward_kinematics(found.q, finger.segment_length), int(np.argmax(found.link_force))

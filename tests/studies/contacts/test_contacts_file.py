@@ -8,14 +8,14 @@ from refusals import refused
 
 from soft_gripper.diagrams.recording import Recording
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
-from studies.contacts.peg import Contact, RandomContact, Settled, contact_arrays
+from studies.contacts.peg import RandomContact, RestingContact, SettledFinger, contact_arrays
 
 
-def contact(number: int, side: str) -> Contact:
+def contact(number: int, side: str) -> RestingContact:
     drawn = RandomContact(side, 5.0, 80.0, 50.0, 20.0 + number, (1.0, 0.0, 0.0, 0.0))
     force = 0.5 if side == "inner" else -0.5
-    found = Settled(np.full(12, 0.1 * number), 1e-4, np.full(12, 2.0), np.zeros(13), force, 0.6, 0.07, np.ones(3))
-    return Contact(number, drawn, found, (), 0.45)
+    found = SettledFinger(np.full(12, 0.1 * number), 1e-4, np.full(12, 2.0), np.zeros(13), force, 0.6, 0.07, np.ones(3))
+    return RestingContact(number, drawn, found, (), 0.45)
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ def test_a_step_is_that_of_the_differential_equation(shipped_finger):
 
     solved = solve_ivp(flow, (0, 20 * PERIOD), np.zeros(2 * N), "Radau", rtol=1e-9, atol=1e-10).y[:, -1]
     torques = np.concatenate([np.zeros((1, N)), np.broadcast_to(driving, (21, N))])  # at rest, then a step
-    q, rate, _, rest = motion.over_time(torques, np.zeros((22, 3)), np.zeros((22, 3)))[-1]
+    q, rate, _, rest = motion.motion_over_time(torques, np.zeros((22, 3)), np.zeros((22, 3)))[-1]
     np.testing.assert_allclose(np.concatenate([q, rate]), solved, atol=1e-6)
     np.testing.assert_allclose(rest, driving / finger.stiffness)
     lag = motion.lag(np.stack([q, rate, rest, rest]))
@@ -61,7 +61,7 @@ def test_a_finger_on_an_accelerated_base_hangs_as_under_another_weight(shipped_f
     found = motion.acceleration(motion.middles_over_time(poses.reshape(400, 12)))
     np.testing.assert_allclose(found[3:], [[acceleration, 0, 0]] * 397, atol=1e-9)
     gravity = np.tile([0.0, 0.0, -G], (400, 1))
-    q, _, _, rest = motion.over_time(np.zeros((400, 12)), gravity, gravity - found)[-1]
+    q, _, _, rest = motion.motion_over_time(np.zeros((400, 12)), gravity, gravity - found)[-1]
     mechanics = motion.mechanics
     bent = mechanics.weight(mechanics.bent_finger(q), np.array([-acceleration, 0.0, -G])) / shipped_finger.stiffness
     np.testing.assert_allclose(q, bent, atol=1e-6)
@@ -72,7 +72,7 @@ def test_after_a_sample_that_is_not_finite_the_finger_is_taken_to_rest(shipped_f
     motion = motion_of(shipped_finger)
     driving = np.full((3, 12), 0.02)
     driving[1] = np.nan
-    q, rate, _, rest = motion.over_time(driving, *2 * [np.tile([0.0, 0.0, G], (3, 1))])[-1]
+    q, rate, _, rest = motion.motion_over_time(driving, *2 * [np.tile([0.0, 0.0, G], (3, 1))])[-1]
     np.testing.assert_array_equal(q, rest)
     assert not rate.any()
 
@@ -84,8 +84,8 @@ def test_in_space_a_finger_moves_in_its_plane_as_in_the_plane(shipped_finger):
     torques = np.zeros((30, 36))
     torques[1:, :12] = torque
     down = np.broadcast_to([0.0, 0.0, G], (30, 3))
-    found = known.over_time(torques, down, down)
-    np.testing.assert_allclose(found[..., :12], motion_of(shipped_finger).over_time(torques[:, :12], down, down))
+    found = known.motion_over_time(torques, down, down)
+    np.testing.assert_allclose(found[..., :12], motion_of(shipped_finger).motion_over_time(torques[:, :12], down, down))
     np.testing.assert_allclose(found[..., 12:], 0.0, atol=1e-12)
 
 

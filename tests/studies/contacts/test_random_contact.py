@@ -9,7 +9,7 @@ from studies.contacts.peg import (
     RADIUS,
     STILL,
     RandomContact,
-    Settled,
+    SettledFinger,
     contact_flaw,
     draw_contact,
     run_contact,
@@ -36,7 +36,7 @@ def settled(links, force, total=None, velocity=0.0):
     link_force = np.zeros(13)
     link_force[links] = 1.0
     total = abs(force) if total is None else total
-    return Settled(np.zeros(12), velocity, np.zeros(12), link_force, force, total, 0.08, np.zeros(3))
+    return SettledFinger(np.zeros(12), velocity, np.zeros(12), link_force, force, total, 0.08, np.zeros(3))
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def settled(links, force, total=None, velocity=0.0):
         (settled([7], 1.0), "too weak"),
     ],
 )
-def test_what_is_no_single_contact(found: Settled, flaw: str) -> None:
+def test_what_is_no_single_contact(found: SettledFinger, flaw: str) -> None:
     assert contact_flaw(DRAWN, found, 0.45) == flaw
 
 

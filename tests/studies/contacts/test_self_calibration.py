@@ -12,7 +12,7 @@ from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from studies.contacts.self_calibration import (
-    FreeMotion,
+    FreeMeasurements,
     Scale,
     calibrate_gain,
     calibrate_stiffness,
@@ -22,12 +22,12 @@ PRESSURES, GRAVITY = np.array([30e3, 90e3]), 6 + 7j
 IN_BASE = np.array([7.0, 0.0, 6.0])
 
 
-def free_motion(layout: SensorLayout) -> FreeMotion:
+def free_motion(layout: SensorLayout) -> FreeMeasurements:
     q = resting_angles(layout.finger, PRESSURES, np.full(2, GRAVITY))
-    return FreeMotion(layout.response.reading(extension_ratios(layout, q)), PRESSURES, IN_BASE)
+    return FreeMeasurements(layout.response.reading(extension_ratios(layout, q)), PRESSURES, IN_BASE)
 
 
-def calibrated(calibrate: Callable[[SensorLayout, FreeMotion], Scale], true: Finger, nominal: Finger) -> Scale:
+def calibrated(calibrate: Callable[[SensorLayout, FreeMeasurements], Scale], true: Finger, nominal: Finger) -> Scale:
     return calibrate(SensorLayout(nominal, 2, borders=(1 / 3,)), free_motion(SensorLayout(true, 2, borders=(1 / 3,))))
 
 

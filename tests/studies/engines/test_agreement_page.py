@@ -18,16 +18,16 @@ from studies.engines.engine_agreement import (
     MIN_CREEP_MASS,
     PAGE,
     TABLE,
-    Agreement,
     Box,
     Creep,
+    EngineAgreement,
     count_ends,
     creep_table,
     page_table,
 )
 
 LINES = PAGE.read_text(encoding="utf-8").splitlines()
-ROWS = read_csv(TABLE, Agreement)
+ROWS = read_csv(TABLE, EngineAgreement)
 
 
 def test_the_table_is_what_was_written():

@@ -11,7 +11,7 @@ from soft_gripper.extras.export.mjcf import to_mjcf
 from studies.peers.comparison import Result, chosen_results
 from studies.peers.measures import creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
-from studies.peers.task import Trial, load_task
+from studies.peers.task import PeerTrial, load_task
 
 ROOT = Path(__file__).parents[3]
 ENGINE = "soft-gripper, engine mujoco"
@@ -93,9 +93,9 @@ def test_creep_and_error_are_those_of_the_end():
     config = settings()
     task = load_task(config["tasks"]["box grasp"])
     t = np.arange(1, 801) * 0.01
-    start = task.free.X_WB.translation()
+    start = task.grasped_body.X_WB.translation()
     held = start + np.outer(t, [0, 0, -1e-4])
-    trial = Trial(1.0, np.zeros((800, 2), dtype=complex), held)
+    trial = PeerTrial(1.0, np.zeros((800, 2), dtype=complex), held)
     assert creep(task, trial) == pytest.approx(1e-4)
     assert holds(task, trial)
     assert not holds(task, trial._replace(held=held + np.array([0, 0, -0.05])))

@@ -152,8 +152,8 @@ def _open_bench(scenario: Scenario, file: Path, endpoints: Endpoints, options: a
     config = replace(description, source=options.source or description.source, sink=options.sink or description.sink)
     config = replace(config, sink_format="json") if options.json_lines else config
     moving = [name for name, finger in config.fingers.items() if finger.base_pose is not None]
-    measured = [f"{name}.measured_{kind}" for name, finger in config.fingers.items() for kind in instruments(finger)]
-    bench = Bench(scenario, moving, measured)
+    inputs = [f"{name}.measured_{kind}" for name, finger in config.fingers.items() for kind in instruments(finger)]
+    bench = Bench(scenario, moving, inputs)
     check_inputs(file, config, bench)
     columns = (
         None if config.time is None else Columns(dict.fromkeys(config.names, "fields"), config.time, hold=config.hold)
@@ -169,8 +169,8 @@ def _check_files(scenario: Scenario, file: Path, config: BenchConfig, options: a
     if config.sink is not None and config.sink.startswith("file:"):
         sink = file_path(urlsplit(config.sink))
         outputs += [] if sink.is_fifo() else [sink]  # a pipe is opened when it is written to
-        asked = options.sink is not None or not os.path.isfile(sink)
-        require(asked, file, "sink", config.sink, "exists, and would be emptied: name it by --sink, or another file")
+        is_named = options.sink is not None or not os.path.isfile(sink)
+        require(is_named, file, "sink", config.sink, "exists, and would be emptied: name it by --sink, or another file")
     for output in outputs:
         check_file(output, [*files_read(options.scenario, scenario), file, config.source.removeprefix("file:")])
 
@@ -219,13 +219,13 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
         if name in bench.quantities
     }
     sizes |= {f"{name}.measured_{kind}": 2 for name, finger in config.fingers.items() for kind in instruments(finger)}
-    unknown = config.fingers.keys() - bench.quantities.keys()
-    if unknown:
-        raise InputError(file, "fingers", sorted(unknown), f"the scenario has: {', '.join(bench.quantities)}")
+    unknown_names = config.fingers.keys() - bench.quantities.keys()
+    if unknown_names:
+        raise InputError(file, "fingers", sorted(unknown_names), f"the scenario has: {', '.join(bench.quantities)}")
     for name, size in bench.inputs.items():
-        given = int(config.opening is not None) if name == "grip.set_point" else sizes.get(name, 0)
-        if given != size:
-            raise InputError(file, name, f"{given} fields", f"must be {size}")
+        field_count = int(config.opening is not None) if name == "grip.set_point" else sizes.get(name, 0)
+        if field_count != size:
+            raise InputError(file, name, f"{field_count} fields", f"must be {size}")
     for name, finger in config.fingers.items():
         for kind, instrument in instruments(finger).items():
             place = np.array([np.nan if instrument.place is None else instrument.place])

@@ -1,6 +1,17 @@
 """Commands of this extra, as the command line lists them."""
 
-from soft_gripper.commands.options import CHECK, CONSOLE, ENGINE, EXECUTOR, RESUME, Command, Group, option, out, path
+from soft_gripper.commands.options import (
+    CHECK,
+    CONSOLE,
+    ENGINE,
+    EXECUTOR,
+    RESUME,
+    Command,
+    Group,
+    folder_option,
+    option,
+    path,
+)
 
 COMMANDS = (
     Command(
@@ -22,7 +33,7 @@ COMMANDS = (
             CHECK,
             RESUME,
             *EXECUTOR,
-            out("results/design"),
+            folder_option("results/design"),
         ),
         package=__name__,
         group=Group.DESIGN,

@@ -32,9 +32,9 @@ _SHOWN_DESIGNS = 5  # designs of the front
 
 def run(options: argparse.Namespace) -> int:
     """Runs the command; fails if no design is allowed."""
-    loaded = study = load_design_study(options.study)
+    loaded_study = study = load_design_study(options.study)
     if options.engine is not None:
-        study = replace(loaded, fixed={**loaded.fixed, "engine": options.engine})
+        study = replace(loaded_study, fixed={**loaded_study.fixed, "engine": options.engine})
     scenario = changed_scenario(study.scenario, study.fixed)
     written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
     lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
@@ -42,22 +42,22 @@ def run(options: argparse.Namespace) -> int:
     warning = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()
     with options.console.jobs(most_runs(study), "runs", warning) as report, executor as opened:
-        result = run_design(study, options.out, opened, options.resume, lambda held: report())
+        result = run_design(study, options.out, opened, options.resume, lambda is_held: report())
         measures = list(own_measures(study).values())
-        agreed = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, opened, measures)
+        pairs = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, opened, measures)
     minutes = (time.monotonic() - begin) / 60
     files = [options.out / name for name in write_tables(result, options.out)]
     save_figure(design_figure(result), options.out / FIGURE)
     files += [options.out / f"{FIGURE}{suffix}" for suffix in (".png", ".svg")]
     if result.best is not None:
-        files += write_design(loaded, result.designs[result.best].values, options.out / BEST)
+        files += write_design(loaded_study, result.designs[result.best].values, options.out / BEST)
     tests = test_rows(result)
     sensitivities = sensitivity_rows(result)
     _print(result, minutes, tests)
     if result.best is not None and sensitivities:
         print_rows(sensitivities, "What matters, among the designs that were tried")
-    if agreed:
-        print_agreement(agreed, options.console, options.out)
+    if pairs:
+        print_agreement(pairs, options.console, options.out)
         files.append(options.out / AGREEMENT)
     options.console.document["tests"] = tests
     options.console.table("sensitivity", sensitivities)
@@ -67,12 +67,14 @@ def run(options: argparse.Namespace) -> int:
 
 def _print(result: DesignResult, minutes: float, tests: Table) -> None:
     """Prints the best designs of the front by the first end, and the best one in the test, on new draws."""
-    refused = sum(bool(design.score.refused) for design in result.designs)
+    refusals = sum(bool(design.score.refused) for design in result.designs)
     allowed = sum(design.score.is_allowed for design in result.designs[1:])
-    tried = len(result.designs) - 1
-    print(f"{tried} designs in {minutes:.1f} minutes: {refused} refused before a run, {allowed} hold within all limits")
+    count = len(result.designs) - 1
+    print(
+        f"{count} designs in {minutes:.1f} minutes: {refusals} refused before a run, {allowed} hold within all limits"
+    )
     if result.best is None:
-        print(f"No design holds within all limits; of the last: {reason(result, tried)}")
+        print(f"No design holds within all limits; of the last: {reason(result, count)}")
         return
     rows = design_rows(result)
     end = result.study.config.ends[0].measure

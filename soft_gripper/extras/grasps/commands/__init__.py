@@ -14,9 +14,9 @@ from soft_gripper.commands.options import (
     Command,
     Group,
     count,
+    folder_option,
     number,
     option,
-    out,
     scenario,
     scenario_name,
     whole,
@@ -25,7 +25,7 @@ from soft_gripper.errors import InputError
 
 
 def _check_trials(options: argparse.Namespace) -> None:
-    """Checks that the names of scenarios differ, by which tables distinguish them."""
+    """Checks that the names of scenarios differ, since tables distinguish them by name."""
     names = Counter(Path(file).stem for file in options.scenario or ())
     for file in options.scenario or ():
         if names[Path(file).stem] > 1:
@@ -67,7 +67,7 @@ COMMANDS = (
                 default=2.0,
             ),
             *EXECUTOR,
-            out("results/grasp_strength"),
+            folder_option("results/grasp_strength"),
         ),
         package=__name__,
         group=Group.STUDY,
@@ -97,7 +97,7 @@ COMMANDS = (
             CHECK,
             RESUME,
             *EXECUTOR,
-            out("results/grasp_trials"),
+            folder_option("results/grasp_trials"),
         ),
         _check_trials,
         package=__name__,

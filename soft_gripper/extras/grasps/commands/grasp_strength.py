@@ -19,16 +19,16 @@ def run(options: argparse.Namespace) -> int:
     """Runs the command; the exit code is 1 if there is no grasp to test."""
     scenario = options.chosen_scenario
     name = Path(options.scenario).stem
-    held = held_object(scenario, options.object)
+    object_name = held_object(scenario, options.object)
     check_closed(station_of(options.scenario, scenario))
     lock_folder(options.out)
     shake = Shake(1e-3 * options.slid, math.radians(options.turned), options.seconds)
     executor = open_executor(options.jobs, options.scheduler)
     with options.console.jobs(len(LOADS), "loads", "nothing is kept") as report, executor as opened:
-        rows = grasp_strength(scenario, opened, held, shake, report)
+        rows = grasp_strength(scenario, opened, object_name, shake, report)
     options.console.table("strength", rows, options.out / TABLE)
-    save_figure(strength_figure(rows, f"{name}: strength of the grasp of {held}"), options.out / FIGURE)
-    print_rows(rows, f"Grasp of {held}: the largest load that it withstands beside the weight")
+    save_figure(strength_figure(rows, f"{name}: strength of the grasp of {object_name}"), options.out / FIGURE)
+    print_rows(rows, f"Grasp of {object_name}: the largest load that it withstands beside the weight")
     print(
         f"It is lost if it slides by {options.slid:g} mm along the fingers, or turns by {options.turned:g} degrees in"
     )

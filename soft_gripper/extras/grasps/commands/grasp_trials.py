@@ -56,13 +56,13 @@ def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> No
             resume=options.resume,
             engine=options.engine,
         )
-        agreed = _compare_with_drake(files, trials, seed, options.check, opened)
+        agreements = _compare_with_drake(files, trials, seed, options.check, opened)
     for file in files:
         _print_summary(file, seed, [trial for trial in trials if trial.scenario == Path(file).stem])
-    if agreed:
-        print_agreement(agreed, console, out)
+    if agreements:
+        print_agreement(agreements, console, out)
     console.document["trials"] = [_row(trial) for trial in trials]
-    files_of_check = [AGREEMENT] if agreed else []
+    files_of_check = [AGREEMENT] if agreements else []
     console.wrote(*(out / file for file in (*TABLES, f"{FIGURE}.png", f"{FIGURE}.svg", *files_of_check)))
 
 
@@ -70,19 +70,19 @@ def _compare_with_drake(
     files: Sequence[str], trials: Sequence[Trial], seed: int, checked: int, executor: Executor
 ) -> list[Agreement]:
     """Repeats `checked` trials of another engine in Drake and compares them."""
-    picked = [trials[i] for i in draw_indices(len(trials), checked, seed)]
+    sample = [trials[i] for i in draw_indices(len(trials), checked, seed)]
     files_by_name = {Path(file).stem: file for file in files}
     jobs = {
-        i: (files_by_name[trial.scenario], seed, [trial.trial], {"engine": DRAKE}) for i, trial in enumerate(picked)
+        i: (files_by_name[trial.scenario], seed, [trial.trial], {"engine": DRAKE}) for i, trial in enumerate(sample)
     }
-    repeated = results(executor, trials_together, jobs)
-    return agreement([*map(_cells, picked)], [_cells(repeated[i][0]) for i in jobs])
+    drake_trials = results(executor, trials_together, jobs)
+    return agreement([*map(_cells, sample)], [_cells(drake_trials[i][0]) for i in jobs])
 
 
 def _cells(trial: Trial) -> dict[str, str]:
     """The measures of a trial, as text."""
-    measured = asdict(trial.result) | asdict(trial.grasp)
-    return {name: str(value) for name, value in measured.items() if name != "cause"}
+    values = asdict(trial.result) | asdict(trial.grasp)
+    return {name: str(value) for name, value in values.items() if name != "cause"}
 
 
 def _run_alone(file: str, options: argparse.Namespace, out: Path) -> None:
@@ -114,13 +114,13 @@ def _row(trial: Trial) -> dict[str, Any]:
 def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     """Prints the results of the trials of a scenario, and each failure with its cause."""
     rows = [trial.result for trial in trials]
-    placed, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
+    errors, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
     successes = sum(row.success for row in rows)
     low, high = binomtest(successes, len(rows)).proportion_ci(0.95, "wilson")
-    likely = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
-    print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {likely}")
-    if np.isfinite(placed).any():
-        for label, values, form, unit in (("error", placed, ".2f", "mm"), ("angle", angles, ".1f", "degrees")):
+    confidence_text = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
+    print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {confidence_text}")
+    if np.isfinite(errors).any():
+        for label, values, form, unit in (("error", errors, ".2f", "mm"), ("angle", angles, ".1f", "degrees")):
             mean, highest = (_statistic(average, values) for average in (np.mean, np.max))
             print(f"  placed {label}     mean {mean:{form}} {unit}, at most {highest:{form}} {unit}")
     for label, column, unit in (
@@ -141,5 +141,5 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
 
 def _statistic(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
     """A statistic of the measured values; NaN if there are none."""
-    measured = [value for value in values if not np.isnan(value)]
-    return average(measured) if measured else float("nan")
+    known_values = [value for value in values if not np.isnan(value)]
+    return average(known_values) if known_values else float("nan")

@@ -38,7 +38,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.fingers.finger_links import finger_to_urdf, tip_name
 from soft_gripper.fingers.finger_parts import TipLoad
-from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_plane, rotated
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, planar_vector, rotated
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.quantity import quantity
 from soft_gripper.scenario.schema import PressureConfig
@@ -287,7 +287,7 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
     Raises:
         SimulationDivergedError: if the chain does not stay finite.
     """
-    mount, angle = in_plane(setup.mounting_x, setup.mounting_z), setup.mounting_angle
+    mount, angle = planar_vector(setup.mounting_x, setup.mounting_z), setup.mounting_angle
     tip = tip_motion(finger, setup, motion)
     in_tip = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
     markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)

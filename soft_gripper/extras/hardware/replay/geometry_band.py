@@ -105,7 +105,7 @@ def _left_out(
     """Errors in a region of states of all recordings one after the other, by a fit to what is not in it."""
     hidden = np.split(region, np.cumsum([len(one.time) for one in recordings])[:-1])
     geometry = without(fitted, hidden)
-    kept = [states.without(region) for states in sections]
+    kept = [states.leave_out(region) for states in sections]
     errors, grown = [], []
     for recording, left_out in zip(recordings, hidden, strict=True):
         rows = np.flatnonzero(left_out & np.isfinite(recording.positions).all(axis=-1))[::_STRIDE]

@@ -32,7 +32,7 @@ from soft_gripper.extras.hardware.scoring import Split, leave_one_out, predictio
 from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
-from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, in_plane
+from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque, planar_vector
 
 _SAMPLE_STRIDE = 6  # one in so many samples is fitted
 _INDEPENDENT_SAMPLES = 20.0  # samples of a recording
@@ -123,9 +123,10 @@ def _build_geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
     }
     lengths = nominal + scaled["length_offset"]
     wires = WireGeometry(spacing, scaled["bend_offset"], scaled["crossing"], lengths, scaled["bow"])
-    bodies, couplings = in_plane(scaled["body_across"], scaled["body_along"]), in_plane(scaled["coupling"], 0.0)
+    bodies = planar_vector(scaled["body_across"], scaled["body_along"])
+    couplings = planar_vector(scaled["coupling"], 0.0)
     base, tilt, delay = x[-3:] * (_BASE_STD, _TILT_STD, _DELAY_STD)
-    return ArmGeometry(wires, RigidParts(in_plane(base, 0.0), tilt, couplings, bodies, scaled["turn"]), delay)
+    return ArmGeometry(wires, RigidParts(planar_vector(base, 0.0), tilt, couplings, bodies, scaled["turn"]), delay)
 
 
 def _residuals(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
@@ -221,7 +222,7 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
 
     As in an estimator, the internal angle of a sample follows from the bends before it, each held.
     """
-    decay = recursion((branch,), PERIOD).kept.item()
+    decay = recursion((branch,), PERIOD).decay.item()
     memory = decay + (1 - decay) * branch.share  # of the internal angle, which bends, too
     bends: Array = torque + branch.share * lfilter([0.0, 1 - decay], [1.0, -memory], torque, axis=0)
     return bends

@@ -1,6 +1,6 @@
 """Commands of this extra, as the command line lists them."""
 
-from soft_gripper.commands.options import CONSOLE, EXECUTOR, SEED, Command, Group, count, out
+from soft_gripper.commands.options import CONSOLE, EXECUTOR, SEED, Command, Group, count, folder_option
 
 COMMANDS = (
     Command(
@@ -12,7 +12,7 @@ COMMANDS = (
             count("--runs", "number of runs with a fault, and of runs without", 200),
             SEED,
             *EXECUTOR,
-            out("results/health"),
+            folder_option("results/health"),
         ),
         package=__name__,
         group=Group.STUDY,

@@ -1,4 +1,4 @@
-"""soft-gripper study health: how many faults are found and named, how soon, and how often one is named without any."""
+"""soft-gripper study health: counts detected and named faults, their delays, and false alarms."""
 
 import argparse
 from dataclasses import astuple

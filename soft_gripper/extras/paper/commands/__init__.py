@@ -1,6 +1,6 @@
 """Commands of this extra, as the command line lists them."""
 
-from soft_gripper.commands.options import CONSOLE, EXECUTOR, RESUME, Command, Group, out
+from soft_gripper.commands.options import CONSOLE, EXECUTOR, RESUME, Command, Group, folder_option
 
 COMMANDS = (
     Command(
@@ -12,7 +12,7 @@ COMMANDS = (
         ),
         (
             *CONSOLE,
-            out("results/evaluation"),
+            folder_option("results/evaluation"),
             *EXECUTOR,
             RESUME,
         ),

@@ -51,8 +51,8 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
     """Prints mean errors of the arcs by scenario, and of all estimators in each scenario."""
     arcs = estimator_rows(rows, ARCS)
     names = dict.fromkeys(row.estimator for row in rows)
-    by_scenario = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
-    print_sensor_errors(f"mean errors of {ARCS}", ("pose", "tip"), by_scenario, ".2f")
+    scenario_means = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
+    print_sensor_errors(f"mean errors of {ARCS}", ("pose", "tip"), scenario_means, ".2f")
     for scenario in SCENARIOS:
         errors = {name: _means(estimator_rows(rows, name), scenario) for name in names}
         print_sensor_errors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")

@@ -11,12 +11,12 @@ from soft_gripper.files.row_table import WIDTH, print_table
 def print_claims(claims: Sequence[Claim]) -> None:
     """Prints a line for each claim, with our result, and how many claims fail."""
     width, numbers = (max(map(len, texts)) for texts in zip(*((c.text, c.number) for c in claims), strict=True))
-    aside = "  " if width + numbers + 16 <= WIDTH else "\n  "  # the number beside the claim, or below it
+    gap = "  " if width + numbers + 16 <= WIDTH else "\n  "  # the number beside the claim, or below it
     print()
     for claim in claims:
         word = "holds" if claim.holds else _red("FAILS")
-        text = claim.text if "\n" in aside else f"{claim.text:<{width}}"
-        print(f"{text}{aside}{claim.source:<6} {word}: {claim.number}")
+        text = claim.text if "\n" in gap else f"{claim.text:<{width}}"
+        print(f"{text}{gap}{claim.source:<6} {word}: {claim.number}")
     summary = verdict(claims)
     print("\n" + (summary if all(claim.holds for claim in claims) else _red(summary)))
 
