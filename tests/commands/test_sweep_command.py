@@ -9,8 +9,6 @@ from pathlib import Path
 import pytest
 from command_line import LISTENING, short, soft_gripper
 
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
-
 NOISY = [*short("pressure.settle=0.1"), "--set", "sensor.errors.preset=realistic"]
 VARY = ["--vary", "models.0.fingers.all.youngs_modulus=-10..10 %:2", "--vary", "sensor.seed=0..3:4"]
 SWEEP = ["sweep", "free_bending", *NOISY, *VARY]
@@ -61,17 +59,3 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert done.code == 0
     assert table(tmp_path) == table(whole)
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
-
-
-@pytest.mark.slow
-def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("mine.yaml").write_text(dump_scenario(load_scenario("free_bending")))
-    vary = "models.0.fingers.all.thickness=0.02,0.004,0.021"
-    done = soft_gripper("sweep", "mine.yaml", *NOISY, "--vary", vary, "--jobs", 1, "--out", "out")
-    assert done.code == 0
-    assert "3 runs, 1 failed" in done.out
-    with Path("out/sweep.csv").open(newline="") as file:
-        errors = [row["error"] for row in csv.DictReader(file)]
-    assert "the chamber does not fit" in errors[1]
-    assert [errors[0], errors[2]] == ["", ""]

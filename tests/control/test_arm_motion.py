@@ -119,12 +119,6 @@ def test_a_motion_takes_the_whole_of_one_limit_and_no_more(ur5e, binding, change
     assert 0.99 < max(use) <= 1
 
 
-def test_speed_is_a_part_of_the_quickest(ur5e):
-    plant, _, limits = ur5e
-    path = joint_path(HOME, HOME + 0.5)
-    assert timed(plant, path, limits, 0.25).end_time() == pytest.approx(4 * timed(plant, path, limits).end_time())
-
-
 def test_staying_is_a_motion_too(ur5e):
     plant, tool, limits = ur5e
     for path in (joint_path(HOME, HOME), straight_path(plant, tool, HOME, tool_pose(plant, tool, HOME))):
@@ -163,14 +157,6 @@ def test_the_tool_goes_straight_and_turns_evenly(ur5e, direction, rpy):
         assert np.linalg.norm(X_WTool.translation() - X_WStart.translation() - s * np.array(direction)) < 1e-4
         R_W = RotationMatrix(AngleAxis(s * turn.angle(), turn.axis())) @ X_WStart.rotation()
         assert (X_WTool.rotation().inverse() @ R_W).ToAngleAxis().angle() < 1e-4
-
-
-def test_a_straight_path_has_continuous_second_derivatives(ur5e):
-    plant, tool, _ = ur5e
-    path = straight_path(plant, tool, HOME, RigidTransform([0, 0.3, 0]) @ tool_pose(plant, tool, HOME))
-    curvature = path.MakeDerivative(2)
-    steps = np.array([curvature.value(s + 1e-9) - curvature.value(s - 1e-9) for s in path.get_segment_times()[1:-1]])
-    assert np.abs(steps).max() < 1e-5 * np.abs(curvature.value(0.5)).max()
 
 
 def test_a_straight_path_out_of_reach_tells_how_far_it_gets():

@@ -62,12 +62,6 @@ def test_a_thing_between_the_tips(gripper):
     assert torque == pytest.approx(FORCE * (0.12 - 0.005), rel=1e-9)
 
 
-def test_both_pushed_the_same_way_cancel_out(gripper):
-    first, second = pushed(gripper, ([FORCE, 0, 0], [FORCE, 0, 0]))
-    assert abs(first[0]) > 0.05
-    assert grip_torque(first, second) == pytest.approx(0, abs=1e-12)
-
-
 def swung(plant, acceleration):
     """Torques at the joints of both fingers when the palm swings; it acts on them as gravity does, m/s^2."""
     plant.mutable_gravity_field().set_gravity_vector(acceleration)

@@ -73,20 +73,6 @@ def test_steps_of_the_plant_call_no_python(baseline, time_step):
     assert bending(time_step) == baseline
 
 
-ERRORS = "sensor.errors.preset=realistic", "sensor.pressure_errors.noise=50"
-
-
-@pytest.mark.slow
-def test_errors_of_sensors_work_once_a_sample():
-    """Strain and pressure of two fingers; what follows them is called no more often than with ideal sensors."""
-    runs = {
-        dt: calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *ERRORS)) for dt in (0.01, 0.002)
-    }
-    assert runs[0.01] == runs[0.002]
-    blocks = 2 * 2 * 100
-    assert runs[0.01]["soft_gripper.sensors.error_block.step"] == blocks / 2  # two equal fingers at once
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("dt", [0.01, 0.002])
 def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):

@@ -121,18 +121,6 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
 
 
-@SIDES
-@pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0)])
-def test_two_forces_are_found_as_their_sum_and_centre(shipped_finger, side, places):
-    """Within 6 % and 3 % of the length, with four sections; one with more friction may bend the finger alike."""
-    layout, s = SensorLayout(shipped_finger, **FOUR), np.array(places) * shipped_finger.length
-    q = in_balance(shipped_finger, 80e3, 9.81, [Push(s[0], side * 0.8), Push(s[1], side * 0.6)])
-    contact = estimated(layout, q, 80e3, 9.81).contact
-    assert contact.force == pytest.approx(side * 1.4, rel=0.06)
-    assert contact.arc_length == pytest.approx(s @ [0.8, 0.6] / 1.4, abs=0.03 * shipped_finger.length)
-    assert abs(contact.force - side * 1.4) < 2 * contact.force_std
-
-
 @BOTH
 @SIDES
 @pytest.mark.parametrize("place", [0.5, 0.8, 1.0])

@@ -160,29 +160,6 @@ def pressed(finger, samples=120):
     return np.array(angles), pressure
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", SHAPE_FUNCTIONS)
-def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
-    """In a diagram with its estimator, of which a few samples read nothing."""
-    layout = SensorLayout(creeping, 2, borders=(1 / 3,))
-    q, pressure = pressed(creeping)
-    strain = layout.response.reading(extension_ratios(layout, q))
-    strain[60:63] = np.nan
-    estimator = find_estimator(kind)(layout, GRAVITY, PERIOD)
-    block = Sampled(FingerEstimation(estimator, layout, GRAVITY, PERIOD))
-    sampled = [
-        block.sample("driving_torque", strain=read, pressure=[p], X_WB=UPRIGHT)
-        for read, p in zip(strain, pressure, strict=True)
-    ]
-    function, gravity = (
-        SHAPE_FUNCTIONS[kind](layout, Uncertainty(), PERIOD),
-        np.tile(in_space(np.array(IN_PLANE)), (len(q), 1)),
-    )
-    found = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
-    np.testing.assert_allclose(found, sampled, rtol=0, atol=1e-7)
-    assert np.abs(found - creeping.pressure_torque(pressure)).max() > 1e-3
-
-
 def test_a_recording_remembers_shapes_of_zeroed_sensors_as_the_block_does(creeping):
     """Sensors that read too much are zeroed after 0.7 s in which the gripper is open."""
     layout, uncertainty = SensorLayout(creeping, 4), Uncertainty(free_pressure=2e3)

@@ -7,10 +7,7 @@ import pytest
 
 from soft_gripper.estimators.arcs import arcs_from_readings, joints_on_arcs
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.sensors.response_curve import ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
-
-CURVED = ResponseCurve(((0.7, -0.5), (0.95, -0.1), (1.2, 0.1), (1.4, 0.8)))
 
 
 @pytest.mark.parametrize("one_sided", [False, True])
@@ -24,15 +21,3 @@ def test_estimate_of_a_chain_converges_with_the_square_of_the_segment(shipped_fi
         errors.append((abs(arcs.tip_heading - bend), np.abs(joints_on_arcs(layout, arcs) - joints).max()))
     order = np.log2(np.divide(errors[:-1], errors[1:]))
     np.testing.assert_allclose(order, 2, atol=0.1)
-
-
-def test_response_curve_in_the_loop_changes_nothing(layout):
-    q = np.linspace(-0.2, 0.35, 5)[:, None] * np.ones(12)
-    curved = replace(layout, response=CURVED)
-    ratios = extension_ratios(layout, q)
-    assert ratios.min() < 0.95
-    assert ratios.max() > 1.2
-    linear = arcs_from_readings(layout, layout.response.reading(ratios))
-    found = arcs_from_readings(curved, CURVED.reading(ratios))
-    np.testing.assert_allclose(found.theta, linear.theta, atol=1e-12)
-    np.testing.assert_allclose(found.end, linear.end, atol=1e-14)

@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.estimate import force_along
-from soft_gripper.estimators.finger_shape import Places
-from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.spatial_chain import Loads, resting_positions, spatial_chain, weights
@@ -111,32 +108,6 @@ def pushed(finger, pressures, forces):
     driving = chain.interleaved({"bending": finger.pressure_torque(np.asarray(pressures))})
     q = resting_positions(chain, chain.interleaved(finger.stiffnesses), driving, loads)
     return q[..., np.argsort(chain.position_indices(WAYS))]
-
-
-@pytest.mark.slow
-def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_a_sideways_force(spatial):
-    """By 5 %, with noise, gains and offsets: its tip is nearer than by one sample alone, by a third or so."""
-    rng, count = np.random.default_rng(3), 700
-    soft = spatial.with_sections(lambda section: replace(section, youngs_modulus=section.youngs_modulus / 1.05))
-    layout, pressure = sensors(spatial), np.append(swinging(600), np.full(100, 60e3))
-    forces = np.zeros((count, 3))
-    forces[600:, 1] = 0.3 * np.minimum(1, np.arange(100) / 20)
-    pressure[580:600] = 60e3 * np.arange(20) / 20
-    true = pushed(soft, pressure, forces)
-    gains, offsets = 1 + 0.01 * rng.standard_normal(layout.readings), 1e-3 * rng.standard_normal(layout.readings)
-    readings = gains * layout.read(true) + offsets + NOISE * rng.standard_normal((count, layout.readings))
-    driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((count, 24))], axis=-1)
-    shape = RecursiveShape(layout, replace(UNCERTAIN, friction=0.45))
-    rows, tip = np.append(np.arange(300, 580, 14), np.arange(640, 700, 2)), Places(spatial, WAYS)
-    found, late = shape.at(rows, readings, driving, GRAVITY), slice(20, None)
-    alone = GaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)
-    errors = [np.linalg.norm((tip(q[late])[0] - tip(true[rows[late]])[0])[:, -1], axis=-1) for q in (found.q, alone.q)]
-    assert errors[0].mean() < 0.7 * errors[1].mean()
-    contact = found.contact.at(late)
-    force, std = force_along(contact.vector, contact.vector_covariance, np.array([0.0, 1.0, 0.0]))
-    assert np.mean(np.abs(force - 0.3) < 2 * std) > 0.9
-    assert np.median(force) == pytest.approx(0.3, rel=0.15)
-    assert not np.any(found.contact.vector[:20]), "free"
 
 
 @pytest.mark.parametrize("lost", ["outer", "left", "rising"])

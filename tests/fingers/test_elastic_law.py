@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from finger_plants import built_at, free_bending
+from finger_plants import free_bending
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.fingers.finger_parts import ElasticLaw
@@ -80,22 +80,6 @@ def test_any_number_of_segments_bends_alike(gripper):
     assert coarse / middle == pytest.approx(4, rel=0.05)
     assert middle / fine == pytest.approx(4, rel=0.05)
     assert fine < 1e-4
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.005, 0.0])
-def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
-    file = gripper("finger.urdf", STIFFENING)
-    longer = ("pressure.settle=1.99", "gravity=[0, 0, 0]", f"plant_config.time_step={time_step}")
-    recording, ends = run(file, *longer)[0], [2.0, 4.0, 6.0]
-    angle, *torques = STIFFENING
-    laws = at_joints(shipped_finger, *torques)
-    sections = [built_at(shipped_finger, (i + 0.5) * 0.01) for i in range(12)]
-    chamber = [section.chamber_area * section.chamber_eccentricity for section in sections]
-    for finger in FINGERS:
-        settled = recording[f"{finger}.sampled_joint_angles"].sel(time=ends, method="nearest").values
-        law = [straight_on(settled[:, i], angle, laws[i]) for i in range(12)]
-        np.testing.assert_allclose(np.transpose(law), np.outer(PRESSURES, chamber), rtol=1e-3)
 
 
 @pytest.mark.slow

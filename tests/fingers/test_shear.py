@@ -4,14 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from finger_plants import free_bending
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
-from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.models import DIRECTORY
 
 KAPPA = 0.857  # Cowper (1966) for a rectangle: 10 (1 + nu) / (12 + 11 nu), nu = 1 / 2
 SIDE, MODULUS = 0.02, 3e5  # m, Pa
@@ -57,13 +54,6 @@ def test_a_cantilever_converges_to_timoshenkos(finger_plant, thicknesses):
     assert abs(errors[-1]) < 1e-3
 
 
-def test_shear_is_eight_per_cent_at_a_length_of_three_thicknesses_and_a_third(finger_plant):
-    sheared = bar(3.3, 20)
-    stiff = replace(sheared, shear_factor=0.0)
-    more = deflection(sheared, finger_plant(sheared)) / deflection(stiff, finger_plant(stiff)) - 1
-    assert more == pytest.approx(0.08, abs=1e-3)
-
-
 def test_springs_of_shear_are_linear_and_leave_bending_alone(tapered_finger, finger_plant):
     finger = replace(tapered_finger, shear_factor=KAPPA)
     plant = finger_plant(finger)
@@ -80,19 +70,3 @@ def test_springs_of_shear_are_linear_and_leave_bending_alone(tapered_finger, fin
     np.testing.assert_allclose(forces[bending], -0.1 * finger.stiffness, rtol=1e-6)
     damping = [plant.GetJointByName(f"tapered_shear_{i}").default_damping() for i in range(5)]
     np.testing.assert_allclose(damping, 0.0065 * stiffness, rtol=1e-12)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.005, 0.0])
-def test_pressure_bends_a_finger_that_shears_as_before(tmp_path, time_step):
-    """Free bending shears nothing: a pressure is a moment alone."""
-    text = (DIRECTORY / "grippers/finger.urdf").read_text()
-    files = {"stiff": text, "shears": text.replace("<body", f'<body shear_factor="{KAPPA}"')}
-    angles = []
-    for name, urdf in files.items():
-        (tmp_path / f"{name}.urdf").write_text(urdf)
-        changed = [f"models.{i}.file={tmp_path / f'{name}.urdf'}" for i in (0, 1)]
-        settled = ("gravity=[0, 0, 0]", f"plant_config.time_step={time_step}")
-        recording = simulate(free_bending([50e3], 2.0, *changed, *settled))
-        angles.append(recording["left_finger.sampled_joint_angles"].values[-1])
-    np.testing.assert_allclose(*angles, rtol=1e-3)

@@ -8,11 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from finger_plants import BENDING_STIFFNESS, LENGTH, uniform_finger
-from pydrake.common.value import Value
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
-from pydrake.systems.analysis import Simulator
 from scipy.optimize import root
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
@@ -82,19 +78,3 @@ def test_error_falls_with_the_square_of_the_segment(finger_plant, case):
     errors = [tip_error(finger_plant, uniform_finger(n), case) for n in (6, 12, 24, 48)]
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert orders.min() >= 1.9
-
-
-@pytest.mark.parametrize("case", CASES, ids=NAMES)
-def test_simulation_settles_to_the_static_solution(finger_plant, case):
-    plant = finger_plant(uniform_finger(12), time_step=0.01)
-    simulator = Simulator(plant)
-    context = simulator.get_mutable_context()
-    plant.get_actuation_input_port().FixValue(context, np.zeros(12))
-    load = ExternallyAppliedSpatialForce()
-    tip = plant.GetFrameByName("finger_tip")
-    load.body_index = tip.body().index()
-    load.p_BoBq_B = tip.GetFixedPoseInBodyFrame().translation()
-    load.F_Bq_W = SpatialForce(tau=[0, case.moment, 0], f=[case.force, 0, 0])
-    plant.get_applied_spatial_force_input_port().FixValue(context, Value([load]))
-    simulator.AdvanceTo(3.0)
-    assert tip_position(plant, context) == pytest.approx(settled_tip(plant, case), abs=1e-9)

@@ -21,24 +21,6 @@ WAYS = "yields=bending sideways twist"
 IN_SPACE = [f"models.{finger}.fingers.all.{WAYS}" for finger in ("left_finger", "right_finger")]
 
 
-@pytest.mark.slow
-def test_a_finger_in_space_bends_in_its_plane_as_one_that_bends_alone():
-    planar, spatial = (simulate(free_bending([60e3], 0.2, *more)) for more in ((), IN_SPACE))
-    assert {name for name in spatial.data if name not in planar.data} == {
-        f"{finger}_finger.true_{way}_{what}"
-        for finger in ("left", "right")
-        for way in ("sideways", "twist")
-        for what in ("angles", "torque")
-    }
-    for name in ("sampled_joint_angles", "estimated_joint_angles", "true_tip_position", "external_torque"):
-        expected = planar[f"left_finger.{name}"].values
-        np.testing.assert_allclose(spatial[f"left_finger.{name}"], expected, atol=1e-4 * np.nanmax(np.abs(expected)))
-    for way in ("sideways", "twist"):
-        angles = spatial[f"left_finger.true_{way}_angles"]
-        assert angles.sizes["joint"] == 12
-        np.testing.assert_allclose(angles, 0, atol=1e-9)
-
-
 @pytest.mark.parametrize("springs", ["linear", "torsion"])
 def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
     gravity = np.array([2.0, 7.0, -6.0])
@@ -58,20 +40,6 @@ def test_weight_across_the_plane_bends_and_twists_as_the_balance_says(springs):
         for way, name in (("sideways", "true_sideways_angles"), ("twist", "true_twist_angles")):
             found = recording[f"{in_plant.name}.{name}"][-1]
             np.testing.assert_allclose(found, q[np.array(chain.deformations) == way], atol=1e-4)
-
-
-@pytest.mark.slow
-def test_a_box_that_is_turned_twists_the_fingers():
-    steps, recordings = ("pressure.steps.all=[100e3]", "pressure.settle=0.99", "pressure.hold_samples=1"), []
-    for ways in ("bending", "bending sideways twist"):
-        scenario = load_scenario("turned_box_grasp", [*steps, f"models.gripper.fingers.all.yields={ways}"])
-        recordings.append(simulate(scenario))
-    planar, spatial = recordings
-    assert abs(spatial["left_finger.true_twist_angles"].values[-1].sum()) > np.radians(3)
-    for recording in (planar, spatial):
-        assert 0.5 < recording["left_finger.normal_force"][-1] < 1.5
-    yaw = [2 * np.arctan2(pose[3], pose[0]) for pose in (each["box.pose"].values[-1] for each in (planar, spatial))]
-    assert yaw[1] < yaw[0] - np.radians(2)
 
 
 @pytest.mark.slow

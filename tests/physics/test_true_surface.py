@@ -10,10 +10,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.loaded_model import load_model
-from soft_gripper.diagrams.simulation import run_station
-from soft_gripper.diagrams.station import make_station
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import ModelConfig
 
 MESH = trimesh.load(DIRECTORY / "objects" / "irregular.obj", force="mesh")
@@ -87,24 +84,3 @@ def test_the_waist_itself_is_touched(probe, waist):
         assert pairs == []
         assert np.linalg.norm(surface.centroid() - point) < RADIUS
         assert below_hull(surface.centroid()) > 0.007
-
-
-@pytest.mark.slow
-def test_both_fingers_reach_below_the_hull():
-    scenario = load_scenario("irregular_grasp", ["pressure.steps.all=[150e3]"])
-    station = make_station(scenario)
-    end = run_station(station)["plant.state"][-1].values
-    context = station.diagram.CreateDefaultContext()
-    plant_context = station.plant.GetMyMutableContextFromRoot(context)
-    station.plant.SetPositionsAndVelocities(plant_context, end)
-    scene_graph = station.diagram.GetSubsystemByName("scene_graph")
-    query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(context))
-    X_WO = station.plant.EvalBodyPoseInWorld(plant_context, station.plant.GetBodyByName("irregular"))
-    surfaces, pairs = touches(query)
-    assert pairs == []
-    touched = [X_WO.inverse() @ surface.centroid() for surface in surfaces]
-    above_the_table = [p_OC for p_OC in touched if p_OC[2] > MESH.bounds[0, 2] + 0.005]
-    for side in (-1, 1):
-        of_finger = [p_OC for p_OC in above_the_table if side * p_OC[0] > 0]
-        assert len(of_finger) >= 3
-        assert max(below_hull(p_OC) for p_OC in of_finger) > 0.002

@@ -88,27 +88,6 @@ def arrows(axes: Axes) -> list[FancyArrowPatch]:
     return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
 
 
-@pytest.mark.slow
-def test_a_finger_that_leaves_its_plane_is_drawn_from_the_side() -> None:
-    """Its segments lie on the true joints, and the arrow is the true force, 25 mm/N, in the axes of the base."""
-    station = make_station(load_scenario("turned_box_grasp"))
-    recording = run_station(station)
-    finger, now = station.fingers[0].finger, recording.data.sel(time=9.0, method="nearest")
-    aside = shape_figure(sensor_layout(finger, station.scenario.sensor), recording, 9.0).axes[3]
-    assert aside.get_xlabel() == "y [mm]"
-    segments = [patch for patch in aside.patches if isinstance(patch, FancyBboxPatch)]
-    middles = [patch.get_transform().transform((0, 0)) for patch in segments]
-    joints = 1e3 * now["left_finger.true_joint_positions"].values[:, 1:]
-    assert np.ptp(joints[:, 0]) > 1
-    np.testing.assert_allclose(
-        aside.transData.inverted().transform(middles), joints, atol=0.15
-    )  # the sagitta of a segment
-    X_WB, force = now["left_finger.X_WB"].values, now["left_finger.true_contact_force_world"].values
-    (arrow,) = arrows(aside)
-    begin, end = arrow._posA_posB
-    np.testing.assert_allclose(np.subtract(end, begin), 25 * (X_WB[:, :3].T @ force)[1:])
-
-
 @pytest.fixture(scope="module")
 def grasped() -> Run:
     """Fingers in space on a box that is turned, after 0.8 s, with sensors and an estimator in space."""

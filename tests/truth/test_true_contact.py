@@ -154,25 +154,6 @@ def test_a_block_presses_on_a_rough_slope_right_below_its_middle(model, tilt):
     np.testing.assert_allclose(center, expected, atol=1e-4 if tilt < 0.2 or model != "point" else 1e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("offset", [0.0, 0.012])
-def test_a_box_between_two_balls(model, offset):
-    """One carries the box and the other, which lies on the box: the weights are known, and so is the width."""
-    world, width = World(model, ASKEW), 0.03
-    below = world.shape(world.fixed("below", [offset, 0, -0.02], STRAIGHT), Sphere(0.02), is_soft=True)
-    box = world.sliding("box", 0.05, [0, 0, width / 2])
-    world.shape(box, Box(0.06, 0.05, width), is_soft=False)
-    above = world.shape(world.sliding("above", 0.08, [-offset, 0.01, width + 0.02]), Sphere(0.02), is_soft=True)
-    found = world.settle(below={below}, above={above})
-    assert found["above.normal_force"] == pytest.approx([0.08 * G], rel=1e-3)
-    assert found["below.normal_force"] == pytest.approx([(0.05 + 0.08) * G], rel=1e-3)
-    middle = world.center(box)
-    np.testing.assert_allclose(found["below.contact_center"], [offset, 0, middle[2] - width / 2], atol=2e-4)
-    np.testing.assert_allclose(found["above.contact_center"], [-offset, 0.01, middle[2] + width / 2], atol=2e-4)
-    assert found["width"] == pytest.approx([width], abs=2e-4)
-
-
 def test_shapes_of_a_finger_count_together():
     """A ball lies in the valley between two slopes: each carries m g / (2 cos), at both sides of the middle."""
     world, mass, angle = World("point", ASKEW), 0.06, 0.5

@@ -2,12 +2,8 @@
 
 from importlib import import_module
 
-import numpy as np
 import pytest
-from pydrake.common.schema import Transform
-from pydrake.math import RigidTransform
 
-from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring import estimation, scoring
 from soft_gripper.estimators.uncertainty import uncertainty_of
@@ -15,14 +11,12 @@ from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.truth.contact import TrueContact
 
 ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "one finger", "box_grasp", "three_finger_grasp"
 LONELY = "{name: finger, file: package://soft_gripper/grippers/finger.urdf}"
 SCENARIOS = (ONE_FINGER, THREE_FINGERS)
-FOLLOWED = "contact", "normal_force", "true_contact_force", "contact_center"
 
 
 def station(name, threshold, *overrides):
@@ -77,31 +71,6 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
     assert detectors == [(12, 4, 0.02, 3e-3)] * len(fingers)
     nominal = [(finger.name, pytest.approx(1.05 * finger.finger.length), [1, 2, -3], 0.02) for finger in fingers]
     assert forces == nominal
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("touching", "x"), [("left_finger", -0.0245), ("right_finger", 0.0245)])
-def test_contact_is_that_of_the_finger_that_touches(touching, x):
-    """A peg stands in the way of one finger; contact and its truth belong to that one, and nothing is held."""
-    models = [
-        ModelConfig("gripper", "package://soft_gripper/grippers/two_finger.urdf"),
-        ModelConfig("peg", "package://soft_gripper/objects/peg.sdf", X_PC=Transform(RigidTransform([x, 0, 0.105]))),
-    ]
-    scenario = Scenario(models=models)
-    scenario.pressure.steps = {"all": [0.0, 60e3]}
-    scenario.pressure.settle, scenario.estimator.contact_threshold = 0.5, 2.5e-3
-    recording = simulate(scenario)
-    for finger in ("left_finger", "right_finger"):
-        last = {name: recording[f"{finger}.{name}"].values[-1] for name in FOLLOWED}
-        assert bool(last["contact"]) == (finger == touching)
-        assert (last["normal_force"] > 0.1) == (finger == touching)
-        assert (last["true_contact_force"] > 0.1) == (finger == touching)
-        assert np.isfinite(last["contact_center"]).all() == (finger == touching)
-    begun = recording[f"{touching}.contact_time"].values[-1]
-    first = recording["time"].values[recording[f"{touching}.normal_force"].values > 0][0]
-    assert 0 <= begun - first < 0.08
-    assert np.abs(recording[f"{touching}.contact_center"].values[-1] - [x, 0, 0.105]).max() < 0.012
-    assert np.isnan(recording["grip.object_width"].values).all()
 
 
 @pytest.mark.parametrize("given", [None, 5e-5])

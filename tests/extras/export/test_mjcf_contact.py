@@ -73,31 +73,6 @@ def test_only_pairs_that_would_be_mixed_wrong_are_listed():
     assert float(found.geoms[4]["friction"].split()[0]) == combined_friction(0.9, 1.0)
 
 
-@pytest.mark.parametrize("step", [0.005, 0.00125])
-def test_what_is_carried_on_a_circle_hardly_slides(step):
-    """By 3/2 w^2 r h outward: one step in which friction stops what slides, and half of one for the way of a body.
-
-    A block lies on a turntable, 0.5 m from its axis.
-    """
-    mujoco = pytest.importorskip("mujoco")
-    (pair,) = contact_settings([SKIN, BOX], [(0, 1)], set(), 4, step).pairs.values()
-    attributes = " ".join(f'{name}="{value}"' for name, value in pair.items())
-    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
-      <option timestep="{step}" integrator="discrete" cone="elliptic" impratio="10" noslip_iterations="10"/>
-      <worldbody>
-        <body><joint axis="0 0 1"/><geom name="table" type="cylinder" size="1 0.01" density="1e6" contype="0"/></body>
-        <body pos="0.5 0 0.03"><freejoint/><geom name="block" type="box" size="0.02 0.02 0.02" contype="0"/></body>
-      </worldbody>
-      <contact><pair geom1="table" geom2="block" {attributes}/></contact></mujoco>""")
-    data, speed, seconds = mujoco.MjData(model), 2.0, 0.5
-    data.qvel[[0, 2, 6]] = speed, speed * 0.5, speed
-    mujoco.mj_step(model, data, round(0.1 / step))  # it settles on the skin
-    begin = np.hypot(*data.body(2).xpos[:2])
-    mujoco.mj_step(model, data, round(seconds / step))
-    outward = (np.hypot(*data.body(2).xpos[:2]) - begin) / seconds
-    assert outward == pytest.approx(1.5 * speed**2 * 0.5 * step, rel=0.1)
-
-
 @pytest.mark.parametrize("shapes", [3, 20, 60])
 def test_masks_and_pairs_together_are_the_candidates(shapes):
     """However many groups of shapes there are: MuJoCo has 31 bits."""
@@ -157,20 +132,3 @@ def touching_in(model):
             names = tuple(sorted(model.body(b).name for b in bodies))
             found[names] = found.get(names, 0) + 1
     return found
-
-
-def test_a_rigid_body_hardly_sinks_into_another_by_its_weight():
-    """Less than a quarter of a millimetre, in MuJoCo itself, of a body as light as a link."""
-    mujoco = pytest.importorskip("mujoco")
-    time = touch(BOX, TABLE).time
-    assert stated_contact(BOX, USUAL).touch.time == time
-    model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><option timestep="1e-3"/><default><geom solref="{time} 1"/></default><worldbody>'
-        '<geom type="plane" size="1 1 1"/><body pos="0 0 0.01"><freejoint/><geom size="0.01" mass="0.005"/></body>'
-        "</worldbody></mujoco>"
-    )
-    data = mujoco.MjData(model)
-    for _ in range(500):
-        mujoco.mj_step(model, data)
-    assert 0 < 0.01 - data.qpos[2] < 0.25e-3
-    assert time >= 2 * 1e-3  # that MuJoCo needs for a stable contact at this step

@@ -9,8 +9,6 @@ from scipy.stats import multivariate_normal
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS, Hypotheses
 from soft_gripper.extras.health.health_filter import (
@@ -190,31 +188,6 @@ def test_a_loose_strand_at_the_base_looks_like_a_force_there(layout):
     found = probabilities(layout, read(layout, pressure, errors, 4), pressure)
     further = replace(REALISTIC, faults=(SensorFault("loose", 6, ONSET, 0.5),))
     assert found[-1, 0] > probabilities(layout, read(layout, pressure, further, 4), pressure)[-1, 0]
-
-
-def test_what_is_dropped_counts_for_nothing(layout):
-    """The oracle conditions a dense Gaussian on the readings that are left."""
-    finger, assumed = layout.finger, Uncertainty(reading=2e-3)
-    driving = finger.pressure_torque(np.array(90e3))
-    q0 = finger.angle(driving)
-    readings = layout.read(q0 + 0.001 * np.sin(np.arange(finger.segments)))
-    wrong, dropped = readings.copy(), readings.copy()
-    wrong[5] += 0.05
-    dropped[5] = np.nan
-    estimate = GaussianShape(layout, assumed)
-    found, spoilt, whole = (estimate(values, driving, np.zeros(3)) for values in (dropped, wrong, readings))
-    q1, kept = estimate.guess(estimate.read(dropped), driving, np.zeros(3)), np.arange(8) != 5
-    prior = estimate.mechanics.prior(estimate.mechanics.bent_finger(q1), q1, driving)
-    A, sensitivity = np.tile(layout.matrix, (2, 1))[kept], layout.sensitivity.ravel()[kept]
-    z = layout.inverse(layout.measured(readings).reshape(2, 4)).ravel()[kept]
-    noise = np.diag((assumed.reading / sensitivity) ** 2)
-    gain = prior @ A.T @ np.linalg.inv(A @ prior @ A.T + noise)
-    q = q0 + gain @ (z - A @ q0)
-    assert np.allclose(found.q, q, atol=1e-9)
-    assert np.allclose(found.covariance, prior - gain @ A @ prior, atol=1e-12)
-    assert np.abs(spoilt.q - whole.q).max() > 10 * np.abs(found.q - whole.q).max()
-    assert np.trace(found.covariance) > np.trace(whole.covariance)
-    assert np.isfinite(ContactShape(layout, assumed)(dropped, driving, np.zeros(3)).q).all()
 
 
 SHORT = ["pressure.steps.all=[0, 60e3, 20e3]", "pressure.settle=0.9", "pressure.hold_samples=10", "record.truth=forces"]

@@ -82,15 +82,6 @@ def test_agrees_with_the_blocks_of_a_run_with_as_many_sensors(
             np.testing.assert_allclose(by_table, 1e3 * by_blocks, rtol=1e-9)
 
 
-def test_estimators_have_their_rows_one_after_the_other(station: Station, recording: Recording) -> None:
-    kinds = ("spline", "arcs", "contact", "gaussian")
-    rows = pose_table("free", station, recording, [2, 4], kinds)
-    assert [row.estimator for row in rows] == [kind for kind in kinds for _ in range(8)]
-    for kind in kinds:
-        assert [row for row in rows if row.estimator == kind] == pose_table("free", station, recording, [2, 4], [kind])
-    assert [row for row in rows if row.estimator == "arcs"] == pose_table("free", station, recording, [2, 4])
-
-
 @pytest.mark.parametrize("kind", ["arcs", "spline", "gaussian", "contact"])
 def test_each_estimator_agrees_with_a_run_with_it(station: Station, recording: Recording, kind: str) -> None:
     other = make_station(load_scenario("free_bending", [*SHORT, f"estimator.type={kind}"]))

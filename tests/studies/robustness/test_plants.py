@@ -32,15 +32,6 @@ def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_
     assert curved[2] < 1.1 * linear[2] < 0
 
 
-def test_a_tapered_finger_bends_about_as_far_at_its_pressures(shipped_finger) -> None:
-    tapered = TAPERED.finger(shipped_finger)
-    shipped, other = (
-        finger.angle(factor * 1e5 * finger.pressure_gain).sum()
-        for finger, factor in ((shipped_finger, 1.0), (tapered, TAPERED.pressure))
-    )
-    assert other == pytest.approx(shipped, rel=0.05)
-
-
 @pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
 def test_stations_have_these_fingers(tmp_path, shipped_finger, plant) -> None:
     """Of a scenario whose peg a thicker finger would overlap."""
