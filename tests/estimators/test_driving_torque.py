@@ -4,17 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loaded_fingers import Push, torque_of
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
 
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
-from soft_gripper.estimators.driving_torque import DrivingTorque, driving_torque, later_bend, recorded_driving
+from soft_gripper.estimators.driving_torque import DrivingTorque, recorded_driving
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.fingers.kinematics import gravity_torque, in_space
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of
@@ -107,22 +106,6 @@ def test_before_anything_is_estimated_a_finger_is_taken_to_bend_freely(shipped_f
         np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["gaussian", "recursive"])
-def test_a_finger_near_ballooning_is_estimated_from_the_first_sample(shipped_finger, kind):
-    """It is pressed all the time, by a tenth of a newton."""
-    finger = ballooning(shipped_finger)
-    q, known = free_bending_angles(finger, PRESSURE), finger.pressure_torque(PRESSURE)
-    for _ in range(100):
-        touch = torque_of(finger, q, Push(0.09, 0.1)) + gravity_torque(finger, q, IN_PLANE)
-        q = finger.angle(known + touch, PRESSURE)
-    layout = SensorLayout(finger, 2)
-    block = Sampled(FingerEstimation(find_estimator(kind)(layout, GRAVITY, PERIOD), layout, GRAVITY, PERIOD))
-    given = {"strain": layout.response.reading(extension_ratios(layout, q)), "pressure": [PRESSURE], "X_WB": UPRIGHT}
-    for _ in range(30):
-        found = block.sample("estimated_joint_angles", **given)
-        assert np.degrees(abs(found.sum() - q.sum())) < 0.1
-
-
 def test_what_it_drives_may_act_back_on_it(shipped_finger):
     """A finger that is bent by nothing else creeps to 1 / (1 - share) of its bend, by exp(-(1 - share) t / time)."""
     share, time = 0.2, 0.5
@@ -144,20 +127,6 @@ def test_what_it_drives_may_act_back_on_it(shipped_finger):
     free = finger.pressure_torque(PRESSURE) / finger.stiffness
     np.testing.assert_allclose(q, grown[:, None] * free, rtol=2e-3)
     np.testing.assert_allclose(q[-1], free / (1 - share), rtol=1e-3)
-
-
-def pressed(finger, samples=120):
-    """A finger that bends, is pressed after a third of the time, and creeps: joint angles and pressure."""
-    pressure = PRESSURE * np.minimum(np.arange(samples) / 30, 1.0)
-    force = 0.6 * np.clip((np.arange(samples) - samples / 3) / 20, 0.0, 1.0)
-    q, bend, angles = np.zeros(finger.segments), np.zeros((len(finger.creep) + 1, finger.segments)), []
-    for p, f in zip(pressure, force, strict=True):
-        known = driving_torque(finger, p, bend)
-        for _ in range(20):
-            q = finger.angle(known + torque_of(finger, q, Push(0.09, f)) + gravity_torque(finger, q, IN_PLANE))
-        angles.append(q)
-        bend = later_bend(finger, bend, q, p, PERIOD)
-    return np.array(angles), pressure
 
 
 def test_a_recording_remembers_shapes_of_zeroed_sensors_as_the_block_does(creeping):

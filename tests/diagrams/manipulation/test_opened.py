@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.simulation import make_simulator, run_station
+from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.sensors.sensor_layout import SensorLayout
 
 pytestmark = pytest.mark.slow
 
@@ -63,17 +61,3 @@ def test_with_a_finger_that_is_blocked(finger):
     while not station.task.is_over(station.task.GetMyContextFromRoot(simulator.get_context())):
         simulator.AdvanceTo(simulator.get_context().get_time() + 0.5)
     assert_stayed_away(station, station.recording(simulator.get_context()))
-
-
-class Straight(LeafSystem):
-    """An estimator that sees straight fingers, whatever they do."""
-
-    def __init__(self, layout: SensorLayout, gravity: Array, period: float):
-        super().__init__()
-        angles = self.DeclareDiscreteState(np.zeros(layout.finger.segments))
-        self.DeclareStateOutputPort("estimated_joint_angles", angles)
-
-
-def test_with_an_estimator_that_detects_no_motion():
-    station = make_station(load_scenario("pick_and_place_box", SHORT), make_estimator=Straight)
-    assert_stayed_away(station, run_station(station))

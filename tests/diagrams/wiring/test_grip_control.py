@@ -134,17 +134,6 @@ def test_a_bound_needs_contact_detection():
         make_station(load_scenario("box_grasp", list(overrides)))
 
 
-def test_a_torque_limit_out_of_reach_changes_nothing(shipped):
-    """From the first sample on, when there is no estimate of the torque yet; over the first two steps."""
-    station, without = shipped
-    first_two = f"control.set_points={station.scenario.control.set_points[:2]}"
-    _, limited = run("tip_distance_steps", first_two, "control.torque_limit=1", TORQUE_GAINS)
-    for signal in ("grip.opening", "left_finger.pressure"):
-        expected = without[signal].sel(time=slice(None, 2 * HOLD))[:-1]
-        np.testing.assert_allclose(limited[signal][: len(expected)], expected, rtol=1e-9)
-        assert len(expected) > 500
-
-
 MAXIMUM = 5e3  # Pa
 
 

@@ -31,16 +31,6 @@ def table() -> list[ContactForceRow]:
 
 
 @pytest.mark.slow
-def test_a_row_for_every_finger_layout_and_step() -> None:
-    assert [(r.finger, r.estimator, r.nominal, r.sections, r.borders, r.pressure_kpa) for r in table()] == [
-        (finger, "contact", "as simulated", sections, borders, pressure)
-        for finger in FINGERS
-        for sections, borders in ((2, "60"), (2, "40"), (4, "30 60 90"))
-        for pressure in (60.0, -30.0)
-    ]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("sections", "borders"), LAYOUTS)
 def test_estimates_are_those_of_the_block(sections: int, borders: tuple[float, ...] | None) -> None:
     sensors = [f"sensor.sections={sections}", *([f"sensor.borders={list(borders)}"] if borders else [])]

@@ -87,13 +87,6 @@ def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held
     np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
 
 
-def test_a_finger_that_is_known_errs_by_no_more_than_its_chain(held) -> None:
-    rows = plant_table(FINE, "free_bending", [held], 20, ["gaussian"])
-    assert [row.sections for row in rows] == [1, 2, 3, 4]
-    assert all(row.mean_mm < 0.2 for row in rows)
-    assert {(row.plant, row.scenario, row.estimator) for row in rows} == {("24 segments", "free_bending", "gaussian")}
-
-
 def test_numbers_of_a_row_are_those_of_all_fingers_joined(held, monkeypatch) -> None:
     """Of two fingers alike: mean, 95th percentile and worst of the pose, and the mean of the tip, in mm."""
     errors = Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), 1e-3 * np.array([2, 2, 2, 2, 12.0]), np.array([True, False]))
@@ -101,13 +94,6 @@ def test_numbers_of_a_row_are_those_of_all_fingers_joined(held, monkeypatch) -> 
     row = plant_table(FINE, "free_bending", [held, held], 1, ["gaussian"])[0]
     found = row.mean_mm, row.p95_mm, row.worst_mm, row.tip_mm, row.coverage
     assert found == pytest.approx((2.0, 10.0, 10.0, 4.0, 0.5))
-
-
-def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
-    given = []
-    monkeypatch.setattr(module, "estimator_errors", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
-    plant_table(RUBBER, "free_bending", [held], 2, ["gaussian"])
-    np.testing.assert_allclose([uncertainty.bend_per_pressure for uncertainty in given], np.hypot(0.1, 0.005))
 
 
 def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:

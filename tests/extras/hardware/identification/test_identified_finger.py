@@ -18,18 +18,6 @@ from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
 
 
-def test_weight_and_modulus_cannot_be_told_apart(beam, pool):
-    """All torques of an unloaded beam are in proportion to either."""
-    found = identify(beam, ["youngs_modulus", "density"], [recorded(beam, release(0.8))], [], pool)
-    (dropped,) = found.confidence.undetermined
-    assert (dropped.name, dropped.beside) == ("density", ("youngs_modulus",))
-    assert dropped.correlation == pytest.approx(1, abs=0.02)
-    assert dropped.value == found.model.finger.base.density
-    alone = identify(beam, ["youngs_modulus"], [recorded(beam, release(0.8))], [], pool)
-    assert found.confidence.names == ["youngs_modulus"]
-    assert found.confidence.std == pytest.approx(alone.confidence.std, rel=0.1)
-
-
 @pytest.mark.slow
 def test_recordings_that_test_change_nothing_but_their_events(beam, pool):
     motion = recorded(beam, release(0.8))
