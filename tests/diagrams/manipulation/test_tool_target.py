@@ -1,14 +1,17 @@
-"""The tool of an arm follows a pose that is given as input."""
+"""Where the tool is wanted, and where an object is reported."""
 
 import numpy as np
 import pytest
 from arm_plants import joint, small_arm, ur5e
+from pydrake.common.schema import Transform
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RollPitchYaw
 from refusals import refused
 
 from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.task_plan import reported_pose
+from soft_gripper.scenario.schema import ModelConfig, PoseErrorConfig, TaskConfig
 
 # From where the tool begins, in the world: a shift, m, and a turn, rad.
 NEAR = (RigidTransform([0.03, -0.02, 0.01]), RollPitchYaw(0.1, -0.05, 0.15))
@@ -91,3 +94,15 @@ def test_an_arm_without_limits_is_refused(tmp_path):
     scenario.external = ["tool"]
     with refused("limit.velocity", 0.0):
         make_station(scenario)
+
+
+X_WO = RigidTransform(RollPitchYaw(0.3, -0.2, 0.5), [0.4, -0.1, 0.03])
+MODELS = [ModelConfig("table"), ModelConfig("box", X_PC=Transform(X_WO), free=True)]
+
+
+def test_an_error_shifts_and_turns_it_on_the_table():
+    found = reported_pose(TaskConfig("box", pose_error=PoseErrorConfig(0.003, -0.002, 0.1)), MODELS)
+    np.testing.assert_allclose(found.translation(), [0.403, -0.102, 0.03], atol=1e-12)
+    turn = (found.rotation() @ X_WO.rotation().inverse()).ToAngleAxis()
+    assert turn.angle() * turn.axis()[2] == pytest.approx(0.1)
+    np.testing.assert_allclose(turn.axis()[:2], 0, atol=1e-9)

@@ -1,4 +1,4 @@
-"""The gripper that conforms, beside the first one on the same box."""
+"""Examples of grasps: fingers that conform to a box, and what is known of a force."""
 
 from functools import cache
 
@@ -14,6 +14,7 @@ from pictures.conforming_grasp import (
     run_grasp,
     scenarios,
 )
+from pictures.force_ellipses import CASES, read_press
 from soft_gripper.arrays import Array
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -94,3 +95,16 @@ def test_contact_is_that_of_statics_where_nothing_rubs(pressure: float) -> None:
     area, force = contact_by_statics(grasp.finger, pressure, grasp.box)
     np.testing.assert_allclose(grasp.force[-1], force, atol=0.004 * force.sum())
     assert grasp.area[-1].sum() == pytest.approx(area.sum(), rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_the_ellipse_is_long_along_the_line_and_holds_the_truth(name: str) -> None:
+    press = read_press(name)
+    line = press.point / np.linalg.norm(press.point)
+    across = np.array([line[1], -line[0]])
+    along, over = (np.sqrt(axis @ press.covariance @ axis) for axis in (line, across))
+    assert 5 < along / over < 8
+    error = press.true - press.force
+    assert error @ np.linalg.solve(press.covariance, error) < 5.99  # chi-squared of two, 95 %
+    assert abs(error @ across) < 0.1 * np.linalg.norm(press.true)

@@ -1,19 +1,67 @@
-"""soft-gripper study grasp-trials: whole trials, one alone, processes, Ctrl-C, and what it refuses."""
+"""Commands and the example of grasps: strength, trials, slips."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import soft_gripper
+from csv_rows import csv_rows
 from pick_and_place import LOOKED_FOR
 from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform, RotationMatrix
+from refusals import refusal
 
+from slip import creep
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.grasps.adds import TrialsConfig
+from soft_gripper.extras.grasps.commands import grasp_strength as command
+from soft_gripper.extras.grasps.strength import LOADS, SLID, StrengthRow
 from soft_gripper.extras.grasps.trial import draw, random_numbers
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+
+FILES = ["strength.csv", "strength.png", "strength.svg"]
+
+
+def row(load, ended):
+    unit = "mN m" if load.is_torque else "N"
+    return StrengthRow("torque" if load.is_torque else "force", load.name, 1.25, unit, ended, 2.0, 3.0, 4.0)
+
+
+@pytest.fixture
+def shaken(monkeypatch):
+    """What the command asks for, and rows in the place of twelve loads."""
+    seen = []
+
+    def strength(scenario, executor, held, shake, report):
+        seen.append((held, shake))
+        return [row(load, SLID) for load in LOADS]
+
+    monkeypatch.setattr(command, "grasp_strength", strength)
+    return seen
+
+
+def test_tables_and_figure(shaken, tmp_path):
+    limits = ["--slid", 2, "--turned", 180, "--seconds", 1, "--jobs", 1]
+    done = soft_gripper("grasp-strength", "box_grasp", *limits, "--out", tmp_path, "--json")
+    assert done.code == 0
+    ((held, shake),) = shaken
+    assert held == "box"
+    assert (shake.slid, shake.turned, shake.seconds) == pytest.approx((0.002, 3.14159265, 1.0))
+    assert sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith(".")) == FILES
+    assert [each["direction"] for each in csv_rows(tmp_path / "strength.csv")] == [load.name for load in LOADS]
+    assert json.loads(done.out)["strength"][0]["strength"] == 1.25
+
+
+def test_objects_and_limits_that_do_not_exist(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "--object = 'cup': no such model; known: gripper, table, box" in refusal(
+        "grasp-strength", "box_grasp", "--object", "cup"
+    )
+    assert "free models = 0" in refusal("grasp-strength", "free_bending")
+    assert "slid = 0.0" in refusal("grasp-strength", "box_grasp", "--slid", "0")
+
 
 BOX = (["qw", "qx", "qy", "qz"], ["x", "y", "z"])  # in the state of the plant
 
@@ -67,3 +115,15 @@ def test_a_trial_alone_places_the_box_and_keeps_what_it_takes_to_look_into_it(sc
     weight = kept.models[3].mass * 9.81
     assert float(printed["peak_force_n"]) == pytest.approx(np.max(forces), abs=1e-3)
     assert np.max(forces) > weight / 2 / kept.models[3].friction
+
+
+TIME = 0.01 * np.arange(800)  # s
+
+
+def test_creep_is_the_speed_at_which_a_lifted_object_sinks():
+    height = np.interp(TIME, [2.0, 3.0], [0.0, 0.08]) - 1e-4 * np.maximum(TIME - 3.0, 0.0)
+    assert creep(TIME, height) == pytest.approx(0.1)
+
+
+def test_what_stays_behind_has_slipped():
+    assert np.isnan(creep(TIME, np.interp(TIME, [2.0, 3.0], [0.0, 0.03])))

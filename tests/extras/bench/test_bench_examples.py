@@ -1,7 +1,10 @@
-"""The node for ROS 2, with a stub in the place of rclpy and of the messages."""
+"""The examples of a bench: a node of ROS, a cup held over a network, LCM, and simulated hardware."""
 
+import re
 import runpy
+import subprocess
 import sys
+import time
 from collections import defaultdict
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -9,10 +12,14 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from simulated_hardware import SimulatedHardware
 
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.extras.bench.bench import Bench
+from soft_gripper.extras.bench.endpoints import Endpoints
+from soft_gripper.registry import OWN
 from soft_gripper.scenario.scenario_file import load_scenario
 
 NODE = Path(__file__).parents[3] / "examples" / "ros" / "gripper_node.py"
@@ -170,3 +177,64 @@ def test_messages_that_do_not_fit_are_passed_over(stubbed, tmp_path, run):
     cut = [Message(data=rows[0][:5].tolist()), Message(data=[*rows[0][:-1], float("nan")])]
     found = published(stubbed, tmp_path, "~/numbers", [*cut, Message(data=rows[0].tolist())])
     assert len(found["~/joint_states"]) == 1
+
+
+EXAMPLES = Path(__file__).parents[3] / "examples" / "bench"
+SECONDS = 16.0
+
+
+@pytest.mark.slow
+def test_a_cup_is_held_through_the_protocol(tmp_path):
+    """Closed over UDP in real time, two realistic sensors per side, exact model: lifted, and never above 0.9 N."""
+    live = [Path(sys.executable).with_name("soft-gripper"), "live", EXAMPLES / "held_cup.yaml"]
+    live += ["--bench", EXAMPLES / "held_cup_bench.yaml"]
+    hardware = [sys.executable, EXAMPLES / "simulated_hardware.py", EXAMPLES / "held_cup.yaml"]
+    with subprocess.Popen(live, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as ours:
+        time.sleep(8)  # until it listens
+        with subprocess.Popen([*hardware, "--out", tmp_path / "cup.nc"]) as theirs:
+            time.sleep(SECONDS + 8)
+            theirs.terminate()
+        ours.terminate()
+        said = ours.communicate()[1]
+    counted = {word: int(number) for number, word in re.findall(r"(\d+) (\w+)", said.partition("Readings:")[2])}
+    if counted["silences"] > 2:  # before the first reading, and after the last
+        pytest.skip(f"this machine was too busy for real time: {counted['silences']} silences")
+    assert counted["used"] > 100 * SECONDS
+    assert counted["malformed"] == counted["repeated"] == counted["lost"] == 0
+    recording = Recording.load(tmp_path / "cup.nc")
+    time_held = recording.data.time.values > 14
+    assert time_held.sum() > 100
+    height = recording["cup.pose"].values[:, -1]
+    assert height[time_held].min() > height[0] + 0.09
+    forces = np.array([recording[f"{side}_finger.normal_force"].values for side in ("left", "right")])
+    assert forces.max() < 0.9
+    assert forces[:, time_held].min() > 0.3
+
+
+ENDS = Path(__file__).parents[3] / "examples" / "bench" / "lcm_ends.py"
+
+
+def test_numbers_arrive_by_name():
+    publish = OWN.find(f"{ENDS}:publish", "sink")
+    with Endpoints("bench.yaml") as endpoints:
+        source, arrived, end = endpoints.source(f"{ENDS}:readings"), [], time.monotonic() + 2.0
+        while not arrived and time.monotonic() < end:
+            publish({"count": 3, "left_finger.strain": [0.01, -0.02]}, channel="READINGS")
+            arrived = source.receive(0.05)
+    if not arrived:
+        pytest.skip("LCM is not possible here: no message arrives by multicast")
+    assert arrived[0] == {"count": 3.0, "left_finger.strain[0]": 0.01, "left_finger.strain[1]": -0.02}
+
+
+SET_POINT = 0.06  # m, the first of the scenario
+COMMANDS = [f"{side}_finger.pressure_command" for side in ("left", "right")]
+
+
+def test_the_opening_reaches_its_set_point():
+    scenario = load_scenario("tip_distance_steps")
+    hardware, bench = SimulatedHardware(scenario), Bench(scenario)
+    for _ in range(230):
+        message = hardware.message()
+        bench.step({name: np.ravel(message[name]) for name in bench.inputs})
+        hardware.command(bench.read(COMMANDS))
+    assert bench.read(["grip.opening"])["grip.opening"][0] == pytest.approx(SET_POINT, abs=2e-3)

@@ -1,4 +1,4 @@
-"""GripTorque: torques of a thing between fingers, from statics of the shipped gripper."""
+"""What a grip control is given: torque, force and bound of the fingers, and values that change at samples."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,10 @@ from finger_plants import built_at
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from soft_gripper.control.grip import GripTorque
+from soft_gripper.control.grip import GripForce, GripForceBound, GripTorque, SampledSteps
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
@@ -96,3 +98,95 @@ def test_a_new_reading_is_a_new_torque():
     block.GetInputPort("right.external_torque").FixValue(context, [-0.2])
     assert block.get_output_port().Eval(context) == [0.1]
     assert signal_of(block.get_output_port()).unit == "N m"
+
+
+def grip_force(*forces):
+    """What the block makes of the closing forces of some fingers, N."""
+    block = GripForce([f"f{i}" for i in range(len(forces))])
+    context = block.CreateDefaultContext()
+    for i, force in enumerate(forces):
+        block.GetInputPort(f"f{i}.contact_force_vector").FixValue(context, [-force, 5.0, -7.0])
+    (found,) = block.GetOutputPort("force").Eval(context)
+    return found
+
+
+def test_a_force_that_is_not_known_leaves_it_unknown():
+    assert np.isnan(grip_force(0.5, np.nan))
+
+
+def grip_force_bound(*fingers):
+    """What the block makes of the intervals, N, and contact of some fingers."""
+    block = GripForceBound([f"f{i}" for i in range(len(fingers))])
+    context = block.CreateDefaultContext()
+    for i, (interval, contact) in enumerate(fingers):
+        block.GetInputPort(f"f{i}.contact_force_interval").FixValue(context, interval)
+        block.GetInputPort(f"f{i}.contact").FixValue(context, [contact])
+    (found,) = block.GetOutputPort("force").Eval(context)
+    return found
+
+
+UNKNOWN = 3 * [np.nan]
+
+
+@pytest.mark.parametrize(
+    ("fingers", "expected"),
+    [
+        ([([0.2, 0.5, 0.8], 1.0), ([0.3, 0.4, 0.6], 1.0)], 0.7),
+        ([([0.2, 0.5, 0.8], 1.0), ([0.3, 0.4, 6.0], 0.0)], 0.4),  # one is free, and moved
+        ([([0.2, 0.5, 2.5], 0.0), (UNKNOWN, 0.0)], 0.0),
+        ([([0.2, 0.5, 0.8], 1.0), (UNKNOWN, 1.0)], np.nan),
+    ],
+)
+def test_the_bound_counts_where_contact_is_detected(fingers, expected):
+    assert grip_force_bound(*fingers) == pytest.approx(expected, nan_ok=True)
+
+
+PERIOD = 0.01  # s
+VALUES = (3.0, -1.0, 4.0, -1.5)
+
+
+class Follower(LeafSystem):
+    """Python code behind the source, which counts how often it is called."""
+
+    def __init__(self):
+        super().__init__()
+        self.calls = 0
+        self.port = self.DeclareVectorInputPort("value", 1)
+        ticket = {self.port.ticket()}
+        self.DeclareVectorOutputPort("value", 1, self._calc, ticket)
+
+    def _calc(self, context, output):
+        self.calls += 1
+        output.SetFromVector(self.port.Eval(context))
+
+
+class Run:
+    """A source that a follower reads, under way."""
+
+    def __init__(self, values, duration):
+        builder = DiagramBuilder()
+        source = builder.AddSystem(SampledSteps(values, duration, PERIOD))
+        self.follower = builder.AddSystem(Follower())
+        builder.Connect(source.GetOutputPort("value"), self.follower.get_input_port())
+        self.simulator = Simulator(builder.Build())
+        self.simulator.Initialize()
+
+    def read(self, time):
+        self.simulator.AdvanceTo(time)
+        context = self.follower.GetMyContextFromRoot(self.simulator.get_context())
+        (value,) = self.follower.get_output_port().Eval(context)
+        return value
+
+
+@pytest.mark.parametrize("samples", [1, 3, 7, 29])
+def test_every_value_lasts_so_many_samples_and_the_last_for_ever(samples):
+    run = Run(VALUES, samples * PERIOD)
+    read = [run.read((k + 0.5) * PERIOD) for k in range(6 * samples)]
+    assert read == [VALUES[min(k // samples, 3)] for k in range(6 * samples)]
+
+
+def test_what_follows_is_called_once_a_sample():
+    run = Run(VALUES, 3 * PERIOD)
+    for tenth in range(1, 100):
+        run.read(0.1 * tenth * PERIOD)
+    assert run.follower.calls == 10
