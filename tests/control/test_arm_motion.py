@@ -8,7 +8,6 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from scipy.optimize import brentq
 
 from soft_gripper.control.arm_motion import (
     MIN_DURATION,
@@ -83,16 +82,6 @@ def use_of_limits(plant, limits, motion):
 def test_a_file_without_a_limit_of_velocity():
     with pytest.raises(LimitError, match=r"joint 'slide': a limit of velocity of 0"):
         ArmLimits.of_plant(one_joint(velocity=0), 10.0)
-
-
-def test_duration_under_a_limit_of_effort_with_damping():
-    t, damping = np.linspace(0, 1, 10001), 40.0
-    velocity, acceleration = (STROKE * minimum_jerk(t, order) for order in (1, 2))
-
-    def excess(T):
-        return (MASS * acceleration / T**2 + damping * velocity / T).max() - 30
-
-    assert duration(one_joint(damping=damping, effort=30)) == pytest.approx(brentq(excess, 0.1, 10), rel=2e-3)
 
 
 def test_profile_is_the_minimum_jerk_polynomial():

@@ -5,7 +5,6 @@ from collections import Counter
 from functools import cache
 
 import pytest
-from creeping_fingers import FINGER, write_creeping
 from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
@@ -18,7 +17,6 @@ OF_THE_PLANT = (
     "soft_gripper.truth.contact.",
     "soft_gripper.control.task._",
 )
-_REMEMBERED = "estimators.driving_torque.later_bend"
 CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
@@ -73,22 +71,6 @@ def test_steps_of_the_plant_call_no_python(baseline, time_step):
     assert bending(time_step) == baseline
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("dt", [0.01, 0.002])
-def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
-    """Of two fingers, one by one or at once. Without creep nothing is remembered, and nothing asks."""
-    files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
-    for overrides, make, calls_of_both in (
-        (files, make_station, [200, 200]),
-        (files, make_private_station, [100, 100]),
-        ([], make_station, [200, 0]),
-        ([], make_private_station, [0, 0]),
-    ):
-        calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides), make)
-        found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.torque_of_drive", _REMEMBERED)]
-        assert found == calls_of_both
-
-
 CALLBACKS = {  # calls in a second, for both fingers at once
     "estimators.arc_shapes.joint_angles": 100,
     "load.force_estimator.external_torque": 100,
@@ -107,12 +89,3 @@ CALLBACKS = {  # calls in a second, for both fingers at once
 def test_blocks_of_a_task_work_once_a_sample():
     _, calls = handling("pick_and_place_box", 0.01)
     assert {name: calls[f"soft_gripper.{name}"] for name in CALLBACKS} == CALLBACKS
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.002, 0.01])
-def test_what_is_remembered_is_computed_once_a_sample(time_step):
-    """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""
-    _, calls = handling("pick_and_place_delicate", time_step)
-    assert calls["soft_gripper.estimators.recursive.step"] == 100  # both fingers at once
-    assert calls["soft_gripper.estimators.recursive.estimate"] == 0  # only its joint positions are read

@@ -109,20 +109,6 @@ def test_weight_is_no_load(steep_finger, sections, law):
     assert wrong < (0.01 if law is None else 0.1) * without
 
 
-@pytest.mark.slow
-@LAWS
-def test_an_elastic_law_converges(steep_finger, law):
-    """Loads at the tip are found exactly, however the pieces of the law lie between sections and joints."""
-    finger = replace(steep_finger, elastic_law=law)
-    for sections in (1, 2, 3, 4, 6):
-        layout = SensorLayout(finger, sections)
-        for force in np.linspace(-1.0, 1.0, 21):
-            torque = from_force(finger, LENGTH, force)
-            q = under_load(finger, torque)
-            shared = BendSharing(layout).joint_angles(sums(layout, q), finger.pressure_torque(PRESSURE), 0.0)
-            np.testing.assert_allclose(shared, q, atol=1e-12)
-
-
 @pytest.mark.parametrize("where", [0.05, 0.075, 0.1])
 def test_force_between_base_and_tip_is_found_better_by_more_sensors(where):
     finger = uniform_finger(12)

@@ -95,37 +95,6 @@ def test_prior_and_places_of_the_cells(shipped_finger):
     assert surface.angle[surface.side == RIGHT] == pytest.approx(-np.pi / 2)
 
 
-def test_a_contact_as_long_as_a_link_lies_on_two(shipped_finger):
-    """Its lever at the joint below its middle is an eighth of its length, which a force on one link does not have."""
-    layout, q = SensorLayout(shipped_finger, 4), np.zeros(12)
-    surface, cells, _ = cells_of(layout, q)
-    for joint in (3, 5, 8):
-        middle = shipped_finger.joint_arc_lengths[joint]
-        spread = middle + shipped_finger.segment_length * (np.arange(100) + 0.5) / 100
-        spread -= shipped_finger.segment_length / 2
-        torque = np.mean([torque_of(shipped_finger, q, Push(s, 1.0)) for s in spread], axis=0)
-        more = torque - torque_of(shipped_finger, q, Push(middle, 1.0))
-        chosen = np.flatnonzero((surface.place == int(middle / shipped_finger.length * 48)) & (surface.side == 1))
-        levers, expected = cells.deviations[chosen, -1], layout.sums(more / shipped_finger.stiffness)
-        assert np.abs(levers[0]).max() == 0  # of a contact on one link
-        for lever in levers[1:]:
-            np.testing.assert_allclose(np.abs(lever), np.abs(expected), rtol=0.5, atol=1e-9)
-
-
-def test_a_finger_in_space_is_pressed_on_its_inner_and_outer_face_as_one_that_only_bends(shipped_finger, bent):
-    """By smooth forces; the sides alone know that it leaves its plane."""
-    q = bent(12) / 4
-    (plane, cells, _), (space, others, _) = (
-        cells_of(sensors(finger, "four_faces"), np.append(q, np.zeros(12 * (len(finger.yields) - 1))))
-        for finger in (shipped_finger, yielding(shipped_finger))
-    )
-    for side, same in ((1, INNER), (-1, OUTER)):
-        chosen = (plane.side == side) & ~plane.rough & (plane.arc_length < shipped_finger.length)
-        other = (space.side == same) & ~space.rough & (space.arc_length < shipped_finger.length)
-        np.testing.assert_allclose(others.response[other], cells.response[chosen], rtol=1e-9, atol=1e-15)
-        np.testing.assert_allclose(others.deviations[other, 2], cells.deviations[chosen, 1], rtol=1e-9, atol=1e-15)
-
-
 SMOOTH = 0.0101  # friction
 
 

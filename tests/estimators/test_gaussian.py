@@ -27,12 +27,11 @@ from loaded_fingers import in_balance
 from scipy.stats import chi2
 
 from soft_gripper.estimators.finger_shape import Places
-from soft_gripper.estimators.gaussian import GaussianShape, condition, kalman_gain
+from soft_gripper.estimators.gaussian import GaussianShape, condition
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.spatial_chain import Loads
 from soft_gripper.fingers.statics import free_bending_angles
-from soft_gripper.sensors.path_sensors import PathSensors, SensorPath
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 PAGE = Path(__file__).parents[2] / "docs" / "estimators.md"
@@ -134,35 +133,6 @@ def test_free_bending_is_exact_however_gravity_pulls(any_layout, pressure, gravi
     np.testing.assert_allclose(estimated(any_layout, any_layout.read(q), pressure, gravity).q, q, rtol=0, atol=atol)
 
 
-@pytest.mark.parametrize("name", ["outer", "outer and inner"])
-def test_a_finger_in_space_that_stays_in_its_plane_is_estimated_as_one_that_only_bends(shipped_finger, bent, name):
-    """Whatever bends it there, and though the one might as well leave its plane."""
-    paths = tuple(SensorPath(path, (-8.5e-3 if path == "outer" else 8e-3,), (0.0,)) for path in name.split(" and "))
-    read = PathSensors(shipped_finger, 2, paths=paths).read(0.05 * bent(5, 12) + 0.02)
-    read[3, 1] = np.nan
-    plane, space = (
-        estimated(PathSensors(finger, 2, paths=paths), read, gravity=(4.0, 0.0, 8.0))
-        for finger in (shipped_finger, yielding(shipped_finger))
-    )
-    np.testing.assert_allclose(space.q[:, :12], plane.q, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(space.q[:, 12:], 0, atol=1e-12)
-    np.testing.assert_allclose(space.covariance[:, :12, :12], plane.covariance, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(space.covariance[:, :12, 12:], 0, atol=1e-12)
-
-
-@pytest.mark.parametrize("lost", [[0], [2, 6], [0, 4, 1, 5], list(range(8))])
-def test_less_that_is_read_leaves_more_uncertain(shipped_finger, lost):
-    layout = SensorLayout(shipped_finger, 4)
-    read = layout.read(free_bending_angles(shipped_finger, np.array(PRESSURE)))  # the prior is that of one posture
-    whole = estimated(layout, read)
-    read[lost] = np.nan
-    part = estimated(layout, read)
-    assert np.isfinite(part.q).all()
-    more = np.linalg.eigvalsh(part.covariance - whole.covariance)
-    assert more.min() > -1e-9 * np.abs(part.covariance).max()
-    assert more.max() > 1e-12  # the inner path lies close to the neutral axis and says little
-
-
 @pytest.mark.parametrize("law", [None, SOFTENING], ids=["linear", "softening"])
 def test_where_nothing_is_read_the_finger_bends_freely_with_the_uncertainty_of_before(shipped_finger, law):
     layout = SensorLayout(replace(shipped_finger, elastic_law=law), 3)
@@ -215,25 +185,6 @@ def errors(finger, found, true):
     distance = np.linalg.norm((tip(found)[0] - tip(true)[0])[..., -1, :], axis=-1)
     twist = (found - true)[..., 2 * finger.segments :].sum(axis=-1)
     return 1e3 * distance, np.degrees(np.abs(twist))
-
-
-@pytest.mark.parametrize("name", ["four_faces", "outer_pair_and_diagonals"])
-@pytest.mark.parametrize(("pressure", "force"), FORCES)
-def test_the_first_guess_is_near_enough_for_the_prior_to_be_linearized_there(spatial, name, pressure, force):
-    """Ideal readings: the estimate is as near that of prior, weight and readings linearized about it as errors are."""
-    layout, driving = sensors(spatial, name), driven(spatial, pressure)
-    estimator, mechanics = GaussianShape(layout), GaussianShape(layout).mechanics
-    readings = layout.read(pushed(spatial, pressure, force))
-    found, (measured, variance) = estimator(readings, driving, DOWN).q, estimator.read(readings)
-    q = found
-    for _ in range(8):
-        at, (predicted, H) = mechanics.bent_finger(q), layout.linearized(q)
-        free = mechanics.positions_under(driving + mechanics.weight(at, DOWN))
-        gain, _ = kalman_gain(H, mechanics.prior(at, q, driving), variance)
-        q = free + gain @ (measured - predicted - H @ (free - q))
-    tip, twist = errors(spatial, found, q)
-    assert tip < 0.5
-    assert twist < 0.5
 
 
 def pushed_sideways(finger, name, sections=2):

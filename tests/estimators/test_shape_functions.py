@@ -11,16 +11,13 @@ from loaded_fingers import Push, in_balance, vector
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
-from soft_gripper.estimators.arcs import ArcCurve, join_arcs, joints_on_arcs
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.finger_shape import Places, position_std
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.plane import pose_entries, to_base
 from soft_gripper.estimators.shape_estimator import POSTERIOR, ShapeEstimator, contact_port
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
-from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
@@ -41,21 +38,6 @@ def test_free_bending_is_estimated_by_all(shipped_finger, name, sections, one_si
     )
     np.testing.assert_allclose(shape.q, q, rtol=0, atol=1e-2)
     assert shape.points(shipped_finger).shape == (1, 3, 13)
-
-
-@pytest.mark.parametrize(("name", "uses"), [("arcs", False), ("spline", False), ("gaussian", True), ("contact", True)])
-def test_positions_of_arcs_and_splines_use_geometry_alone(shipped_finger, bent, name, uses):
-    """They depend neither on what drives the finger nor on what is assumed to be uncertain."""
-    layout = SensorLayout(shipped_finger, 2)
-    strain = layout.response.reading(extension_ratios(layout, bent(12) / 4))
-    shapes = [
-        SHAPE_FUNCTIONS[name](layout, Uncertainty(reading=noise))(
-            strain, shipped_finger.pressure_torque(p), np.zeros(3)
-        )
-        for noise, p in ((1e-4, 0.0), (1e-2, 80e3))
-    ]
-    one, other = (shape.points(shipped_finger) for shape in shapes)
-    assert (np.abs(one - other).max() > 1e-4) == uses
 
 
 def numbers(shape):
@@ -169,35 +151,6 @@ def test_what_is_not_read_lasts_no_longer_than_it_is_not(kind, layout, strain, d
     assert np.isfinite(angles.Eval(context)).all() == (kind != "arcs")
     block.GetInputPort("strain").FixValue(context, strain)
     np.testing.assert_array_equal(angles.Eval(context), before)
-
-
-def test_the_base_turns_gravity(layout, strain, driving):
-    block = block_of("gaussian", layout)
-    context = fixed(block, strain, driving)
-    angles = block.GetOutputPort("estimated_joint_angles")
-    askew = angles.Eval(context).copy()
-    block.GetInputPort("X_WB").FixValue(context, pose_entries(RigidTransform()))
-    upright = SHAPE_FUNCTIONS["gaussian"](layout, Uncertainty())(strain, driving, np.array([0.5, -1.0, -9.0])).q
-    np.testing.assert_allclose(angles.Eval(context), upright, atol=1e-15)
-    assert np.abs(askew - upright).max() > 1e-6
-
-
-def test_points_follow_from_the_joint_angles(shipped_finger, bent):
-    q = bent(3, 12)
-    points = ShapeEstimate(q).points(shipped_finger)
-    chain = forward_kinematics(q, shipped_finger.segment_length)
-    assert points.shape == (3, 13)
-    np.testing.assert_array_equal(points[:, :-1], chain.joints)
-    np.testing.assert_array_equal(points[:, -1], chain.tip)
-
-
-def test_a_curve_comes_before_the_joint_angles(shipped_finger, bent):
-    curve = ArcCurve(SensorLayout(shipped_finger, 3), bent(4, 3), np.full((4, 3), 0.04))
-    shape = ShapeEstimate(bent(4, 12), curve=curve)
-    points = shape.points(shipped_finger)
-    np.testing.assert_array_equal(points[:, :-1], joints_on_arcs(curve.layout, join_arcs(curve.theta, curve.length)))
-    np.testing.assert_array_equal(points[:, -1], curve.arcs.end[:, -1])
-    np.testing.assert_array_equal(shape.at(np.array([2, 0])).points(shipped_finger), points[[2, 0]])
 
 
 @pytest.fixture(scope="module")

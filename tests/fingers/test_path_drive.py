@@ -44,12 +44,6 @@ def test_friction_decays_over_the_angle_of_the_bend(angle, sideways, total):
         np.testing.assert_allclose(torque, smooth * np.exp(-0.3 * sliding * passed))
 
 
-def test_tension_turns_each_joint_by_its_lever():
-    torque = Tendons(plain()).torques(bent(0.5), np.array([5.0]))
-    np.testing.assert_allclose(torque["bending"], 5.0 * LEVER)
-    np.testing.assert_allclose(torque["sideways"], 0.0, atol=1e-15)
-
-
 def test_friction_turns_over_a_short_travel():
     sheath, z = Tendons(plain(friction=0.3)), np.array([-1.0])
     np.testing.assert_allclose(sheath.next_sliding(z, np.array([0.0])), z)

@@ -117,13 +117,6 @@ def test_a_stepped_cantilever_converges_with_the_square_where_a_segment_ends(shi
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.01)
 
 
-def test_a_step_within_a_segment_acts_where_the_nearest_one_ends(shipped_finger: Finger) -> None:
-    soft = {"youngs_modulus": 5e4}
-    for share, nearest in ((0.4 + 0.049, 0.4), (0.4 + 0.051, 0.5)):
-        within, at_the_end = stepped(shipped_finger, share, 10, **soft), stepped(shipped_finger, nearest, 10, **soft)
-        assert deflection(within) == pytest.approx(deflection(at_the_end), rel=1e-12)
-
-
 def test_a_chamber_bends_its_part_of_the_finger_alone(shipped_finger: Finger) -> None:
     finger = stepped(shipped_finger, 0.4, 15, **NO_CHAMBER)
     bend = free_bending_angles(finger, np.array(1e5))

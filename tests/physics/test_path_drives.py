@@ -73,21 +73,6 @@ def test_friction_keeps_a_tendon_where_it_was():
         np.testing.assert_allclose(built.stiffness * q, torque, rtol=2e-3)
 
 
-@pytest.mark.slow
-def test_a_length_that_is_pulled_bends_by_what_is_left_of_it():
-    """l(0) - l(q) is what was pulled, but for the stretch of the tendon, T / stiffness."""
-    pulled = tendon_run(
-        "tendons.command=pull",
-        "tendons.steps={left_finger: [0.006], right_finger: [0]}",
-        "plant_config.time_step=0.005",
-    )
-    bend = pulled["left_finger.sampled_joint_angles"].values[-1]
-    built = make_station(load_scenario("tendon_grasp")).fingers[0].finger
-    tension = pulled["left_finger.tension"].values[-1]
-    shortened = built.tension_gains["bending"][0] @ bend
-    assert shortened == pytest.approx(0.006 - tension / 2e3, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     ("overrides", "field", "value"),
     [

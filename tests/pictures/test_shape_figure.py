@@ -5,7 +5,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Polygon, Rectangle
+from matplotlib.patches import FancyBboxPatch, Polygon, Rectangle
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
@@ -86,41 +86,6 @@ def test_torques_have_their_colours(run: Run, panels: list[Axes], panel: int, pa
     pieces = [p for p in panels[panel].patches if isinstance(p, patch) and p.get_fill()]
     expected = color(recorded(run, signal), limit)
     np.testing.assert_allclose([to_rgb(piece.get_facecolor()) for piece in pieces], expected)
-
-
-def arrows(axes: Axes) -> list[FancyArrowPatch]:
-    return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
-
-
-@pytest.fixture(scope="module")
-def grasped() -> Run:
-    """Fingers in space on a box that is turned, after 0.8 s, with sensors and an estimator in space."""
-    sensors = ["sensor.layout=four_faces_and_diagonal", "sensor.sections=4", "estimator.type=contact"]
-    steps = ["pressure.steps.all=[90e3]", "pressure.settle=0.79", "pressure.hold_samples=1"]
-    station = make_station(load_scenario("turned_box_grasp", [*sensors, *steps]))
-    return station, run_station(station)
-
-
-@pytest.mark.slow
-def test_an_estimate_in_space_is_drawn_from_the_side_where_it_is(grasped: Run) -> None:
-    """Its segments lie on the estimated joints, and its arrow is the estimated force, 25 mm/N."""
-    station, recording = grasped
-    finger, now = station.fingers[0].finger, recording.data.sel(time=0.8, method="nearest")
-    panels = shape_figure(sensor_layout(finger, station.scenario.sensor), recording, 0.8).axes
-    joints = 1e3 * now["left_finger.estimated_joint_positions"].values
-    assert np.ptp(joints[:, 1]) > 1
-    force = 25 * now["left_finger.contact_force_vector"].values
-    assert abs(force[1]) > 1
-    for axes, seen in ((panels[2], [0, 2]), (panels[4], [1, 2])):
-        segments = [patch for patch in axes.patches if isinstance(patch, FancyBboxPatch)]
-        middles = [patch.get_transform().transform((0, 0)) for patch in segments]
-        place = axes.transData.inverted().transform(middles)
-        np.testing.assert_allclose(place[:, 1], joints[:, 2], atol=0.15)
-        if seen[0]:
-            np.testing.assert_allclose(place[:, 0], joints[:, 1], atol=0.15)
-        estimated, _ = sorted(arrows(axes), key=lambda patch: patch.get_linewidth())
-        begin, end = estimated._posA_posB
-        np.testing.assert_allclose(np.subtract(end, begin), force[seen], atol=1e-6)
 
 
 def arrow_of(finger: Finger, force: float, s: float) -> Array | None:

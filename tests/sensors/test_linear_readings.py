@@ -89,11 +89,3 @@ def test_readings_that_no_bend_has_give_finite_bends(shipped_finger, wild):
     layout = SensorLayout(shipped_finger, 4)
     found = layout.linear(np.full(8, wild), NOISE)
     assert (np.abs(found.values) <= 2 * np.pi * layout.joints_per_section).all()
-
-
-def test_an_error_that_is_a_share_of_the_bend_is_added_as_a_variance(layout):
-    theta = np.linspace(-0.5, 0.7, layout.sections)
-    known = layout.linear(readings(layout, layout.shared_equally(theta)), NOISE)
-    doubted = known.uncertain_by(0.1)
-    np.testing.assert_array_equal(doubted.values, known.values)
-    np.testing.assert_allclose(doubted.variance - known.variance, 0.01 * theta**2, atol=1e-12)

@@ -124,16 +124,6 @@ def middle(arm, phase):
     return tool_pose(arm.plant, arm.tool, phase.motion.value(phase.duration / 2)[:, 0])
 
 
-def test_straight_lines(planned):
-    """Half of the time is half of the way."""
-    arm, phases = planned
-    descend, carry = phases[NAMES.index("descend")], phases[NAMES.index("carry")]
-    over = pose(BEGIN) @ pose(GRASP)
-    assert middle(arm, descend).IsNearlyEqualTo(RigidTransform([0, 0, OVER / 2]) @ over, 1e-5)
-    halfway = (begin_of(carry) + end_of(carry.motion)) / 2
-    np.testing.assert_allclose(carry.motion.value(carry.duration / 2)[:, 0], halfway, atol=1e-9)
-
-
 def test_what_phases_are_taken_over_from_the_scenario(planned):
     _, phases = planned
     own = phases[: len(NAMES)]

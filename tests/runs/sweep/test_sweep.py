@@ -80,17 +80,6 @@ def test_what_was_cut_short_goes_on_to_the_same_table(executor, tmp_path):
     assert len(executor.calls) == 4
 
 
-def test_a_row_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
-    swept(tmp_path, executor)
-    whole = (tmp_path / TABLE).read_bytes()
-    (tmp_path / TABLE).write_bytes(whole.replace(b"0.333333333", b"0.033333333"))
-    executor.calls.clear()
-    swept(tmp_path, executor, resume=True)
-    assert [changes[KEY] for _, (changes,), *_ in executor.calls] == [3]
-    assert "1 rows" in caplog.text
-    assert (tmp_path / TABLE).read_bytes() == whole
-
-
 @pytest.mark.parametrize("file", [TABLE, ABOUT])
 def test_what_is_not_text_is_not_resumed(file, executor, tmp_path):
     swept(tmp_path, executor)

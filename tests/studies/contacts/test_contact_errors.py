@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 
 from soft_gripper.estimators.estimate import ContactForce
-from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.contacts.contacts import Contacts, read_finger
 from studies.contacts.estimates import HELD, PRESSURES, compare, contact_readings
-from studies.contacts.peg import SIDES, peg_center
 from studies.contacts.trials import error_rows
 from studies.estimator_setup import EstimatorSetup
 
@@ -84,20 +80,3 @@ def test_a_sensor_keeps_its_gain_from_free_motion_to_contact() -> None:
     gains = found.pressed / ideal.pressed
     assert gains.std() > 0.05
     np.testing.assert_allclose(found.free.readings / ideal.free.readings, np.repeat(gains[:, :, None], 4, axis=2))
-
-
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("s", [0.048, 0.0771, 0.1188])
-def test_a_peg_touches_the_face_of_one_link(shipped_finger: Finger, side: str, s: float) -> None:
-    """Seen from each link, at its place along the axis, it is as far off as its radius and the face."""
-    radius, sign = 0.006, SIDES[side]
-    q = resting_angles(shipped_finger, 50e3, 0j)
-    center = peg_center(shipped_finger, q, s, side, radius)
-    chain, ends = forward_kinematics(q, shipped_finger.segment_length), shipped_finger.link_ends
-    origins = np.concatenate([[0], chain.joints])
-    seen = (center - origins) * np.exp(-1j * chain.headings)
-    link = int(np.flatnonzero((ends[:-1] <= s) & (s < ends[1:]))[0])
-    section = shipped_finger.section((ends[link] + ends[link + 1]) / 2)
-    face = float(section.inner_face if side == "inner" else section.outer_face)
-    assert seen[link].real == pytest.approx(s - ends[link], abs=1e-12)
-    assert seen[link].imag == pytest.approx(face + sign * radius, abs=1e-12)

@@ -7,8 +7,6 @@ from loaded_fingers import Push, in_balance
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from studies.contacts.contact_coverage import (
     COLUMNS,
@@ -17,7 +15,7 @@ from studies.contacts.contact_coverage import (
 from studies.contacts.contacts import read_finger
 from studies.contacts.estimates import Estimates, driving_torque
 from studies.contacts.situations import PEG, STATICS, peg_estimates, read_pressed, static_estimates
-from studies.contacts.statics import contacts_in_space, finger_in_space, rubbing_contacts
+from studies.contacts.statics import rubbing_contacts
 from studies.estimator_setup import MODELS, NOMINAL, EstimatorSetup
 
 IDEAL = EstimatorSetup(4)
@@ -142,32 +140,6 @@ def test_in_the_plane(shipped_finger, sections, place, force):
     found = shape._explain(shape._gaussian(*given).q, *given)[0].cell_fits
     forces, density = dense(found, shape.contact.mechanics.usual_force, ASSUMED.largest_force)
     check(density, forces, found.cells.side, contact.force[0], contact.force_std[0], known.force_interval[0])
-
-
-def test_in_space():
-    """Of smooth contacts on all faces: the part across the finger, of which there is none on its sides."""
-    layout = sensor_layout(finger_in_space(), SensorConfig(layout="four_faces_and_diagonal", sections=2))
-    shape, contacts = ContactShape(layout, ASSUMED), contacts_in_space(12, 0.0, 3)
-    driving = np.zeros(contacts.q.shape)
-    driving[:, : finger_in_space().segments] = finger_in_space().pressure_torque(contacts.pressure)
-    readings = layout.read(contacts.q)
-    given = readings, driving, contacts.gravity
-    contact, known = shape(*given).contact, shape.posterior(*given)
-    checked = 0
-    for i in np.flatnonzero(np.linalg.norm(contact.vector, axis=-1) > 0):
-        sample = tuple(values[i : i + 1] for values in given)
-        found = shape._explain(shape._gaussian(*sample).q, *sample)[0].cell_fits
-        forces, density = dense(found, shape.contact.mechanics.usual_force, ASSUMED.largest_force)
-        number = density.max(axis=0).argmax()
-        assert known.force_interval[i, 0] <= forces[number] * 1.001
-        assert known.force_interval[i, 2] >= forces[number] * 0.999
-        cell = density.max(axis=1).argmax()
-        assert np.linalg.norm(contact.vector[i]) == pytest.approx(forces[number], rel=0.2), "friction adds to it"
-        assert contact.side[i] == shape.contact.surface.angle[cell]
-        rms = np.sqrt((density.sum(axis=0) * (forces - forces[number]) ** 2).sum())
-        assert np.sqrt(np.trace(contact.vector_covariance[i])) > 0.9 * rms
-        checked += 1
-    assert checked > 4
 
 
 FRICTION, FAR = 0.6, 0.4  # coefficient; of the length, beyond which contacts count

@@ -11,13 +11,12 @@ from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.kinematics import in_space
-from soft_gripper.fingers.statics import softened
 from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.estimator_setup import EstimatorSetup
 from studies.robustness import rows as module
-from studies.robustness.plants import FINE, PLANTS, RUBBER, TAPERED, rubber_moment
+from studies.robustness.plants import FINE, PLANTS, RUBBER, rubber_moment
 from studies.robustness.rows import (
     Errors,
     band_coverage,
@@ -101,19 +100,6 @@ def test_numbers_of_a_row_are_those_of_all_fingers_joined(held, monkeypatch) -> 
     assert found == pytest.approx((2.0, 10.0, 10.0, 4.0, 0.5))
 
 
-def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:
-    nominal = []
-    monkeypatch.setattr(
-        module, "estimator_errors", lambda *args: nominal.append(args[1].finger) or Errors(*np.zeros((3, 1)))
-    )
-    shipped = softened(held.simulated, 2.0)
-    monkeypatch.setattr(module, "read_finger", lambda: shipped)
-    for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
-        nominal.clear()
-        plant_table(plant, "free_bending", [held], 1, ["gaussian"])
-        assert set(nominal) == {finger}
-
-
 def points(finger, q):
     return in_space(ShapeEstimate(q).points(finger))
 
@@ -162,14 +148,6 @@ def test_a_filter_goes_through_all_samples_whichever_are_wanted(held) -> None:
     whole, some = function(*given), function.at(rows, *given)
     np.testing.assert_array_equal(some.q, whole.q[rows])
     np.testing.assert_array_equal(some.covariance, whole.covariance[rows])
-
-
-def test_fingers_differ_as_they_say(shipped_finger) -> None:
-    fine, tapered, rubber = (plant.finger(shipped_finger) for plant in (FINE, TAPERED, RUBBER))
-    assert (fine.segments, fine.base, fine.elastic_law) == (24, shipped_finger.base, None)
-    assert (tapered.segments, tapered.base.thickness, tapered.tip.thickness) == (12, 0.035, 0.015)
-    assert rubber.segments == 24
-    assert rubber.elastic_law is not None
 
 
 def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_finger) -> None:

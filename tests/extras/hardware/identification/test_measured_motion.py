@@ -99,16 +99,6 @@ def test_recordings_that_show_no_motion(recording, displacement, description, na
         measured_motion(recording(displacement, description, name))
 
 
-def test_markers_that_turn_about_their_middle_are_not_displaced(recording):
-    """The displacement is that of their middle."""
-    motion = measured_motion(recording(FALLS))
-    turned_over = motion.reference.mean() + np.exp(1j * np.linspace(0, 3, 5))[:, None] * (
-        motion.reference - motion.reference.mean()
-    )
-    still = replace(motion, time=motion.time[:5], markers=turned_over)
-    np.testing.assert_allclose(still.displacement, 0, atol=1e-12)
-
-
 def test_a_pose_of_the_tip_is_told_how_it_is_read(recording):
     config = replace(recording(FALLS).config, markers=None, poses={"tip": PoseConfig(["x"] * 3, ["w"] * 4)})
     with pytest.raises(InputError, match="write points that are fixed to its body"):
