@@ -1,5 +1,6 @@
-"""docs/sensors.md: its figure is drawn, and it leaves out no field and no preset."""
+"""docs/finger.md and docs/sensors.md: their tables and figures are those of the code."""
 
+import re
 from dataclasses import fields
 from pathlib import Path
 from runpy import run_path
@@ -7,8 +8,18 @@ from runpy import run_path
 import matplotlib as mpl
 import pytest
 
+from soft_gripper.fingers.finger_element import SILICONES
 from soft_gripper.scenario.schema import StrainErrorsConfig, presets
 from soft_gripper.sensors.pressure_errors import PressureErrors
+
+FINGER_TEXT = (Path(__file__).parents[1] / "docs/finger.md").read_text(encoding="utf-8")
+
+
+def test_materials_are_those_of_the_code():
+    rows = re.findall(r"^\| `(\w+)` \| (\d+) \| (\d+) \|", FINGER_TEXT, re.MULTILINE)
+    written = {name: (int(modulus), int(density)) for name, modulus, density in rows}
+    assert written == {name: (round(s.youngs_modulus / 1e3), s.density) for name, s in SILICONES.items()}
+
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs" / "sensors.md").read_text(encoding="utf-8")

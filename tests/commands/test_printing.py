@@ -1,13 +1,36 @@
-"""What `run` prints of objects that slip: what is true beside what is estimated, and what would have held."""
+"""What commands print of steady states, and of objects that slip."""
 
 import math
 from dataclasses import replace
 
-from soft_gripper.commands.printing import print_grasps, print_slips
+import pytest
+
+from soft_gripper.commands.printing import print_grasps, print_poses, print_slips
 from soft_gripper.runs.scores.grasp import UNKNOWN
+from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
 from soft_gripper.runs.scores.recorded_slips import ObjectSlip
 from soft_gripper.runs.scores.slipping import WILL_SLIP
+
+
+def printed_poses(capsys: pytest.CaptureFixture[str], *turns: float) -> list[str]:
+    print_poses([PoseRow("s", "finger", "arcs", "as simulated", 4, 60.0, 12.0, 0.1, 0.2, *turns)])
+    return capsys.readouterr().out.splitlines()[1:]
+
+
+def test_a_finger_in_space_turns_sideways_and_twists(capsys: pytest.CaptureFixture[str]) -> None:
+    heading, units, row = printed_poses(capsys, -3.0, -1e-9)
+    assert heading.split("  ")[1:] == [
+        "pressure",
+        "bend angle",
+        "sideways angle",
+        "twist angle",
+        "pose error",
+        "tip error",
+    ]
+    assert units.split() == ["[kPa]", "[degrees]", "[degrees]", "[degrees]", "[mm]", "[mm]"]
+    assert row.split() == ["finger", "60.0", "12.00", "-3.00", "0.00", "0.100", "0.200"]
+
 
 SLIPS = {"slips_s": 3.2, "slips_in": "lift", "slips_on": "left", "used_share": 0.8}
 FRICTION = {"present_friction": 0.21, "least_friction": 0.25, "least_object_friction": 0.15}
