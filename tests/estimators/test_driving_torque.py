@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
 
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
 from soft_gripper.estimators.driving_torque import DrivingTorque, recorded_driving
@@ -104,29 +101,6 @@ def test_before_anything_is_estimated_a_finger_is_taken_to_bend_freely(shipped_f
     seen = finger.pressure_torque(PRESSURE) + 0.8 * finger.stiffness * q / 2
     for found, expected in zip(torques, [finger.stiffness * q] * 2 + [seen] * 2, strict=True):
         np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
-def test_what_it_drives_may_act_back_on_it(shipped_finger):
-    """A finger that is bent by nothing else creeps to 1 / (1 - share) of its bend, by exp(-(1 - share) t / time)."""
-    share, time = 0.2, 0.5
-    finger = replace(shipped_finger, creep=(CreepBranch(share, time),))
-    builder = DiagramBuilder()
-    driving = builder.AddSystem(DrivingTorque(finger, PERIOD))
-    bends = builder.AddSystem(MatrixGain(np.diag(1 / finger.stiffness)))
-    pressure = builder.AddSystem(ConstantVectorSource([PRESSURE]))
-    builder.Connect(pressure.get_output_port(), driving.GetInputPort("pressure"))
-    builder.Connect(driving.get_output_port(), bends.get_input_port())
-    builder.Connect(bends.get_output_port(), driving.GetInputPort("estimated_joint_angles"))
-    log = LogVectorOutput(bends.get_output_port(), builder, PERIOD)
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(5.0)
-    found = log.FindLog(simulator.get_context())
-    # A log at a time still shows the sample before.
-    elapsed, q = found.sample_times()[1:] - PERIOD, found.data().T[1:]
-    grown = 1 + share / (1 - share) * -np.expm1(-(1 - share) * elapsed / time)
-    free = finger.pressure_torque(PRESSURE) / finger.stiffness
-    np.testing.assert_allclose(q, grown[:, None] * free, rtol=2e-3)
-    np.testing.assert_allclose(q[-1], free / (1 - share), rtol=1e-3)
 
 
 def test_a_recording_remembers_shapes_of_zeroed_sensors_as_the_block_does(creeping):

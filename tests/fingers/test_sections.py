@@ -16,7 +16,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
-from soft_gripper.fingers.statics import free_bending_angles, softened
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.models import DIRECTORY
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -138,12 +138,6 @@ def test_sensor_paths_lie_in_the_thinnest_section(shipped_finger: Finger) -> Non
     with refused("sensor_spacing", 0.013) as caught:
         replace(finger, sensor_spacing=0.013)
     assert "0.5 mm outside the finger at 0.8 of its length" in caught.value.expected
-
-
-def test_a_softened_finger_is_softer_everywhere(varied: Finger) -> None:
-    soft = softened(varied, 1.25)
-    np.testing.assert_allclose(soft.stiffness, varied.stiffness / 1.25, rtol=1e-12)
-    np.testing.assert_allclose(soft.pressure_gain, varied.pressure_gain, rtol=1e-12)
 
 
 def test_loads_are_usual_where_the_base_has_no_chamber(shipped_finger: Finger) -> None:

@@ -6,12 +6,10 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.path_drive import Tendons
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = 60e3
 WEIGHTLESS = "gravity=[0, 0, 0]"
-OPEN = ["models.1.X_PC.translation=[0, 1, 0]", "models.2.X_PC.translation=[0, 1, 0.03001]"]  # nothing to grasp
 
 
 def three_chambers(pressures, *overrides):
@@ -52,25 +50,6 @@ def test_equal_pressures_stretch_alone(finger):
     tip = three_chambers([PRESSURE] * 3)["finger.true_tip_position"].values[-1]
     stretched = finger.length * (1 + 3 * PRESSURE * 25e-6 / finger.section(0.06).stretch_stiffness)
     np.testing.assert_allclose(tip, [0, 0, stretched], atol=1e-6)
-
-
-def tendon_run(*overrides):
-    short = ["pressure.settle=3.9", "pressure.hold_samples=10", WEIGHTLESS]
-    return simulate(load_scenario("tendon_grasp", [*short, *OPEN, *overrides]))
-
-
-@pytest.mark.slow
-def test_friction_keeps_a_tendon_where_it_was():
-    """Let go down to a tension, a finger rests further bent than pulled up to it; the capstan equation says how far."""
-    steps = "tendons.steps={left_finger: [0.5, 1.5, 2.0, 1.5], right_finger: [0.0]}"
-    held = tendon_run(steps, "tendons.time_constant=0.6")  # so slowly that nothing swings
-    built = make_station(load_scenario("tendon_grasp")).fingers[0].finger
-    time, bends = held["time"].values, held["left_finger.sampled_joint_angles"].values
-    for end, sliding in ((8.0, 1.0), (16.0, -1.0)):
-        at = np.searchsorted(time, end) - 1
-        q, tension = bends[at], held["left_finger.tension"].values[[at]]
-        torque = Tendons(built).torques({"bending": q}, tension, np.array([sliding]))["bending"]
-        np.testing.assert_allclose(built.stiffness * q, torque, rtol=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -9,17 +9,13 @@ from finger_plants import BENDING_STIFFNESS, LENGTH, uniform_finger
 from kirchhoff_rod import finger_tip, rod_tip
 from published_rods import (
     Shapes,
-    plant_of,
     rod,
     shape_errors,
 )
 from pushed_fingers import bent, compliance, with_cloth
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
-from scipy.linalg import eigh
 from scipy.optimize import root
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
-
-from soft_gripper.fingers.spatial_chain import spatial_chain
 
 RODS = ("tpu", "steel")
 
@@ -74,24 +70,6 @@ def test_rods_as_integrated_here(name):
     assert found[1] < 2.5e-3
     assert found[2] < 0.7e-3
     assert np.log2(np.divide(found[:-1], found[1:])).min() > 1.8
-
-
-@pytest.mark.parametrize("name", RODS)
-def test_a_rod_vibrates_at_its_natural_frequencies(name):
-    """In both planes, of a clamped beam, and in twist: lowest and next ones, rad/s."""
-    finger = rod(name, 48)
-    section, chain, plant = finger.base, spatial_chain(finger), plant_of(finger)
-    waves = (
-        np.sqrt(section.bending_stiffness / (section.density * section.area))
-        * (np.array([1.875104, 4.694091]) / finger.length) ** 2
-    )
-    twist = np.sqrt(section.youngs_modulus / 2 / (1 + section.poisson) / section.density) * np.pi / 2 / finger.length
-    stiffness = np.diag(chain.interleaved(finger.stiffnesses))
-    mass = plant.CalcMassMatrix(plant.CreateDefaultContext())
-    for way, expected in (("bending", waves), ("sideways", waves), ("twist", [twist, 3 * twist])):
-        own = np.ix_(*2 * [np.array(chain.deformations) == way])
-        found = np.sqrt(eigh(stiffness[own], mass[own], eigvals_only=True))[:2]
-        np.testing.assert_allclose(found, expected, rtol=2e-3)
 
 
 class Elastica(NamedTuple):

@@ -65,16 +65,6 @@ def test_a_straight_path_sees_twist_to_second_order_and_a_slanted_one_to_first(s
     assert rising == pytest.approx(-0.0127, rel=0.05)  # 17.7 mm off the axis
 
 
-def test_a_helix_sees_twist_of_either_sign(spatial):
-    """Round the finger, up every face in turn at 45 degrees."""
-    corners = np.array([[8.5, 8.5], [-8.5, 8.5], [-8.5, -8.5], [8.5, -8.5]]).repeat(2, axis=0)[1:-1] / 1e3
-    ends = np.cumsum([0, 17e-3, 17e-3, 17e-3]) / 0.12
-    helix = SensorPath("helix", *(tuple(corners[[0, 2, 4, 5], i]) for i in (0, 1)), tuple(ends))
-    layout = sensors(spatial, helix, sections=1)
-    one, other = (layout.predict(positions(layout, twist=side))[0] for side in (1.0, -1.0))
-    assert other < -1e-3 < 1e-3 < one
-
-
 def test_a_finger_that_stays_in_its_plane_is_read_as_by_its_two_sides(shipped_finger, bent):
     """Both measure the same bends; the chord of a segment differs from its arc to second order."""
     sides = SensorLayout(shipped_finger, 2)

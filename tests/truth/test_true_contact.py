@@ -113,26 +113,6 @@ class World:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("tilt", [0.3, -0.4])
-def test_a_ball_on_a_smooth_slope(model, tilt):
-    """Guided, and without friction, it is carried by the normal force alone: N cos(tilt) = m g."""
-    world, turn = World(model, ASKEW), RotationMatrix.MakeYRotation(tilt)
-    slope = world.shape(world.fixed("slope", [0, 0, 0], turn), Box(0.2, 0.2, 0.02), is_soft=False)
-    ball = world.sliding("ball", 0.05, [0.01, 0.02, 0.04])
-    world.shape(ball, Sphere(EDGE / 2), is_soft=True)
-    found = world.settle(slope={slope}, other=set())
-    assert found["slope.normal_force"] == pytest.approx([0.05 * G / np.cos(tilt)], rel=1e-3)
-    # It touches where the perpendicular from its centre meets the slope.
-    foot = turn.inverse() @ world.center(ball)
-    foot[2] = 0.01
-    np.testing.assert_allclose(turn.inverse() @ found["slope.contact_center"], foot, atol=5e-4)
-    assert found["slope.true_contact_total"] == pytest.approx(found["slope.normal_force"], rel=1e-6)  # without friction
-    assert found["other.normal_force"] == 0
-    assert np.isnan(found["other.contact_center"]).all()
-    assert np.isnan(found["width"])
-
-
-@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("tilt", [0.15, 0.3])
 def test_a_block_presses_on_a_rough_slope_right_below_its_middle(model, tilt):
     """Friction carries its part."""

@@ -16,35 +16,12 @@ from soft_gripper.extras.learning.environment import SoftGripperEnv
 IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
 
 
-def actions(number, size=2):
-    return np.random.default_rng(0).uniform(-0.5, 0.3, (number, size)).astype(np.float32)
-
-
-def rollout(env, seed, number=5):
-    """Observations and rewards of some steps."""
-    observed = [env.reset(seed=seed)[0]]
-    rewards = []
-    for action in actions(number):
-        observation, reward, *_ = env.step(action)
-        observed.append(observation)
-        rewards.append(reward)
-    return np.array(observed), np.array(rewards)
-
-
 @pytest.mark.parametrize("name", IDS)
 def test_gymnasium_finds_nothing_wrong(name):
     env = gymnasium.make(name, changes={"variation.grippers": 1})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped, skip_render_check=True)
-
-
-def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):
-    first = rollout(one_gripper, seed=3)
-    rollout(one_gripper, seed=4)
-    again = rollout(one_gripper, seed=3)
-    for one, other in zip(first, again, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def test_episodes_take_each_of_the_grippers_and_another_target():
