@@ -10,7 +10,7 @@ from printed_numbers import differences, sentence_problems
 from scipy.interpolate import CubicSpline
 
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.recursive import Changes, RecursiveShape
+from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import free_bending_angles, resting_angles, softened
@@ -85,24 +85,6 @@ def test_offsets_and_bend_are_told_apart(shipped_finger):
 
 def _rms(errors):
     return float(np.sqrt(np.mean(np.square(errors))))
-
-
-@pytest.mark.slow
-def test_a_run_records_them():
-    """Free bending with a nominal finger that is 5 % too stiff."""
-    changes = ["estimator.type=recursive", "sensor.sections=2", "pressure.steps.all=[0, 60e3, 100e3]"]
-    softer = [
-        "nominal.finger.youngs_modulus=+5 %",
-        "nominal.finger.layer_modulus=+5 %",
-        "estimator.uncertainty.bend_per_pressure=0.05",
-    ]
-    data = simulate(load_scenario("free_bending", [*changes, *softer])).data
-    assert set(Changes._fields) <= {str(name).removeprefix("left_finger.") for name in data.data_vars}
-    assert data["left_finger.offset_changes"].dims == ("time", "path", "section")
-    assert data["left_finger.pressure_change"].attrs["units"] == "Pa"
-    found, std = (float(data[f"left_finger.bend_change{end}"][-1]) for end in ("", "_std"))
-    assert found == pytest.approx(0.05, abs=0.005)
-    assert 0 < std < 0.01
 
 
 def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger):

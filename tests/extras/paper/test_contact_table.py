@@ -100,20 +100,6 @@ def table() -> list[ContactForceRow]:
     return contact_force_table("obstructed", *obstructed(), LAYOUTS)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("sections", "borders"), LAYOUTS)
-def test_estimates_are_those_of_the_block(sections: int, borders: tuple[float, ...] | None) -> None:
-    sensors = [f"sensor.sections={sections}", *([f"sensor.borders={list(borders)}"] if borders else [])]
-    station, recording = obstructed(*sensors, "estimator.type=contact")
-    by_block = held_samples(station.scenario, recording, "left_finger.contact_force").mean(axis=1)
-    place = held_samples(station.scenario, recording, "left_finger.contact_arc_length").mean(axis=1)
-    names = " ".join(f"{1e3 * end * 0.12:g}" for end in borders or np.arange(1, sections) / sections)
-    rows = [row for row in table() if (row.finger, row.borders) == (FINGERS[0], names)]
-    np.testing.assert_allclose([row.estimated_n for row in rows], by_block, atol=1e-6)
-    np.testing.assert_allclose([row.estimated_mm for row in rows], 1e3 * place, atol=1e-3)
-    assert by_block[0] > 0.5
-
-
 def test_the_truth_is_the_recorded_one_and_near() -> None:
     station, recording = obstructed()
     pressed, free = (next(row for row in table() if row.finger == finger) for finger in FINGERS)
