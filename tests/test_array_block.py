@@ -96,16 +96,6 @@ def test_what_is_remembered_follows_if_the_samples_are_its_own(block):
     np.testing.assert_array_equal(found["change"], [[1], [3], [5]])
 
 
-def test_samples_are_those_before(block):
-    assert block.follows("sampled", PERIOD)
-    assert not block.follows("now", PERIOD / 2)
-    time, y = np.arange(3) * PERIOD, np.array([[1.0], [4.0], [9.0]])
-    found = block.over_time(time, {"y": y}, ["now", "sampled", "two"])
-    np.testing.assert_array_equal(found["now"][:, 0], [0, 0, PERIOD])
-    np.testing.assert_array_equal(found["sampled"][:, 0], [7, 1, 4])
-    np.testing.assert_array_equal(found["two"], [[2], [2], [2]])
-
-
 NAMES = ("change", "total", "now", "sampled", "drawn")
 
 
@@ -173,16 +163,6 @@ def test_another_simulator_goes_on_where_one_has_ended():
     for each in (simulator, other):
         each.AdvanceTo(0.1)
         assert block.get_output_port().Eval(each.get_context()) == 10
-
-
-def test_a_run_whose_time_is_set_back_begins_anew():
-    block = counter()
-    simulator = Simulator(block)
-    simulator.AdvanceTo(0.3)
-    simulator.get_mutable_context().SetTime(0.0)
-    simulator.Initialize()
-    simulator.AdvanceTo(0.1)
-    assert block.get_output_port().Eval(simulator.get_context()) == 10
 
 
 def test_memory_takes_a_period():

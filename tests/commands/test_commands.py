@@ -11,7 +11,6 @@ from command_line import short, soft_gripper
 from matplotlib.figure import Figure
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
 from soft_gripper.pictures import phases
 from soft_gripper.scenario.scenario_file import load_scenario
@@ -46,16 +45,6 @@ def test_list_names_every_scenario_with_its_description() -> None:
     for line, name in zip(lines, shipped, strict=True):
         assert load_scenario(name).description
         assert line.endswith(load_scenario(name).description)
-
-
-def test_show_prints_a_scenario_that_loads_again() -> None:
-    shown = soft_gripper("show", "free_bending", "--sections", 3, "--set", "pressure.settle=0.7")
-    assert shown.code == 0
-    Path("resolved.yaml").write_text(shown.out)
-    assert soft_gripper("show", "resolved.yaml").out == shown.out
-    scenario = load_scenario("resolved.yaml")
-    assert (scenario.sensor.sections, scenario.pressure.settle) == (3, 0.7)
-    assert scenario.pressure.steps == load_scenario("free_bending").pressure.steps
 
 
 @pytest.mark.parametrize("ending", ["dot", "svg"])
@@ -131,30 +120,6 @@ def test_run_of_a_task_records_the_forces_of_its_picture(monkeypatch: pytest.Mon
         column = f"{name}_n"
         np.testing.assert_allclose([float(row[column]) for row in rows], forces.data[name].values.ravel(), atol=1e-6)
     assert float(rows[-1]["least_n"]) < float(rows[-1]["true_transverse_n"]) < float(rows[-1]["most_n"])
-
-
-@pytest.mark.slow
-def test_a_wrong_nominal_model_is_named_and_shows_in_the_forces() -> None:
-    """A finger whose nominal model is too stiff seems to bend under a load."""
-    options = short("pressure.settle=1", "gravity=[0, 0, 0]")
-    soft_gripper("run", "free_bending", *options, "--out", "right")
-    nominal = soft_gripper(
-        "run", "free_bending", *options, "--set", "nominal.finger.youngs_modulus=+10 %", "--out", "wrong"
-    )
-    assert nominal.code == 0
-    for name in ("metrics.csv", "forces.csv"):
-        assert {row["nominal"] for row in table(f"right/{name}")} == {"as simulated"}
-        assert {row["nominal"] for row in table(f"wrong/{name}")} == {"youngs_modulus +10 %"}
-    right, wrong = (
-        np.array([float(row["estimated_nm"]) - float(row["true_nm"]) for row in table(f"{folder}/forces.csv")])
-        for folder in ("right", "wrong")
-    )
-    straight, bent = (wrong.reshape(2, 2, 12)[:, step] for step in (0, 1))
-    assert np.abs(right).max() < 0.05e-3
-    assert np.abs(straight).max() < 0.01e-3
-    # A tenth of what bends the base joint, which without weight is the torque of the pressure.
-    (finger,) = expand_urdf(FINGER).fingers
-    np.testing.assert_allclose(bent[:, 0], 0.1 * 60e3 * finger.pressure_gain[0], rtol=0.02)
 
 
 @pytest.mark.slow

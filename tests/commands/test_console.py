@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from command_line import short, soft_gripper
 
 from soft_gripper.commands.console import Console
 
@@ -44,17 +43,3 @@ def test_a_bar_is_full_when_a_run_ends_before_its_time(monkeypatch, capsys):
         progress(1.0)
         progress(3.0)
     assert "3/3 s simulated" in capsys.readouterr().err.splitlines()[-1]
-
-
-@pytest.mark.slow
-def test_a_run_as_a_document_says_what_its_tables_do(tmp_path):
-    arguments = ["run", "free_bending", *short(), "--out", tmp_path]
-    text, document, quiet = (soft_gripper(*arguments, *more) for more in ([], ["--json"], ["-q"]))
-    found = json.loads(document.out)
-    assert found["written"] == [
-        str(tmp_path / name) for name in ("recording.nc", "scenario.yaml", "metrics.csv", "forces.csv", "success.csv")
-    ]
-    assert [row["pressure_kpa"] for row in found["poses"]] == pytest.approx([0, 60, 0, 60])
-    for row in found["poses"]:
-        assert f"{row['pose_error_mm']:.3f}" in text.out
-    assert (quiet.code, quiet.out, quiet.err) == (0, "", "")

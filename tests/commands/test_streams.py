@@ -181,22 +181,6 @@ def test_standard_streams_that_are_closed_or_full(closed: str, code: int, says: 
     assert (found.returncode, found.stderr) == (code, says)
 
 
-@pytest.mark.slow
-def test_a_file_never_takes_the_place_of_a_closed_stream(tmp_path: Path) -> None:
-    file = tmp_path / "plain.urdf"
-    command = [
-        "bash",
-        "-c",
-        'exec "$@" >&- 2>&- <&-',
-        "bash",
-        *COMMAND,
-        "expand",
-        str(DIRECTORY / "grippers/finger.urdf"),
-    ]
-    assert subprocess.run([*command, "-o", str(file)], check=False).returncode == 0
-    assert file.read_text().rstrip().endswith("</robot>")
-
-
 def test_a_complaint_repeats_little_of_what_was_written(capsys) -> None:
     with pytest.raises(SystemExit):
         main(["show", "free_bending", "--" + "x" * 5000 + "\n\n"])

@@ -1,15 +1,16 @@
-"""soft-gripper sweep: the same table from one process, from two, and after SIGKILL; and what it refuses."""
+"""The commands sweep and tune: tables, figures, gains."""
 
 import csv
 import signal
 import subprocess
 import time
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 from command_line import LISTENING, short, soft_gripper
 
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
+from soft_gripper.runs.scores.steps import StepRow
 
 NOISY = [*short("pressure.settle=0.1"), "--set", "sensor.errors.preset=realistic"]
 VARY = ["--vary", "models.0.fingers.all.youngs_modulus=-10..10 %:2", "--vary", "sensor.seed=0..3:4"]
@@ -63,15 +64,32 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
 
 
+COLUMNS = "step,from_mm,to_mm,overshoot_percent,crossings,settling_s,steady_error_estimated_mm,steady_error_true_mm"
+SHORT = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")
+
+
 @pytest.mark.slow
-def test_a_scenario_of_ones_own_and_failures_as_rows(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("mine.yaml").write_text(dump_scenario(load_scenario("free_bending")))
-    vary = "models.0.fingers.all.thickness=0.02,0.004,0.021"
-    done = soft_gripper("sweep", "mine.yaml", *NOISY, "--vary", vary, "--jobs", 1, "--out", "out")
-    assert done.code == 0
-    assert "3 runs, 1 failed" in done.out
-    with Path("out/sweep.csv").open(newline="") as file:
-        errors = [row["error"] for row in csv.DictReader(file)]
-    assert "the chamber does not fit" in errors[1]
-    assert [errors[0], errors[2]] == ["", ""]
+def test_tune_prints_the_table_and_the_gains():
+    outcome = soft_gripper("tune", *SHORT, "--evaluations", 5, terminal=True)
+    assert outcome.code == 0
+    *table, gains = outcome.out.strip().splitlines()
+    assert "overshoot" in table[0]
+    assert [line.split()[2] for line in table if line.split()[:1] in (["0"], ["1"])] == ["80.0", "60.0"]
+    assert gains.startswith("gains: { kp: ")
+    assert "5/5" in outcome.err
+
+
+def test_run_writes_the_table_of_steps(tmp_path):
+    outcome = soft_gripper("run", "tip_distance_steps", *SHORT, "--out", tmp_path)
+    assert outcome.code == 0
+    assert ",".join(field.name for field in fields(StepRow)) == COLUMNS
+    with open(tmp_path / "steps.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert ",".join(rows[0]) == COLUMNS
+    assert [float(row["to_mm"]) for row in rows] == pytest.approx([80, 60])
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "recording.nc",
+        "scenario.yaml",
+        "steps.csv",
+        "success.csv",
+    ]

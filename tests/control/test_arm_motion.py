@@ -8,7 +8,6 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from scipy.optimize import brentq
 
 from soft_gripper.control.arm_motion import (
     MIN_DURATION,
@@ -85,16 +84,6 @@ def test_a_file_without_a_limit_of_velocity():
         ArmLimits.of_plant(one_joint(velocity=0), 10.0)
 
 
-def test_duration_under_a_limit_of_effort_with_damping():
-    t, damping = np.linspace(0, 1, 10001), 40.0
-    velocity, acceleration = (STROKE * minimum_jerk(t, order) for order in (1, 2))
-
-    def excess(T):
-        return (MASS * acceleration / T**2 + damping * velocity / T).max() - 30
-
-    assert duration(one_joint(damping=damping, effort=30)) == pytest.approx(brentq(excess, 0.1, 10), rel=2e-3)
-
-
 def test_profile_is_the_minimum_jerk_polynomial():
     plant = one_joint()
     motion = timed(plant, joint_path(np.zeros(1), np.ones(1)), ArmLimits.of_plant(plant, 4.0))
@@ -117,12 +106,6 @@ def test_a_motion_takes_the_whole_of_one_limit_and_no_more(ur5e, binding, change
     use = use_of_limits(plant, limits, timed(plant, path, limits))
     assert np.argmax(use) == binding
     assert 0.99 < max(use) <= 1
-
-
-def test_speed_is_a_part_of_the_quickest(ur5e):
-    plant, _, limits = ur5e
-    path = joint_path(HOME, HOME + 0.5)
-    assert timed(plant, path, limits, 0.25).end_time() == pytest.approx(4 * timed(plant, path, limits).end_time())
 
 
 def test_staying_is_a_motion_too(ur5e):
@@ -163,14 +146,6 @@ def test_the_tool_goes_straight_and_turns_evenly(ur5e, direction, rpy):
         assert np.linalg.norm(X_WTool.translation() - X_WStart.translation() - s * np.array(direction)) < 1e-4
         R_W = RotationMatrix(AngleAxis(s * turn.angle(), turn.axis())) @ X_WStart.rotation()
         assert (X_WTool.rotation().inverse() @ R_W).ToAngleAxis().angle() < 1e-4
-
-
-def test_a_straight_path_has_continuous_second_derivatives(ur5e):
-    plant, tool, _ = ur5e
-    path = straight_path(plant, tool, HOME, RigidTransform([0, 0.3, 0]) @ tool_pose(plant, tool, HOME))
-    curvature = path.MakeDerivative(2)
-    steps = np.array([curvature.value(s + 1e-9) - curvature.value(s - 1e-9) for s in path.get_segment_times()[1:-1]])
-    assert np.abs(steps).max() < 1e-5 * np.abs(curvature.value(0.5)).max()
 
 
 def test_a_straight_path_out_of_reach_tells_how_far_it_gets():

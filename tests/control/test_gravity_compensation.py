@@ -1,7 +1,5 @@
 """GravityCompensation against textbook weights, and alone against the fall of an arm."""
 
-import gc
-
 import numpy as np
 import pytest
 from arm_plants import POSTURES, ur5e
@@ -46,12 +44,6 @@ def test_weight_of_a_double_pendulum(angles):
     elbow = MASSES[1] * G * LENGTHS[1] * level[1]
     shoulder = (MASSES[0] + MASSES[1]) * G * LENGTHS[0] * level[0] + elbow
     np.testing.assert_allclose(torque(GravityCompensation(pendulum()), angles, (0, 0)), [shoulder, elbow], atol=1e-12)
-
-
-def test_keeps_its_plant_alive():
-    compensation = GravityCompensation(pendulum())
-    gc.collect()
-    assert torque(compensation, (0.0, 0.0), (0.0, 0.0))[1] == pytest.approx(MASSES[1] * G * LENGTHS[1])
 
 
 def fall(home, is_compensated):

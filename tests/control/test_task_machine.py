@@ -103,16 +103,6 @@ def test_set_points_are_those_of_the_phases_and_the_last_one_stays(course):
         assert set_point == PHASES[min(phase, 2)].opening
 
 
-def test_outputs_change_at_samples_only():
-    run = Run()
-    for number in range(samples_of(0.8)):
-        before = run.sample(number).outputs
-        run.observe(number * 1e-3, number * 1e-3)
-        run.simulator.AdvanceTo((number + 0.999) * T)
-        assert run.outputs == before
-    assert run["phase"] > 0
-
-
 def test_a_failure_opens_the_fingers_and_is_put_out():
     run = Run().sample(samples_of(0.27))
     assert (run["phase"], run["set_point"]) == (1, NARROW)

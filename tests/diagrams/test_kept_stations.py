@@ -51,18 +51,6 @@ def test_a_run_is_the_same_to_the_bit(built, name, overrides):
     xr.testing.assert_identical(between.data, anew(other))
 
 
-@pytest.mark.slow
-def test_a_scenario_that_is_changed_after_its_run_changes_no_station(built):
-    scenario = load_scenario("tip_distance_steps", ["control.hold=0.1"])
-    before = load_scenario("tip_distance_steps", ["control.hold=0.1"])
-    simulate(scenario)
-    scenario.control.gains.kp *= 2
-    changed = simulate(scenario)
-    xr.testing.assert_identical(simulate(before).data, anew(before))
-    xr.testing.assert_identical(changed.data, anew(scenario))
-    assert len(built) == 2
-
-
 def test_a_file_that_has_changed_is_read_again(built, tmp_path):
     """Even within the resolution of its date, and where it has the same size."""
     file = tmp_path / "finger.urdf"

@@ -11,7 +11,6 @@ from soft_gripper.errors import InputError
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.schema import MeshConfig, ModelConfig
 
-BOX = "package://soft_gripper/objects/box.sdf"
 FINGER = "package://soft_gripper/grippers/finger.urdf"
 WORLD = "<sdf version='1.7'><world name='room'>{}</world></sdf>"
 MODEL = "<model name='{0}'><link name='{0}'/></model>"
@@ -33,16 +32,6 @@ def refusal(plant, name, file):
     with pytest.raises(InputError) as caught:
         load_model(plant, ModelConfig(name, file), "models[3]")
     return str(caught.value)
-
-
-def test_a_file_may_be_loaded_twice(plant):
-    for name in ("one", "other"):
-        _, (finger,), _ = load_model(plant, ModelConfig(name, FINGER), "models[0]")
-        assert finger.name == name
-        _, none, _ = load_model(plant, ModelConfig(f"{name}_box", BOX), "models[1]")
-        assert none == []
-    plant.Finalize()
-    assert plant.num_actuators() == 2 * 12
 
 
 def test_springs_of_the_fingers_are_pairs_of_linear_ones_unless_the_scenario_chooses_torsion():

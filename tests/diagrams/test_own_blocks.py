@@ -118,23 +118,6 @@ def test_an_answer_of_a_sensor(answer, said):
     assert said in error.expected
 
 
-def test_nan_for_readings_that_are_missing_is_an_answer(caplog):
-    """As those of this project answer; it is noted in the log."""
-
-    def make(layout, gravity, period):
-        return sg.estimators.ShapeEstimator(
-            lambda readings, driving, gravity: shape(readings, driving), layout, gravity
-        )
-
-    def shape(readings, driving):
-        return sg.estimators.ShapeEstimate(driving + 0 * readings.sum(axis=-1, keepdims=True))
-
-    dead = "sensor.errors={dead: [{path: inner, section: 0}]}"
-    recording = sg.run_station(sg.make_station(free_bending([20e3], 0.1, dead), make_estimator=make))
-    assert recording["left_finger.estimated_joint_angles"].isnull().all()
-    assert "left_finger.estimated_joint_angles: NaN in 11 of 11 samples, first at t = 0 s" in caplog.text
-
-
 @pytest.mark.parametrize(
     ("function", "said"),
     [

@@ -68,16 +68,6 @@ def test_a_mesh_is_touched_at_its_convex_parts():
     assert not any(isinstance(inspector.GetShape(each), Mesh) for each in touched)
 
 
-@pytest.mark.slow
-def test_an_irregular_grasp():
-    surface, points = (
-        simulate(load_scenario("irregular_grasp", ["pressure.steps.all=[100.0e3]", f"contact={contact}"]))
-        for contact in ("surface", "points")
-    )
-    for signal, atol in (("left_finger.true_tip_position", 1e-3), ("left_finger.true_contact_force", 0.05)):
-        np.testing.assert_allclose(last(points, signal), last(surface, signal), atol=atol)
-
-
 def parts_of(mesh, tmp_path):
     path = tmp_path / "mesh.obj"
     path.write_text(trimesh.exchange.obj.export_obj(mesh))

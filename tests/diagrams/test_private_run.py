@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from creeping_fingers import FINGER, write_creeping
-from finger_plants import free_bending
 from logged_ports import logged_ports
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
@@ -115,17 +114,6 @@ def test_the_loop_has_no_step_and_no_output_that_nothing_reads():
     block = loop.diagram.GetSubsystemByName(LOOP)
     assert {*block.outputs} == {"grip_control.pressure"}
     assert not any("contact_detector" in step or "object_width" in step for step in block.steps)
-
-
-def test_a_private_run_begins_at_any_time():
-    station = make_private_station(free_bending([50e3, 80e3], 0.1, "sensor.errors.preset=realistic"))
-    runs = []
-    for begin in (0.0, 10.0):
-        simulator = make_simulator(station)
-        simulator.get_mutable_context().SetTime(begin)
-        simulator.AdvanceTo(begin + 0.15)
-        runs.append(station.recording(simulator.get_context()))
-    assert_near(*runs, 1e-12)
 
 
 class Reader(LeafSystem):

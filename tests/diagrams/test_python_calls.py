@@ -2,24 +2,15 @@
 
 import sys
 from collections import Counter
-from functools import cache
 
 import pytest
-from creeping_fingers import FINGER, write_creeping
 from finger_plants import free_bending
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from soft_gripper.diagrams.simulation import solver_config
 from soft_gripper.diagrams.station import make_private_station, make_station
-from soft_gripper.scenario.scenario_file import load_scenario
 
 BEGIN = 0.5025  # s, between two samples
-OF_THE_PLANT = (
-    "soft_gripper.truth.contact.",
-    "soft_gripper.control.task._",
-)
-_REMEMBERED = "estimators.driving_torque.later_bend"
-CONTACT = "estimator.contact_threshold=2.5e-3"
 
 
 def calls_per_second(scenario, make=make_private_station):
@@ -47,17 +38,6 @@ def bending(time_step, period=0.01):
     return calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={time_step}", f"sensor.period={period}"))
 
 
-@cache
-def handling(name, time_step):
-    """Calls in a station of an arm, a task, the grip control and all that is sensed, while the arm moves.
-
-    How many contacts there are, and at which sample the fingers have come to rest, belongs to the plant: functions
-    that go through them are left out.
-    """
-    calls = calls_per_second(load_scenario(name, [f"plant_config.time_step={time_step}", CONTACT]))
-    return Counter({name: n for name, n in calls.items() if not name.startswith(OF_THE_PLANT)}), calls
-
-
 @pytest.fixture(scope="module")
 def baseline():
     return bending(time_step=0.01)
@@ -71,62 +51,3 @@ def test_where_every_block_runs_it_works_once_a_sample_for_all_who_read_it():
 @pytest.mark.parametrize("time_step", [0.002, 0.0])
 def test_steps_of_the_plant_call_no_python(baseline, time_step):
     assert bending(time_step) == baseline
-
-
-ERRORS = "sensor.errors.preset=realistic", "sensor.pressure_errors.noise=50"
-
-
-@pytest.mark.slow
-def test_errors_of_sensors_work_once_a_sample():
-    """Strain and pressure of two fingers; what follows them is called no more often than with ideal sensors."""
-    runs = {
-        dt: calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *ERRORS)) for dt in (0.01, 0.002)
-    }
-    assert runs[0.01] == runs[0.002]
-    blocks = 2 * 2 * 100
-    assert runs[0.01]["soft_gripper.sensors.error_block.step"] == blocks / 2  # two equal fingers at once
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("dt", [0.01, 0.002])
-def test_what_drives_a_finger_is_asked_once_a_sample(tmp_path, dt):
-    """Of two fingers, one by one or at once. Without creep nothing is remembered, and nothing asks."""
-    files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
-    for overrides, make, calls_of_both in (
-        (files, make_station, [200, 200]),
-        (files, make_private_station, [100, 100]),
-        ([], make_station, [200, 0]),
-        ([], make_private_station, [0, 0]),
-    ):
-        calls = calls_per_second(free_bending([50e3], 2.0, f"plant_config.time_step={dt}", *overrides), make)
-        found = [calls[f"soft_gripper.{name}"] for name in ("fingers.finger.torque_of_drive", _REMEMBERED)]
-        assert found == calls_of_both
-
-
-CALLBACKS = {  # calls in a second, for both fingers at once
-    "estimators.arc_shapes.joint_angles": 100,
-    "load.force_estimator.external_torque": 100,
-    "load.contact_detector._touch": 0,  # nothing in the loop reads it
-    "load.opening._width": 0,  # nothing reads it: it is computed after the run
-    "truth.contact._collect": 100,
-    "load.opening.opening": 100,
-    "control.pid_controller._anti_windup_memory": 100,
-    "control.pid_controller.step": 100,
-    "control.task._next_state": 100,
-    "control.task.step": 100,
-}
-
-
-@pytest.mark.slow
-def test_blocks_of_a_task_work_once_a_sample():
-    _, calls = handling("pick_and_place_box", 0.01)
-    assert {name: calls[f"soft_gripper.{name}"] for name in CALLBACKS} == CALLBACKS
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.002, 0.01])
-def test_what_is_remembered_is_computed_once_a_sample(time_step):
-    """Whatever the step of the plant; how much work a sample is depends on whether something is touched."""
-    _, calls = handling("pick_and_place_delicate", time_step)
-    assert calls["soft_gripper.estimators.recursive.step"] == 100  # both fingers at once
-    assert calls["soft_gripper.estimators.recursive.estimate"] == 0  # only its joint positions are read

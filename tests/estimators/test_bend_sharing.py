@@ -8,12 +8,11 @@ from finger_motion import at_rest
 from finger_plants import LENGTH, uniform_finger
 
 from soft_gripper.estimators.arc_shapes import BendSharing
-from soft_gripper.estimators.arcs import arcs_from_readings
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.load.force_estimator import TorqueBalance
-from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
+from soft_gripper.sensors.sensor_layout import SensorLayout
 
 PRESSURE = np.array(60e3)  # Pa
 GRAVITY = -9.0 + 4.0j  # m/s^2, z + i x in B
@@ -82,17 +81,6 @@ def test_free_bending_is_exact(request, name, law):
         np.testing.assert_allclose(shared, q, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("pressure", [-60e3, 120e3, 250e3])
-def test_free_bending_of_a_steep_taper_leaves_little_torque_at_the_base(steep_finger, pressure):
-    """From readings on, whose arcs are not quite the chain; equal shares leave more than 10 mN m."""
-    layout, balance = SensorLayout(steep_finger, 4), TorqueBalance(steep_finger)
-    strain = extension_ratios(layout, free_bending_angles(steep_finger, np.array(pressure)))
-    theta = arcs_from_readings(layout, layout.response.reading(strain)).theta
-    assert abs(found(layout, theta, np.array(pressure))[0]) < 2e-3
-    equal = at_rest(layout.shared_equally(theta), steep_finger.pressure_torque(pressure))
-    assert abs(balance.external_torque(equal, np.zeros(3), 0.01).torque[0]) > 10e-3
-
-
 @pytest.mark.parametrize("sections", SECTIONS)
 def test_shape_under_a_load_at_the_tip_is_found_exactly(sections):
     """Equal shares are wrong by more than 1 mm at the tip with one section or two."""
@@ -119,20 +107,6 @@ def test_weight_is_no_load(steep_finger, sections, law):
     shapes = [sharing.joint_angles(theta, driving, gravity) for gravity in (GRAVITY, 0.0)]
     wrong, without = (np.abs(finger.elastic_torque(shape) - finger.elastic_torque(q)).max() for shape in shapes)
     assert wrong < (0.01 if law is None else 0.1) * without
-
-
-@pytest.mark.slow
-@LAWS
-def test_an_elastic_law_converges(steep_finger, law):
-    """Loads at the tip are found exactly, however the pieces of the law lie between sections and joints."""
-    finger = replace(steep_finger, elastic_law=law)
-    for sections in (1, 2, 3, 4, 6):
-        layout = SensorLayout(finger, sections)
-        for force in np.linspace(-1.0, 1.0, 21):
-            torque = from_force(finger, LENGTH, force)
-            q = under_load(finger, torque)
-            shared = BendSharing(layout).joint_angles(sums(layout, q), finger.pressure_torque(PRESSURE), 0.0)
-            np.testing.assert_allclose(shared, q, atol=1e-12)
 
 
 @pytest.mark.parametrize("where", [0.05, 0.075, 0.1])

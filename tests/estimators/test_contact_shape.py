@@ -10,8 +10,6 @@ from soft_gripper.estimators.contact import (
     ContactShape,
     LinearizedResidual,
     SurfaceContact,
-    _deviation_posterior,
-    _force_vectors,
 )
 from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.mechanics import Mechanics
@@ -20,7 +18,6 @@ from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
-RUBS = 0.25  # friction per force, standard deviation of what is drawn
 TWO, FOUR = {"sections": 2, "borders": (1 / 3,)}, {"sections": 4}
 PLACES = [0.4, 0.6, 0.8, 0.95, 1.0]  # of the length
 SOFTENING = ElasticLaw((-30.0, -8.0, 8.0, 30.0), (-0.23, -0.1, 0.1, 0.23), (-0.2, -0.088, 0.088, 0.2))
@@ -121,18 +118,6 @@ def test_a_section_that_is_missing_of_four_leaves_the_force(shipped_finger):
         assert contact.arc_length == pytest.approx(0.09, abs=1e-3)
 
 
-@SIDES
-@pytest.mark.parametrize("places", [(0.4, 0.8), (0.5, 0.9), (0.45, 1.0)])
-def test_two_forces_are_found_as_their_sum_and_centre(shipped_finger, side, places):
-    """Within 6 % and 3 % of the length, with four sections; one with more friction may bend the finger alike."""
-    layout, s = SensorLayout(shipped_finger, **FOUR), np.array(places) * shipped_finger.length
-    q = in_balance(shipped_finger, 80e3, 9.81, [Push(s[0], side * 0.8), Push(s[1], side * 0.6)])
-    contact = estimated(layout, q, 80e3, 9.81).contact
-    assert contact.force == pytest.approx(side * 1.4, rel=0.06)
-    assert contact.arc_length == pytest.approx(s @ [0.8, 0.6] / 1.4, abs=0.03 * shipped_finger.length)
-    assert abs(contact.force - side * 1.4) < 2 * contact.force_std
-
-
 @BOTH
 @SIDES
 @pytest.mark.parametrize("place", [0.5, 0.8, 1.0])
@@ -145,32 +130,6 @@ def test_a_single_force_is_found_under_an_elastic_law(shipped_finger, sections, 
     assert contact.arc_length == pytest.approx(place * finger.length, abs=0.005 * finger.length)
 
 
-def scores(layout, rubs, samples=120):
-    """Errors of force and place over their standard deviations, (2, samples), of forces drawn at random."""
-    finger, rng = layout.finger, np.random.default_rng(9)
-    true, q, pressures = [], [], rng.uniform(0, 150e3, samples)
-    for pressure in pressures:
-        side, s = rng.choice([-1, 1]), rng.uniform(0.4, 0.93) * finger.length
-        force = side * rng.uniform(0.3, 1.5)
-        push = Push(s, force, rubs * RUBS * force * rng.standard_normal(), face(finger, s, side))
-        bent = in_balance(finger, pressure * (1 + 0.005 * rng.standard_normal()), 0j, [push])
-        q.append(bent + 2e-4 * rng.standard_normal(finger.segments))
-        true.append((force, s))
-    read = readings(layout, np.array(q), 1e-4, rng)
-    shape = ContactShape(layout, Uncertainty(bend_per_pressure=EXACT, friction=0.45))
-    found = shape(read, finger.pressure_torque(pressures), np.zeros(3)).contact
-    force, s = np.transpose(true)
-    return np.abs([(found.force - force) / found.force_std, (found.arc_length - s) / found.arc_length_std])
-
-
-@BOTH
-def test_errors_lie_within_two_standard_deviations(shipped_finger, sections):
-    """As often as 95 % of the time, or more: friction, of which there is none, is reckoned with."""
-    z = scores(SensorLayout(shipped_finger, **sections), 0.0)
-    assert ((z < 2).mean(axis=1) >= 0.95).all()
-    assert (np.median(z, axis=1) > 0.05).all()
-
-
 def test_every_measured_bend_is_met(shipped_finger, bent):
     """Of shapes that no few forces explain, as closely as by the most probable shape."""
     layout, assumed = SensorLayout(shipped_finger, **FOUR), Uncertainty(reading=1e-6)
@@ -178,23 +137,6 @@ def test_every_measured_bend_is_met(shipped_finger, bent):
     driving = shipped_finger.pressure_torque(np.full(5, 5e4))
     found = ContactShape(layout, assumed)(readings(layout, q), driving, np.zeros(3))
     np.testing.assert_allclose(layout.sums(found.q), layout.sums(q), rtol=0, atol=1e-6)
-
-
-@pytest.mark.parametrize("along", [-1.2, 1.2])
-@pytest.mark.parametrize("friction", [0.3, 0.45])
-def test_noise_hides_no_force_on_the_edge_of_the_tip(shipped_finger, along, friction):
-    """Forces outside the assumed friction cone lie within two standard deviations, and those on the edge at the tip."""
-    layout, tip = SensorLayout(shipped_finger, **FOUR), shipped_finger.length
-    q = in_balance(shipped_finger, 40e3, 9.81, [Push(tip, 1.0, along, face(shipped_finger, tip, 1))])
-    read = readings(layout, np.tile(q, (200, 1)), 1e-3, np.random.default_rng(1))
-    shape = ContactShape(layout, Uncertainty(reading=1e-3, friction=friction, bend_per_pressure=EXACT))
-    given = read, shipped_finger.pressure_torque(np.full(200, 40e3)), vector(9.81)
-    contact = shape(*given).contact
-    assert np.mean(np.abs(contact.force - 1) < 2 * contact.force_std) > 0.88
-    explained, _ = shape._explain(shape._gaussian(*given).q, *given)
-    (on_edge,) = np.nonzero(shape.contact.surface.arc_length[explained.posterior.best_cell] == tip)
-    assert len(on_edge) > 100
-    np.testing.assert_array_equal(contact.arc_length[on_edge], tip)
 
 
 @pytest.mark.parametrize("share", [0.54, 0.79])
@@ -214,23 +156,3 @@ def test_a_contact_on_two_links_turns_the_joint_between_them(shipped_finger, sha
     contact = SurfaceContact(mechanics)
     found = contact.best_contact(contact.explain(left))[1]
     np.testing.assert_allclose(found - torque, 0, atol=0.2e-3)
-
-
-def test_deviations_of_a_force_are_those_of_its_size_and_friction_together():
-    """By the joint information of the size and of the size times friction, which trade against each other."""
-    rng = np.random.default_rng(11)
-    c, s, force = rng.normal(size=3), rng.normal(size=3), 0.7
-    directions, r = rng.normal(size=(2, 3)), 0.7 * c + 0.1 * rng.normal(size=3)
-    joint = np.linalg.inv(np.stack([c, s]) @ np.stack([c, s]).T + np.diag([0.0, force**-2]))
-    covariance = np.eye(3) + force**2 * np.outer(s, s)
-    std = (c @ np.linalg.solve(covariance, c)) ** -0.5
-    z, of_z, turn = _deviation_posterior(r, np.array([force]), c[None], s[None, None])
-    rows = _force_vectors(directions[None], np.array([force]), np.array([std]), z, of_z, turn)[0]
-    size, share = rows[0] @ np.linalg.pinv(directions)
-    assert size == pytest.approx(force)
-    assert share == pytest.approx(force * float(z[0, 0]))
-    # The deviation of the size times friction is that at a fixed size, and what it changes with it.
-    by_size = np.array([1.0, z[0, 0] + force * turn[0, 0]])
-    linear = np.array([1.0, force * turn[0, 0]])
-    expected = joint + std**2 * (np.outer(by_size, by_size) - np.outer(linear, linear))
-    np.testing.assert_allclose(rows[1:].T @ rows[1:], directions.T @ expected @ directions, rtol=1e-9)

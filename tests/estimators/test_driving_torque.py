@@ -4,17 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loaded_fingers import Push, torque_of
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, MatrixGain
 
 from soft_gripper.diagrams.wiring.estimation import FingerEstimation
-from soft_gripper.estimators.driving_torque import DrivingTorque, driving_torque, later_bend, recorded_driving
+from soft_gripper.estimators.driving_torque import DrivingTorque, recorded_driving
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS, find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.fingers.kinematics import gravity_torque, in_space
+from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from soft_gripper.signals import signal_of
@@ -105,82 +101,6 @@ def test_before_anything_is_estimated_a_finger_is_taken_to_bend_freely(shipped_f
     seen = finger.pressure_torque(PRESSURE) + 0.8 * finger.stiffness * q / 2
     for found, expected in zip(torques, [finger.stiffness * q] * 2 + [seen] * 2, strict=True):
         np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize("kind", ["gaussian", "recursive"])
-def test_a_finger_near_ballooning_is_estimated_from_the_first_sample(shipped_finger, kind):
-    """It is pressed all the time, by a tenth of a newton."""
-    finger = ballooning(shipped_finger)
-    q, known = free_bending_angles(finger, PRESSURE), finger.pressure_torque(PRESSURE)
-    for _ in range(100):
-        touch = torque_of(finger, q, Push(0.09, 0.1)) + gravity_torque(finger, q, IN_PLANE)
-        q = finger.angle(known + touch, PRESSURE)
-    layout = SensorLayout(finger, 2)
-    block = Sampled(FingerEstimation(find_estimator(kind)(layout, GRAVITY, PERIOD), layout, GRAVITY, PERIOD))
-    given = {"strain": layout.response.reading(extension_ratios(layout, q)), "pressure": [PRESSURE], "X_WB": UPRIGHT}
-    for _ in range(30):
-        found = block.sample("estimated_joint_angles", **given)
-        assert np.degrees(abs(found.sum() - q.sum())) < 0.1
-
-
-def test_what_it_drives_may_act_back_on_it(shipped_finger):
-    """A finger that is bent by nothing else creeps to 1 / (1 - share) of its bend, by exp(-(1 - share) t / time)."""
-    share, time = 0.2, 0.5
-    finger = replace(shipped_finger, creep=(CreepBranch(share, time),))
-    builder = DiagramBuilder()
-    driving = builder.AddSystem(DrivingTorque(finger, PERIOD))
-    bends = builder.AddSystem(MatrixGain(np.diag(1 / finger.stiffness)))
-    pressure = builder.AddSystem(ConstantVectorSource([PRESSURE]))
-    builder.Connect(pressure.get_output_port(), driving.GetInputPort("pressure"))
-    builder.Connect(driving.get_output_port(), bends.get_input_port())
-    builder.Connect(bends.get_output_port(), driving.GetInputPort("estimated_joint_angles"))
-    log = LogVectorOutput(bends.get_output_port(), builder, PERIOD)
-    simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(5.0)
-    found = log.FindLog(simulator.get_context())
-    # A log at a time still shows the sample before.
-    elapsed, q = found.sample_times()[1:] - PERIOD, found.data().T[1:]
-    grown = 1 + share / (1 - share) * -np.expm1(-(1 - share) * elapsed / time)
-    free = finger.pressure_torque(PRESSURE) / finger.stiffness
-    np.testing.assert_allclose(q, grown[:, None] * free, rtol=2e-3)
-    np.testing.assert_allclose(q[-1], free / (1 - share), rtol=1e-3)
-
-
-def pressed(finger, samples=120):
-    """A finger that bends, is pressed after a third of the time, and creeps: joint angles and pressure."""
-    pressure = PRESSURE * np.minimum(np.arange(samples) / 30, 1.0)
-    force = 0.6 * np.clip((np.arange(samples) - samples / 3) / 20, 0.0, 1.0)
-    q, bend, angles = np.zeros(finger.segments), np.zeros((len(finger.creep) + 1, finger.segments)), []
-    for p, f in zip(pressure, force, strict=True):
-        known = driving_torque(finger, p, bend)
-        for _ in range(20):
-            q = finger.angle(known + torque_of(finger, q, Push(0.09, f)) + gravity_torque(finger, q, IN_PLANE))
-        angles.append(q)
-        bend = later_bend(finger, bend, q, p, PERIOD)
-    return np.array(angles), pressure
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", SHAPE_FUNCTIONS)
-def test_a_recording_at_once_is_the_block_sample_for_sample(creeping, kind):
-    """In a diagram with its estimator, of which a few samples read nothing."""
-    layout = SensorLayout(creeping, 2, borders=(1 / 3,))
-    q, pressure = pressed(creeping)
-    strain = layout.response.reading(extension_ratios(layout, q))
-    strain[60:63] = np.nan
-    estimator = find_estimator(kind)(layout, GRAVITY, PERIOD)
-    block = Sampled(FingerEstimation(estimator, layout, GRAVITY, PERIOD))
-    sampled = [
-        block.sample("driving_torque", strain=read, pressure=[p], X_WB=UPRIGHT)
-        for read, p in zip(strain, pressure, strict=True)
-    ]
-    function, gravity = (
-        SHAPE_FUNCTIONS[kind](layout, Uncertainty(), PERIOD),
-        np.tile(in_space(np.array(IN_PLANE)), (len(q), 1)),
-    )
-    found = recorded_driving(function, creeping, strain, pressure, gravity, PERIOD)
-    np.testing.assert_allclose(found, sampled, rtol=0, atol=1e-7)
-    assert np.abs(found - creeping.pressure_torque(pressure)).max() > 1e-3
 
 
 def test_a_recording_remembers_shapes_of_zeroed_sensors_as_the_block_does(creeping):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from loaded_fingers import Push, in_balance, vector
-from scipy.optimize import brentq, nnls
+from scipy.optimize import nnls
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.special import chdtri, ndtr
@@ -50,12 +50,6 @@ def posterior(r, covariance, read, cells, forces=POSSIBLE):
     return contact_posterior(
         found, in_cells, LazyArray(lambda: in_cells), read, LENGTH, forces, NEAREST, np.zeros(()), found.cells
     )
-
-
-def cells_of(layout, q):
-    """Those of a finger that is bent by joint angles, with friction up to 0.45."""
-    mechanics = Mechanics(layout, Uncertainty(friction=0.45))
-    return SurfaceContact(mechanics).cells(q, mechanics.bent_finger(q), layout.matrix)
 
 
 def dense(r, cells):
@@ -200,46 +194,6 @@ def test_the_bound_of_several_forces_is_that_of_the_dual_problem(r):
     found = posterior(np.array(r), COVARIANCE, np.array(2), cells)
     expected = max(bounds.min(), found.force_bounds[1])  # which allows more where one force alone leaves more
     assert found.force_bounds[2] == pytest.approx(expected, rel=1e-4)
-
-
-def test_the_bound_of_several_forces_on_four_sections_is_that_of_a_bisection(shipped_finger):
-    """The sum of forces that least squares draw to a large sum, with the weight that leaves as much as is allowed."""
-    rng, layout, std = np.random.default_rng(1), SensorLayout(shipped_finger, 4), 1e-3
-    cells = cells_of(layout, np.zeros(12))
-    cells = cells._replace(deviations=0 * cells.deviations)
-    columns = cells.response[(cells.side == 1) & (cells.place >= 14)].T / std
-
-    def drawn(r, log_weight):
-        weight = np.exp(log_weight)
-        forces = nnls(np.vstack([columns, np.full(columns.shape[1], weight)]), np.append(r, 100 * weight))[0]
-        left = r - columns @ forces
-        return forces.sum(), left @ left
-
-    for _ in range(10):
-        forces = np.zeros(columns.shape[1])
-        forces[rng.integers(len(forces), size=2)] = rng.uniform(0.3, 2, 2)
-        r = columns @ forces + rng.standard_normal(4)
-        level = nnls(columns, r)[1] ** 2 + 2.71
-        weight = brentq(lambda log, r=r, level=level: drawn(r, log)[1] - level, -6, 6, xtol=1e-13)
-        found = posterior(std * r, std**2 * np.eye(4), np.array(4), cells, ForcePrior(2.0, 100.0))
-        assert found.force_bounds[2] == pytest.approx(drawn(r, weight)[0], rel=1e-8)
-
-
-@pytest.mark.parametrize("sections", [2, 4])
-def test_creep_that_is_not_modelled_is_a_misfit_and_rarely_a_contact(shipped_finger, sections):
-    """A free finger that bends up to a fifth further: detected in under a tenth, or never if that is assumed."""
-    exact = Uncertainty(bend_per_pressure=EXACT, friction=0.45)
-    layout, rng = SensorLayout(shipped_finger, sections), np.random.default_rng(0)
-    pressure, share = rng.uniform(20e3, 150e3, 100), rng.uniform(0, 0.2, (100, 1))
-    driving = shipped_finger.pressure_torque(pressure)
-    readings = layout.response.reading(extension_ratios(layout, (1 + share) * driving / shipped_finger.stiffness))
-    found = ContactShape(layout, exact).posterior(readings, driving, np.zeros(3))
-    assert np.mean(found.answer != NOTHING) < 0.1
-    assert np.mean(found.misfit > 1) > 0.8
-    assert np.mean(ContactShape(layout, exact)(readings, driving, np.zeros(3)).contact.force != 0) > 0.8
-    reckoned = ContactShape(layout, Uncertainty(bend_per_pressure=0.1)).posterior(readings, driving, np.zeros(3))
-    assert (reckoned.answer == NOTHING).all()
-    assert (reckoned.misfit < 1).all()
 
 
 def test_what_no_forces_explain_widens_the_bound_of_several_as_larger_variances_do():

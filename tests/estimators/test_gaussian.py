@@ -27,17 +27,12 @@ from loaded_fingers import in_balance
 from scipy.stats import chi2
 
 from soft_gripper.estimators.finger_shape import Places
-from soft_gripper.estimators.gaussian import GaussianShape, condition, kalman_gain
-from soft_gripper.estimators.mechanics import TIP_FRACTION
-from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
+from soft_gripper.estimators.gaussian import GaussianShape, condition
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger_parts import ElasticLaw
 from soft_gripper.fingers.spatial_chain import Loads
 from soft_gripper.fingers.statics import free_bending_angles
-from soft_gripper.scenario.schema import SensorConfig, StrainErrorsConfig
-from soft_gripper.scenario.sensor_presets import strain_errors
-from soft_gripper.sensors.path_sensors import PathSensors, SensorPath
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_errors import disturb
 
 PAGE = Path(__file__).parents[2] / "docs" / "estimators.md"
 PRESSURE = 80e3  # Pa
@@ -138,35 +133,6 @@ def test_free_bending_is_exact_however_gravity_pulls(any_layout, pressure, gravi
     np.testing.assert_allclose(estimated(any_layout, any_layout.read(q), pressure, gravity).q, q, rtol=0, atol=atol)
 
 
-@pytest.mark.parametrize("name", ["outer", "outer and inner"])
-def test_a_finger_in_space_that_stays_in_its_plane_is_estimated_as_one_that_only_bends(shipped_finger, bent, name):
-    """Whatever bends it there, and though the one might as well leave its plane."""
-    paths = tuple(SensorPath(path, (-8.5e-3 if path == "outer" else 8e-3,), (0.0,)) for path in name.split(" and "))
-    read = PathSensors(shipped_finger, 2, paths=paths).read(0.05 * bent(5, 12) + 0.02)
-    read[3, 1] = np.nan
-    plane, space = (
-        estimated(PathSensors(finger, 2, paths=paths), read, gravity=(4.0, 0.0, 8.0))
-        for finger in (shipped_finger, yielding(shipped_finger))
-    )
-    np.testing.assert_allclose(space.q[:, :12], plane.q, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(space.q[:, 12:], 0, atol=1e-12)
-    np.testing.assert_allclose(space.covariance[:, :12, :12], plane.covariance, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(space.covariance[:, :12, 12:], 0, atol=1e-12)
-
-
-@pytest.mark.parametrize("lost", [[0], [2, 6], [0, 4, 1, 5], list(range(8))])
-def test_less_that_is_read_leaves_more_uncertain(shipped_finger, lost):
-    layout = SensorLayout(shipped_finger, 4)
-    read = layout.read(free_bending_angles(shipped_finger, np.array(PRESSURE)))  # the prior is that of one posture
-    whole = estimated(layout, read)
-    read[lost] = np.nan
-    part = estimated(layout, read)
-    assert np.isfinite(part.q).all()
-    more = np.linalg.eigvalsh(part.covariance - whole.covariance)
-    assert more.min() > -1e-9 * np.abs(part.covariance).max()
-    assert more.max() > 1e-12  # the inner path lies close to the neutral axis and says little
-
-
 @pytest.mark.parametrize("law", [None, SOFTENING], ids=["linear", "softening"])
 def test_where_nothing_is_read_the_finger_bends_freely_with_the_uncertainty_of_before(shipped_finger, law):
     layout = SensorLayout(replace(shipped_finger, elastic_law=law), 3)
@@ -213,50 +179,12 @@ def test_errors_are_as_large_as_they_are_said_to_be(shipped_finger, name):
     assert low < squares.mean() < high
 
 
-def test_bands_cover_what_they_promise_where_errors_are_as_assumed(spatial):
-    """95.4 % within two standard deviations: loads, noise, and deviations of the drive drawn as they are assumed."""
-    rng, draws, pressure, load_pressure = np.random.default_rng(5), 300, 60e3, 20e3
-    layout = sensors(spatial)
-    assumed = Uncertainty(reading=1e-3, bend_per_pressure=0.02, load_pressure=load_pressure, angle=1e-6)
-    force = load_pressure * spatial.pressure_gain.max() / spatial.length
-    drive = 1 + bend_stds(assumed) * rng.standard_normal((draws, 3)) @ polynomials(spatial)
-    true = pushed(spatial, pressure, force * np.sqrt(TIP_FRACTION) * rng.standard_normal((draws, 3)), drive=drive)
-    readings = layout.read(true) + assumed.reading * rng.standard_normal((draws, layout.readings))
-    found = GaussianShape(layout, assumed)(readings, driven(spatial, np.full(draws, pressure)), DOWN)
-    places = Places(spatial, WAYS)
-    tip_std = np.sqrt(places.variance(found.q, found.covariance)[..., -1, :])
-    across = np.abs((places(found.q)[0] - places(true)[0])[..., -1, :]) < 2 * tip_std
-    N = spatial.segments
-    twist_std = np.sqrt(found.covariance[..., 2 * N :, 2 * N :].sum(axis=(-2, -1)))
-    twist = np.abs((found.q - true)[..., 2 * N :].sum(axis=-1)) < 2 * twist_std
-    assert all(0.92 <= share <= 0.99 for share in (*across.mean(axis=0), twist.mean()))
-
-
 def errors(finger, found, true):
     """Of tip, mm, and twist, degrees, (...)."""
     tip = Places(finger, WAYS)
     distance = np.linalg.norm((tip(found)[0] - tip(true)[0])[..., -1, :], axis=-1)
     twist = (found - true)[..., 2 * finger.segments :].sum(axis=-1)
     return 1e3 * distance, np.degrees(np.abs(twist))
-
-
-@pytest.mark.parametrize("name", ["four_faces", "outer_pair_and_diagonals"])
-@pytest.mark.parametrize(("pressure", "force"), FORCES)
-def test_the_first_guess_is_near_enough_for_the_prior_to_be_linearized_there(spatial, name, pressure, force):
-    """Ideal readings: the estimate is as near that of prior, weight and readings linearized about it as errors are."""
-    layout, driving = sensors(spatial, name), driven(spatial, pressure)
-    estimator, mechanics = GaussianShape(layout), GaussianShape(layout).mechanics
-    readings = layout.read(pushed(spatial, pressure, force))
-    found, (measured, variance) = estimator(readings, driving, DOWN).q, estimator.read(readings)
-    q = found
-    for _ in range(8):
-        at, (predicted, H) = mechanics.bent_finger(q), layout.linearized(q)
-        free = mechanics.positions_under(driving + mechanics.weight(at, DOWN))
-        gain, _ = kalman_gain(H, mechanics.prior(at, q, driving), variance)
-        q = free + gain @ (measured - predicted - H @ (free - q))
-    tip, twist = errors(spatial, found, q)
-    assert tip < 0.5
-    assert twist < 0.5
 
 
 def pushed_sideways(finger, name, sections=2):
@@ -269,11 +197,6 @@ def pushed_sideways(finger, name, sections=2):
         shape = estimate(readings, driven(finger, np.full(200, pressure)), DOWN)
         found.append([error.mean() for error in errors(finger, shape.q, true)])
     return np.array(found)
-
-
-@pytest.mark.parametrize("name", ["four_faces_and_diagonal", "outer_pair_and_diagonals"])
-def test_slanted_paths_fix_tip_and_twist_of_a_finger_that_is_pushed_sideways(spatial, name):
-    assert pushed_sideways(spatial, name).max() < 0.7
 
 
 @pytest.mark.parametrize(
@@ -296,27 +219,6 @@ def test_the_page_states_errors_with_noise():
         PAGE.read_text(encoding="utf-8"),
     )
     assert [float(number) for number in stated] == [6.6, 0.5, 1.3]
-
-
-@pytest.mark.parametrize("stiffness", [0.9, 1.1])
-def test_realistic_sensors_on_a_finger_of_another_stiffness(spatial, stiffness):
-    preset = strain_errors(SensorConfig(errors=StrainErrorsConfig(preset="realistic")))
-
-    def stiffer(section):
-        return replace(section, youngs_modulus=stiffness * section.youngs_modulus)
-
-    layout, nominal = sensors(spatial), sensors(spatial.with_sections(stiffer))
-    estimate, rng, tips = (
-        GaussianShape(nominal, uncertainty_of(preset, finger=0.1)),
-        np.random.default_rng(2),
-        [],
-    )
-    for pressure, force in FORCES:
-        true = pushed(spatial, pressure, force)
-        motion = np.append(np.linspace(0, 1, 50), np.ones(50))[:, None, None] * true
-        read = disturb(preset, np.repeat(layout.ratios(motion), 50, axis=1), 0.05, rng)[-1] - 1
-        tips.append(errors(spatial, estimate(read, driven(spatial, np.full(50, pressure)), DOWN).q, true)[0])
-    assert np.mean(tips) < 2.5
 
 
 def test_condition_is_the_joint_gaussian_given_its_sections(shipped_finger, bent):

@@ -10,7 +10,6 @@ from loaded_fingers import Push, in_balance, vector
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.finger_shape import position_std
-from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import FilterState, RecursiveShape
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty, uncertainty_of
 from soft_gripper.fingers.finger import Finger
@@ -111,29 +110,6 @@ def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layou
 
 
 @pytest.mark.slow
-def test_a_drifting_sensor_is_followed(layout, shipped_finger):
-    """2 % over a minute: a third of what it costs an estimate that knows no offsets, or less."""
-    time = np.arange(6000) * PERIOD
-    pressure = 60e3 * (1 - np.cos(2 * np.pi * time / 5))
-    motion = Motion(
-        resting_angles(shipped_finger, pressure, np.full(time.shape, DOWN)), shipped_finger.pressure_torque(pressure)
-    )
-    steady = read(layout, motion)
-    drifting = steady.copy()
-    drifting[:, 3] += 0.02 * time / 60
-    late = slice(5000, None)
-
-    def growth(shape):
-        errors = [
-            tip_errors(shipped_finger, motion.q[late], shape(readings, motion.driving, vector(DOWN)).q[late]).mean()
-            for readings in (steady, drifting)
-        ]
-        return errors[1] - errors[0]
-
-    assert growth(RecursiveShape(layout, UNCERTAIN)) < growth(GaussianShape(layout, UNCERTAIN)) / 3
-
-
-@pytest.mark.slow
 def test_a_dead_sensor_widens_the_band(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     dead = readings.copy()
@@ -143,16 +119,6 @@ def test_a_dead_sensor_widens_the_band(grasp, layout):
     band = [position_std(layout.finger, found.q[-1], found.covariance[-1]) for found in (whole, broken)]
     assert (band[1][1:] > band[0][1:]).all()
     assert band[1][-1] > 1.1 * band[0][-1]
-
-
-@pytest.mark.slow
-def test_one_spike_is_no_shape(free, layout):
-    readings = read(layout, free)
-    readings[900, 2] += 0.5
-    shape = RecursiveShape(layout, UNCERTAIN)
-    q = shape(readings, free.driving, vector(DOWN)).q
-    assert tip_errors(layout.finger, free.q[900], q[900]) < 1.0
-    assert tip_errors(layout.finger, free.q[901:], q[901:]).max() < 2.0
 
 
 class Learner(NamedTuple):
@@ -336,17 +302,6 @@ def test_a_reading_that_is_missing_or_an_outlier_counts_for_nothing(learner: Lea
         np.testing.assert_allclose(known.mean[slow] / sizes, expected / sizes, rtol=0.02, atol=5e-4)
         assert known.difference[0] == 0.0
         np.testing.assert_allclose(known.difference[1:], 0.1 * WRONG[1:], rtol=1e-6)
-
-
-def test_nothing_is_learnt_while_the_bend_of_a_section_is_not_read(learner: Learner) -> None:
-    """Without its outer sensor, which has nearly all of the lever; the inner one is no loss."""
-    blind, seeing = WRONG.copy(), WRONG.copy()
-    blind[-1], seeing[1] = np.nan, np.nan
-    free = stepped(learner, np.zeros(4))
-    known = stepped(learner, blind, free)
-    assert not known.loaded
-    np.testing.assert_array_equal(known.mean, free.mean)
-    assert np.abs(stepped(learner, seeing, free).mean - free.mean)[5:].max() > 1e-6
 
 
 def test_a_finger_that_is_not_seen_counts_as_loaded_after_five_samples(learner: Learner) -> None:

@@ -5,15 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.estimators.estimate import force_along
-from soft_gripper.estimators.finger_shape import Places
-from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.spatial_chain import Loads, resting_positions, spatial_chain, weights
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import SensorConfig
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.path_sensors import PathSensors, SensorPath
@@ -113,32 +108,6 @@ def pushed(finger, pressures, forces):
     return q[..., np.argsort(chain.position_indices(WAYS))]
 
 
-@pytest.mark.slow
-def test_a_finger_that_bends_more_than_its_model_is_learnt_and_then_found_under_a_sideways_force(spatial):
-    """By 5 %, with noise, gains and offsets: its tip is nearer than by one sample alone, by a third or so."""
-    rng, count = np.random.default_rng(3), 700
-    soft = spatial.with_sections(lambda section: replace(section, youngs_modulus=section.youngs_modulus / 1.05))
-    layout, pressure = sensors(spatial), np.append(swinging(600), np.full(100, 60e3))
-    forces = np.zeros((count, 3))
-    forces[600:, 1] = 0.3 * np.minimum(1, np.arange(100) / 20)
-    pressure[580:600] = 60e3 * np.arange(20) / 20
-    true = pushed(soft, pressure, forces)
-    gains, offsets = 1 + 0.01 * rng.standard_normal(layout.readings), 1e-3 * rng.standard_normal(layout.readings)
-    readings = gains * layout.read(true) + offsets + NOISE * rng.standard_normal((count, layout.readings))
-    driving = np.concatenate([spatial.pressure_torque(pressure), np.zeros((count, 24))], axis=-1)
-    shape = RecursiveShape(layout, replace(UNCERTAIN, friction=0.45))
-    rows, tip = np.append(np.arange(300, 580, 14), np.arange(640, 700, 2)), Places(spatial, WAYS)
-    found, late = shape.at(rows, readings, driving, GRAVITY), slice(20, None)
-    alone = GaussianShape(layout, UNCERTAIN)(readings[rows], driving[rows], GRAVITY)
-    errors = [np.linalg.norm((tip(q[late])[0] - tip(true[rows[late]])[0])[:, -1], axis=-1) for q in (found.q, alone.q)]
-    assert errors[0].mean() < 0.7 * errors[1].mean()
-    contact = found.contact.at(late)
-    force, std = force_along(contact.vector, contact.vector_covariance, np.array([0.0, 1.0, 0.0]))
-    assert np.mean(np.abs(force - 0.3) < 2 * std) > 0.9
-    assert np.median(force) == pytest.approx(0.3, rel=0.15)
-    assert not np.any(found.contact.vector[:20]), "free"
-
-
 @pytest.mark.parametrize("lost", ["outer", "left", "rising"])
 def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_plane(spatial, lost):
     layout = sensors(spatial)
@@ -148,31 +117,6 @@ def test_nothing_is_learnt_while_the_bend_of_a_section_is_hardly_read_in_either_
     assert shape._is_blind(read) == (lost == "outer"), "the other side and the diagonal read as much"
     read[2 * layout.path_names.index("right")] = False
     assert shape._is_blind(read) == (lost != "rising")
-
-
-@pytest.mark.slow
-def test_bands_and_bounds_hold_in_a_turned_box_grasp_with_realistic_sensors():
-    """Of tips in time, and of forces above 0.05 N; the tip is nearer than by `contact`, which sees one sample."""
-    sides, given = ("left_finger", "right_finger"), ["sensor.layout=four_faces_and_diagonal", "sensor.sections=2"]
-    given += ["sensor.errors.preset=realistic", "sensor.seed=3", "estimator.uncertainty.bend_per_pressure=0.005"]
-    data, other = (simulate(load_scenario("turned_box_grasp", [*given, f"estimator.type={kind}"])).data
-                   for kind in ("recursive", "contact"))  # fmt: skip
-    for name in sides:
-        true, found = (data[f"{name}.{kind}_tip_position"].values for kind in ("true", "estimated"))
-        covered = np.mean(np.abs(found - true) < 2 * data[f"{name}.tip_position_std"].values, axis=0)
-        errors = [1e3 * float(each[f"{name}.fingertip_error"].mean()) for each in (data, other)]
-        force, vectors = (data[f"{name}.{kind}"].values for kind in ("true_contact_force", "true_contact_force_world"))
-        force, touched = np.abs(force.ravel()), np.linalg.norm(vectors, axis=-1) > 0.05
-        least, most = data[f"{name}.contact_force_set"].values.T
-        detected = data[f"{name}.contact_probability"].values.ravel() > 0.95
-        print(f"{name}: tip {errors[0]:.2f} mm, {errors[1]:.2f} by contact, covered {covered.round(3)}")
-        assert (covered > 0.88).all()
-        assert errors[0] < 0.6 * errors[1]
-        assert np.mean((least <= force)[touched] & (force <= most)[touched]) > 0.95
-        assert np.mean(force > data[f"{name}.contact_force_bounds"].values[:, 0]) < 0.02
-        assert np.mean(detected[touched]) > 0.98
-        assert np.mean(detected[force == 0]) < 0.04
-        assert np.mean(data[f"{name}.innovation"].values > 1) < 0.01
 
 
 def test_a_filter_is_blind_without_the_readings_of_any_one_section(spatial):

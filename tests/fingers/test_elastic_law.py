@@ -1,16 +1,19 @@
-"""Elastic laws of the user's: the block, the <elastic_law> of a file, and what the finger does with it."""
+"""Elastic laws, and fingers that shear."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from finger_plants import built_at, free_bending
+from finger_plants import free_bending
+from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
 from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.fingers.cross_section import CrossSection
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import ElasticLaw
-from soft_gripper.fingers.statics import elastic_law_block, free_bending_angles
-from soft_gripper.fingers.urdf import expand_urdf
+from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.fingers.statics import elastic_law_block
 from soft_gripper.models import DIRECTORY
 
 LAW = ElasticLaw(
@@ -72,35 +75,71 @@ def test_block_is_what_turns_the_springs_into_the_law(tapered_finger):
         np.testing.assert_allclose(torque, finger.stiffness * q - law, atol=1e-12)
 
 
-def test_any_number_of_segments_bends_alike(gripper):
-    """A law is that of the material: chains converge to one beam with the square of the segment length."""
-    file = gripper("finger.urdf", STIFFENING)
-    fingers = [expand_urdf(file, segments).fingers[0] for segments in (6, 12, 24, 48)]
-    coarse, middle, fine = np.abs(np.diff([free_bending_angles(f, np.array(210e3)).sum() for f in fingers]))
-    assert coarse / middle == pytest.approx(4, rel=0.05)
-    assert middle / fine == pytest.approx(4, rel=0.05)
-    assert fine < 1e-4
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("time_step", [0.005, 0.0])
-def test_settled_torque_of_the_law_is_that_of_the_pressure(gripper, shipped_finger, time_step):
-    file = gripper("finger.urdf", STIFFENING)
-    longer = ("pressure.settle=1.99", "gravity=[0, 0, 0]", f"plant_config.time_step={time_step}")
-    recording, ends = run(file, *longer)[0], [2.0, 4.0, 6.0]
-    angle, *torques = STIFFENING
-    laws = at_joints(shipped_finger, *torques)
-    sections = [built_at(shipped_finger, (i + 0.5) * 0.01) for i in range(12)]
-    chamber = [section.chamber_area * section.chamber_eccentricity for section in sections]
-    for finger in FINGERS:
-        settled = recording[f"{finger}.sampled_joint_angles"].sel(time=ends, method="nearest").values
-        law = [straight_on(settled[:, i], angle, laws[i]) for i in range(12)]
-        np.testing.assert_allclose(np.transpose(law), np.outer(PRESSURES, chamber), rtol=1e-3)
-
-
 @pytest.mark.slow
 def test_estimators_know_the_law(gripper):
     recording, ends = run(gripper("finger.urdf", STIFFENING), "plant_config.time_step=0.005")
     for finger in FINGERS:
         estimated = recording[f"{finger}.external_torque"].sel(time=ends, method="nearest")
         assert np.abs(estimated).max() < 2e-3
+
+
+KAPPA = 0.857  # Cowper (1966) for a rectangle: 10 (1 + nu) / (12 + 11 nu), nu = 1 / 2
+SIDE, MODULUS = 0.02, 3e5  # m, Pa
+FORCE = 1e-4  # N
+
+
+def bar(thicknesses, segments):
+    """Solid rubber, so many thicknesses long."""
+    section = CrossSection(SIDE, SIDE, MODULUS, 1000.0)
+    return Finger("bar", thicknesses * SIDE, section, section, 0.018, segments, 0.0065, shear_factor=KAPPA)
+
+
+def spring_forces(plant, q):
+    context, forces = plant.CreateDefaultContext(), MultibodyForces(plant)
+    plant.SetPositions(context, q)
+    plant.CalcForceElementsContribution(context, forces)
+    return plant.CalcGeneralizedForces(context, forces)
+
+
+def deflection(finger, plant):
+    """Of the tip of a straight finger under FORCE across it, m, by the springs in Drake and its Jacobian."""
+    small, context = 1e-6, plant.CreateDefaultContext()
+    columns = [spring_forces(plant, small * direction) / -small for direction in np.eye(plant.num_positions())]
+    tip, world = plant.GetFrameByName(f"{finger.name}_tip"), plant.world_frame()
+    wrt = JacobianWrtVariable.kV
+    (across, _, _) = plant.CalcJacobianTranslationalVelocity(context, wrt, tip, np.zeros(3), world, world)
+    return float(across @ np.linalg.solve(np.column_stack(columns), across * FORCE))
+
+
+def book(thicknesses):
+    """P L^3 / (3 E I) of bending and P L / (kappa G A) of shear, m."""
+    length = thicknesses * SIDE
+    bending = FORCE * length**3 / (3 * MODULUS * SIDE**4 / 12)
+    return bending, FORCE * length / (KAPPA * MODULUS / 3 * SIDE**2)
+
+
+@pytest.mark.parametrize("thicknesses", [1.0, 3.3, 10.0])
+def test_a_cantilever_converges_to_timoshenkos(finger_plant, thicknesses):
+    expected = sum(book(thicknesses))
+    fingers = [bar(thicknesses, segments) for segments in (5, 10, 20)]
+    errors = [deflection(finger, finger_plant(finger)) / expected - 1 for finger in fingers]
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4, rtol=0.01)
+    assert abs(errors[-1]) < 1e-3
+
+
+def test_springs_of_shear_are_linear_and_leave_bending_alone(tapered_finger, finger_plant):
+    finger = replace(tapered_finger, shear_factor=KAPPA)
+    plant = finger_plant(finger)
+    robot = PlantFinger(finger, plant, plant.GetModelInstanceByName("robot"))
+    bending = [joint.position_start() for joint in robot.joints]
+    shear = [plant.GetJointByName(f"tapered_shear_{i}").position_start() for i in range(5)]
+    assert sorted(bending + shear) == list(range(10))
+    q = np.zeros(10)
+    q[bending], q[shear] = 0.1, np.linspace(-5e-3, 5e-3, 5)
+    section = finger.section(finger.joint_arc_lengths)
+    stiffness = KAPPA * section.youngs_modulus / 3 * section.area / finger.segment_length
+    forces = spring_forces(plant, q)
+    np.testing.assert_allclose(forces[shear], -stiffness * q[shear], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(forces[bending], -0.1 * finger.stiffness, rtol=1e-6)
+    damping = [plant.GetJointByName(f"tapered_shear_{i}").default_damping() for i in range(5)]
+    np.testing.assert_allclose(damping, 0.0065 * stiffness, rtol=1e-12)

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from finger_plants import BENDING_STIFFNESS, LENGTH, built_at, uniform_finger
+from finger_plants import built_at
 from refusals import refused
 from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import YIELDS, CreepBranch, ElasticLaw, TipLoad
@@ -141,19 +140,6 @@ def test_chain_converges_to_the_beam_with_the_square_of_the_segment(tapered_fing
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.1)
 
 
-def test_mass_is_density_times_volume(shipped_finger, tapered_finger):
-    uniform = replace(shipped_finger, tip=shipped_finger.base)
-    assert uniform.link_masses.sum() == pytest.approx(1070 * 0.12 * (0.02**2 - 9e-3 * 10e-3), rel=1e-12)
-
-    def line_density(s):
-        """kg/m."""
-        section = built_at(tapered_finger, s)
-        return section.density * section.area
-
-    exact = beam_value(tapered_finger, line_density)
-    assert replace(tapered_finger, segments=200).link_masses.sum() == pytest.approx(exact, rel=1e-5)
-
-
 @pytest.mark.parametrize("load", [None, TipLoad(0.05, 0.015, -0.004)])
 @pytest.mark.parametrize("segments", [1, 2, 5, 12])
 def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments, load):
@@ -161,21 +147,6 @@ def test_mass_matrix_is_drakes(tapered_finger, finger_plant, segments, load):
     plant = finger_plant(finger)
     mass_matrix = plant.CalcMassMatrix(plant.CreateDefaultContext())
     np.testing.assert_allclose(finger.mass_matrix(), mass_matrix, rtol=1e-12)
-
-
-def test_a_load_at_the_tip_sways_a_cantilever_as_in_the_books():
-    """The first root of  1 + cos a cosh a + ratio a (cos a sinh a - sin a cosh a)  of a beam with a mass at its end."""
-    beam = uniform_finger(40)
-    mass, load = beam.link_masses.sum(), 0.1
-    for ratio in (load / mass, 0.0):
-
-        def condition(a, ratio=ratio):
-            return 1 + np.cos(a) * np.cosh(a) + ratio * a * (np.cos(a) * np.sinh(a) - np.sin(a) * np.cosh(a))
-
-        expected = brentq(condition, 0.1, 2.0) ** 2 * np.sqrt(BENDING_STIFFNESS / (mass / LENGTH)) / LENGTH**2
-        finger = replace(beam, tip_load=TipLoad(load, 0.0, 0.0)) if ratio else beam
-        squared = np.linalg.eigvals(np.linalg.solve(finger.mass_matrix(), np.diag(finger.stiffness))).real
-        assert np.sqrt(squared.min()) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("segments", range(1, 16))
@@ -231,15 +202,6 @@ def test_stable_time_step_with_another_elastic_law(shipped_finger, finger_plant,
     alike = replace(finger, base=section, tip=section, relaxation_time=finger.relaxation_time / factor)
     assert spectral_radius(finger_plant(alike, 0.999 * limit)) < 1 + 1e-6
     assert spectral_radius(finger_plant(alike, 1.001 * limit)) > 1 + 1e-4
-
-
-def test_steepest_piece_of_an_elastic_law_decides_the_time_step(shipped_finger):
-    finger = replace(shipped_finger, tip=shipped_finger.base)
-    steep = linear_law(finger, 4.0)
-    moment = steep.base_moment[1]
-    kinked = ElasticLaw((-1.0, 0.0, 1.0), (-moment / 4, 0.0, moment), (-moment / 4, 0.0, moment))
-    limits = [replace(finger, elastic_law=law).stable_time_step() for law in (kinked, steep)]
-    assert limits[0] == pytest.approx(limits[1], rel=1e-12)
 
 
 def test_sensor_paths_lie_in_the_finger_at_both_ends(shipped_finger):

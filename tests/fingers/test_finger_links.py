@@ -112,28 +112,6 @@ def test_skin_is_made_of_the_contact_material(inspector, skins, shipped_finger):
         assert (modulus, dissipation) == (contact.hydroelastic_modulus, contact.dissipation)
 
 
-def test_what_is_seen_of_a_straight_finger_stays_in_the_finger(shipped_finger):
-    """The solids that fill the wedges at the joints stand out nowhere, not even at the tip."""
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    Parser(plant).AddModelsFromString(expand_urdf(DIRECTORY / "grippers/finger.urdf").text, "urdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(link_name("finger", 0)))
-    plant.Finalize()
-    context, inspector = plant.CreateDefaultContext(), scene_graph.model_inspector()
-    signs = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1)
-    corners = []
-    for body in (plant.GetBodyByName(link_name("finger", i)) for i in range(13)):
-        for shape in inspector.GetGeometries(plant.GetBodyFrameIdOrThrow(body.index()), Role.kIllustration):
-            box = inspector.GetObbInGeometryFrame(shape)
-            X_WBox = plant.EvalBodyPoseInWorld(context, body) @ inspector.GetPoseInFrame(shape) @ box.pose()
-            corners.append((X_WBox @ (signs * box.half_width()[:, None])).T)
-    x, _, z = np.concatenate(corners).T
-    base, rounding = shipped_finger.base, 1e-9
-    assert len(corners) == 13 + 10 + 2 * 3  # links; joints; of which the outermost have three cylinders
-    assert (z.min(), z.max()) == (pytest.approx(0, abs=rounding), pytest.approx(0.12, abs=rounding))
-    assert float(base.outer_face) - rounding < x.min() < x.max() < float(base.inner_face) + rounding
-
-
 @pytest.mark.parametrize("segments", [6, 15, 24, 96])
 def test_a_skin_is_as_stiff_for_any_number_of_segments(shipped_finger, segments):
     """Its pieces cover the finger without a gap; the modulus over the smallest side is that of 12 segments."""

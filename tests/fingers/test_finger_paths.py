@@ -81,23 +81,6 @@ def test_a_path_that_ends_before_the_tip_leaves_the_rest_alone():
     np.testing.assert_allclose(gains, [1, 1, 1, 1, 0.8, 0, 0, 0, 0, 0, 0, 0], atol=1e-12)
 
 
-def test_one_listed_chamber_is_that_of_the_sections(shipped_finger):
-    """Up to its taper, which is linear in both."""
-    ends = (shipped_finger.base, shipped_finger.tip)
-    bare = [replace(end, chamber_width=0.0, chamber_thickness=0.0, chamber_center=0.0) for end in ends]
-    columns = ([getattr(end, f"chamber_{name}") for end in ends] for name in ("center", "width", "thickness"))
-    x, width, thickness = map(tuple, columns)
-    listed = Chamber("only", x, (0.0,), (0.0, 1.0), width, thickness)
-    same = replace(shipped_finger, base=bare[0], tip=bare[1], chambers=(listed,))
-    np.testing.assert_allclose(same.stiffness, shipped_finger.stiffness, rtol=1e-12)
-    np.testing.assert_allclose(same.pressure_gain, shipped_finger.pressure_gain, rtol=1e-4)  # neutral axis is slanted
-    np.testing.assert_allclose(same.link_masses, shipped_finger.link_masses, rtol=1e-12)
-    np.testing.assert_allclose(same.links.center, shipped_finger.links.center, atol=1e-12)
-    twist = [each.section(0.05).twist_stiffness for each in (same, shipped_finger)]
-    assert twist[0] == pytest.approx(twist[1], rel=1e-9)
-    assert same.pressure_torque(5e4) == pytest.approx(shipped_finger.pressure_torque(5e4), rel=1e-4)
-
-
 def test_chambers_weaken_the_section_where_they_are():
     """Against the sums over rectangles by hand, and a section of two cut in halves for the twist."""
     pair = [chamber("left", 0.0, 5e-3), chamber("right", 0.0, -5e-3)]

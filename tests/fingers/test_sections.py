@@ -6,9 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from refusals import refusal, refused
 
 from soft_gripper.estimators.mechanics import Mechanics
@@ -19,7 +16,7 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_parts import YIELDS
-from soft_gripper.fingers.statics import free_bending_angles, softened
+from soft_gripper.fingers.statics import free_bending_angles
 from soft_gripper.models import DIRECTORY
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -50,10 +47,6 @@ def number_at(finger: Finger, name: str, s: float) -> float:
     """Piecewise linear, by NumPy; not at a step."""
     values = [getattr(section, name) for section in finger.cross_sections]
     return float(np.interp(s / finger.length, finger.places, values))
-
-
-def built_at(finger: Finger, s: float) -> CrossSection:
-    return CrossSection(*(number_at(finger, part.name, s) for part in fields(CrossSection)))
 
 
 def test_every_number_is_linear_from_one_section_to_the_next(varied: Finger) -> None:
@@ -124,49 +117,6 @@ def test_a_stepped_cantilever_converges_with_the_square_where_a_segment_ends(shi
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2, atol=0.01)
 
 
-def test_a_step_within_a_segment_acts_where_the_nearest_one_ends(shipped_finger: Finger) -> None:
-    soft = {"youngs_modulus": 5e4}
-    for share, nearest in ((0.4 + 0.049, 0.4), (0.4 + 0.051, 0.5)):
-        within, at_the_end = stepped(shipped_finger, share, 10, **soft), stepped(shipped_finger, nearest, 10, **soft)
-        assert deflection(within) == pytest.approx(deflection(at_the_end), rel=1e-12)
-
-
-def test_drake_bends_a_stepped_cantilever_as_the_closed_form(shipped_finger: Finger, finger_plant) -> None:
-    """At rest under a small force, with the springs of the expanded URDF."""
-    finger = stepped(shipped_finger, 0.4, 20, youngs_modulus=5e4)
-    plant = finger_plant(finger)
-    context = plant.CreateDefaultContext()
-    tip = plant.GetBodyByName("finger_link_20")
-    force = ExternallyAppliedSpatialForce()
-    force.body_index = tip.index()
-    force.p_BoBq_B = [0, 0, finger.segment_length / 2]
-    force.F_Bq_W = SpatialForce(np.zeros(3), [1e-4, 0, 0])
-    plant.get_applied_spatial_force_input_port().FixValue(context, [force])
-    plant.SetPositions(context, np.zeros(20))
-    q = _rest(plant, context)
-    plant.SetPositions(context, q)
-    moved = plant.EvalBodyPoseInWorld(context, tip) @ RigidTransform([0, 0, finger.segment_length / 2])
-    exact = 1e-4 * deflection_of_a_stepped_cantilever(finger, 0.4)
-    assert abs(moved.translation()[0]) == pytest.approx(exact, rel=2e-3)
-
-
-def _rest(plant, context) -> np.ndarray:
-    """Joint angles at which nothing accelerates, by Newton's method on the torques that hold the finger still."""
-    count = plant.num_positions()
-
-    def unbalanced(q: np.ndarray) -> np.ndarray:
-        plant.SetPositions(context, q)
-        still = plant.get_generalized_acceleration_output_port().Eval(context)
-        return plant.CalcMassMatrix(context) @ still
-
-    q, small = np.zeros(count), 1e-6
-    for _ in range(3):
-        now = unbalanced(q)
-        slopes = np.column_stack([(unbalanced(q + small * one) - now) / small for one in np.eye(count)])
-        q = q - np.linalg.solve(slopes, now)
-    return q
-
-
 def test_a_chamber_bends_its_part_of_the_finger_alone(shipped_finger: Finger) -> None:
     finger = stepped(shipped_finger, 0.4, 15, **NO_CHAMBER)
     bend = free_bending_angles(finger, np.array(1e5))
@@ -176,21 +126,6 @@ def test_a_chamber_bends_its_part_of_the_finger_alone(shipped_finger: Finger) ->
     assert (bend[6:] == 0).all()
     stretching = replace(finger, yields=("bending", "stretch"))
     assert (stretching.pressure_gains["stretch"][0, 6:] == 0).all()
-
-
-def test_mass_is_density_times_volume(varied: Finger) -> None:
-    parts = ((0.2, 0.0), (0.3, 0.2), (0.3, 0.5), (0.2, 0.8))
-    exact = 0.0
-    for share, begin in parts:  # prisms whose sides are linear: Simpson's rule is exact
-        s = (begin + share * np.array([1e-12, 0.5, 1 - 1e-12])) * varied.length
-        near, middle, far = (built_at(varied, one) for one in s)
-        exact += (
-            share
-            * varied.length
-            / 6
-            * sum(weight * section.density * section.area for weight, section in ((1, near), (4, middle), (1, far)))
-        )
-    assert replace(varied, segments=400).link_masses.sum() == pytest.approx(exact, rel=1e-3)
 
 
 def test_sensor_paths_lie_in_the_thinnest_section(shipped_finger: Finger) -> None:
@@ -203,12 +138,6 @@ def test_sensor_paths_lie_in_the_thinnest_section(shipped_finger: Finger) -> Non
     with refused("sensor_spacing", 0.013) as caught:
         replace(finger, sensor_spacing=0.013)
     assert "0.5 mm outside the finger at 0.8 of its length" in caught.value.expected
-
-
-def test_a_softened_finger_is_softer_everywhere(varied: Finger) -> None:
-    soft = softened(varied, 1.25)
-    np.testing.assert_allclose(soft.stiffness, varied.stiffness / 1.25, rtol=1e-12)
-    np.testing.assert_allclose(soft.pressure_gain, varied.pressure_gain, rtol=1e-12)
 
 
 def test_loads_are_usual_where_the_base_has_no_chamber(shipped_finger: Finger) -> None:

@@ -84,12 +84,6 @@ def test_damping_is_taken_a_quarter_of_a_period_late_and_tolerated_as_much_both_
     np.testing.assert_allclose(tolerance, np.abs(tapered_finger.damping * changes), rtol=5e-4)
 
 
-def test_turning_about_any_axis_is_found_but_for_the_thickness_of_the_links(shipped_finger, inverse_dynamics):
-    truth = inverse_dynamics(shipped_finger, TILTED)
-    assert abs(truth[0]) > 0.05
-    np.testing.assert_allclose(external(shipped_finger, TILTED, 2e-4).torque, truth, atol=1e-4)
-
-
 @pytest.mark.parametrize("law", [None, LAW], ids=["linear", "law"])
 def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake_weight, law):
     """Whatever the shape: elastic torque less what drives the finger and Drake's weight."""
@@ -100,24 +94,6 @@ def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake
         torque, tolerance = found.torque, found.tolerance
         np.testing.assert_allclose(torque, finger.elastic_torque(q) - known, atol=1e-11)
         np.testing.assert_allclose(tolerance, 0.0, atol=1e-11)
-
-
-@pytest.mark.parametrize("segments", [1, 5])
-def test_inertia_is_the_mass_matrix_of_the_chain(tapered_finger, segments):
-    """Of a straight finger without stiffness, whose joints speed up one after the other, each either way.
-
-    What the rates alone do, since the mass lies off the axis, is the same either way.
-    """
-    base, tip = (
-        replace(part, youngs_modulus=1e-14 * part.youngs_modulus, layer_modulus=1e-14 * part.layer_modulus)
-        for part in (tapered_finger.base, tapered_finger.tip)
-    )
-    finger, speeding_up = replace(tapered_finger, base=base, tip=tip, segments=segments), np.arange(-2, 3) ** 2 / 2
-    small, period = 1e-5, 1e-3  # rad, s: so soon that what stiffness is left does not count
-    for joint, column in zip(np.eye(segments), finger.mass_matrix().T, strict=True):
-        motions = [at_rest(np.zeros(segments))._replace(q=np.outer(a * speeding_up, joint)) for a in (small, -small)]
-        one, other = (TorqueBalance(finger).external_torque(m, NO_GRAVITY, period).torque for m in motions)
-        np.testing.assert_allclose((one - other) / 2 / small * period**2, column, rtol=1e-9)
 
 
 def test_what_drives_a_finger_may_change(shipped_finger):

@@ -9,7 +9,6 @@ from arm_urdfs import (
     LIMIT,
     RED,
     ZERO_INERTIAL,
-    Loaded,
     arm_urdf,
     box,
     joint,
@@ -18,14 +17,12 @@ from arm_urdfs import (
     shape,
     write_urdf,
 )
-from pydrake.geometry import Role
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import collect_notes
-from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
 
 
@@ -132,23 +129,3 @@ def test_what_cannot_be_an_arm(tmp_path, inside, complaint):
     expected = complaint.replace("{folder}", str(tmp_path))
     assert str(caught.value).startswith(f"{path}: {expected}")
     assert "\n" not in str(caught.value)
-
-
-def test_the_shipped_arm_stays_what_it_is():
-    path = DIRECTORY / "arms" / "ur5e.urdf"
-    ours, plain = load(path), Loaded(path.read_text())
-    posture = np.random.default_rng(1).uniform(-2, 2, plain.plant.num_positions())
-    for loaded in (ours, plain):
-        loaded.plant.SetPositions(loaded.context, posture)
-    np.testing.assert_array_equal(ours.mass_matrix(), plain.mass_matrix())
-    for role in (Role.kIllustration, Role.kProximity):
-        assert [type(s) for s, _ in ours.geometries(role)] == [type(s) for s, _ in plain.geometries(role)]
-
-    def described(loaded):
-        plant, pairs = loaded.plant, loaded.scene_graph.model_inspector().GetCollisionCandidates()
-        limits = [plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), plant.GetEffortUpperLimits()]
-        names = [plant.get_body(i).name() for i in plant.GetBodyIndices(loaded.model)]
-        actuators = [(a.name(), a.joint().name(), a.effort_limit()) for a in loaded.actuators]
-        return names, actuators, np.array(limits).tolist(), len(pairs)
-
-    assert described(ours) == described(plain)

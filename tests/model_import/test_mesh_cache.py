@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image
 from pydrake.geometry import Mesh
 from pydrake.math import RigidTransform
 from trimesh.visual import TextureVisuals
@@ -14,7 +13,6 @@ from trimesh.visual.material import PBRMaterial
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED
-from soft_gripper.model_import import mesh_files as mesh_cache
 from soft_gripper.model_import.mesh_files import cache_folder, convert_to_obj, outward, read_scene
 from soft_gripper.model_import.model_file import ModelFile
 
@@ -143,17 +141,6 @@ def test_a_file_that_would_fill_the_memory_is_not_read(tmp_path, suffix):
 def test_collada_whose_material_is_missing(tmp_path):
     found = convert_to_obj(write_dae(tmp_path / "a.dae", a_box((1.0, 0, 0, 1.0)), change=('target="#', 'target="#no')))
     np.testing.assert_allclose(read_scene(found).bounds, BOX, atol=1e-6)
-
-
-def test_textures_are_not_copied_for_each_smooth_piece(monkeypatch):
-    """A large one took minutes."""
-    copies = []
-    monkeypatch.setattr(Image.Image, "copy", lambda self: copies.append(1) or self)
-    parts = trimesh.util.concatenate([trimesh.creation.box(SIZE).apply_translation([i, 0, 0]) for i in range(20)])
-    material = PBRMaterial(baseColorTexture=Image.new("RGB", (4, 4)))
-    parts.visual = TextureVisuals(uv=np.zeros((len(parts.vertices), 2)), material=material)
-    mesh_cache._shade(parts)
-    assert len(copies) < 5
 
 
 @pytest.mark.parametrize("is_inside_out", [False, True])

@@ -2,20 +2,19 @@
 
 import numpy as np
 import pytest
-from arm_plants import HOME, POSTURES, ur5e
+from arm_plants import POSTURES, ur5e
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
+from soft_gripper.scenario.schema import ModelConfig
 
 pytestmark = pytest.mark.slow
 
 FINGERS = ("left_finger", "right_finger")
 BASE = 0.03  # m, where the fingers of the gripper begin
 PEG = 0.0245  # m from the plane between the fingers: a peg that just misses a straight finger
-REST = 0.8  # s, until nothing sways any more
 
 
 def at_rest(home, pressure, *models, is_compensated=True):
@@ -59,20 +58,3 @@ def test_a_finger_that_is_pressed_against_a_peg_reports_just_that(home):
     truth = torques(recording, "true_external_torque")
     assert np.abs(truth[:, 0]).max() > 5e-3
     assert np.abs(torques(recording, "external_torque_error")).max() <= 2e-3
-
-
-def test_the_arm_takes_the_fingers_from_one_orientation_to_the_next():
-    """At the end of every rest they report nothing, although they hang otherwise than when they began."""
-    scenario = ur5e(HOME)
-    phases = [
-        PhaseConfig(f"posture_{i}", posture=list(posture), opening=0.08, rest=REST)
-        for i, posture in enumerate(POSTURES[2:])
-    ]
-    scenario.task = TaskConfig(phases=phases)
-    scenario.control.gains.kp, scenario.control.gains.ki = 6e4, 5e6
-    recording = run_station(make_station(scenario))
-    phase = recording["task.phase"].values
-    ends = np.flatnonzero(np.diff(phase))
-    assert len(ends) == len(POSTURES) - 2
-    for end in ends:
-        assert np.abs(torques(recording, "external_torque", end)).max() < 2e-4

@@ -1,20 +1,15 @@
 """What drives fingers along paths, in the plant: chambers in several directions, tendons, and their friction."""
 
-import re
-
 import numpy as np
 import pytest
 from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
-from soft_gripper.fingers.path_drive import Tendons
-from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 
 PRESSURE = 60e3
 WEIGHTLESS = "gravity=[0, 0, 0]"
-OPEN = ["models.1.X_PC.translation=[0, 1, 0]", "models.2.X_PC.translation=[0, 1, 0.03001]"]  # nothing to grasp
 
 
 def three_chambers(pressures, *overrides):
@@ -55,64 +50,6 @@ def test_equal_pressures_stretch_alone(finger):
     tip = three_chambers([PRESSURE] * 3)["finger.true_tip_position"].values[-1]
     stretched = finger.length * (1 + 3 * PRESSURE * 25e-6 / finger.section(0.06).stretch_stiffness)
     np.testing.assert_allclose(tip, [0, 0, stretched], atol=1e-6)
-
-
-@pytest.mark.slow
-def test_a_slanted_tendon_bends_and_twists_as_virtual_work_says(tmp_path):
-    """At rest, stiffness times angle of every joint is tension times the gradient of the length."""
-    text = model_path("package://soft_gripper/grippers/three_chambers.urdf").read_text()
-    slanted = '<tendon name="slanted" at="0 0.9" x="6e-3 -2e-3" y="-8e-3 8e-3"/></finger>'
-    text = re.sub(r"<!-- 120.*?</finger>", slanted, text, flags=re.DOTALL).replace(" stretch", "")
-    (tmp_path / "slanted.urdf").write_text(text)
-    file = f"models.finger.file={tmp_path / 'slanted.urdf'}"
-    steps = [
-        "pressure.steps={all: [0.0]}",
-        "tendons.steps.all=[1.5]",
-        "pressure.settle=9.9",
-        "pressure.hold_samples=10",
-    ]
-    scenario = load_scenario("three_chambers", [file, *steps, WEIGHTLESS])
-    recording, built = simulate(scenario), make_station(scenario).fingers[0].finger
-    names = {"bending": "sampled_joint_angles", "sideways": "true_sideways_angles", "twist": "true_twist_angles"}
-    q = {way: recording[f"finger.{name}"].values[-1] for way, name in names.items()}
-    torques = Tendons(built).torques(q, np.array([1.5]))
-    for way in names:
-        assert np.abs(torques[way]).max() > 3e-4
-        np.testing.assert_allclose(built.stiffnesses[way] * q[way], torques[way], atol=1e-6)
-
-
-def tendon_run(*overrides):
-    short = ["pressure.settle=3.9", "pressure.hold_samples=10", WEIGHTLESS]
-    return simulate(load_scenario("tendon_grasp", [*short, *OPEN, *overrides]))
-
-
-@pytest.mark.slow
-def test_friction_keeps_a_tendon_where_it_was():
-    """Let go down to a tension, a finger rests further bent than pulled up to it; the capstan equation says how far."""
-    steps = "tendons.steps={left_finger: [0.5, 1.5, 2.0, 1.5], right_finger: [0.0]}"
-    held = tendon_run(steps, "tendons.time_constant=0.6")  # so slowly that nothing swings
-    built = make_station(load_scenario("tendon_grasp")).fingers[0].finger
-    time, bends = held["time"].values, held["left_finger.sampled_joint_angles"].values
-    for end, sliding in ((8.0, 1.0), (16.0, -1.0)):
-        at = np.searchsorted(time, end) - 1
-        q, tension = bends[at], held["left_finger.tension"].values[[at]]
-        torque = Tendons(built).torques({"bending": q}, tension, np.array([sliding]))["bending"]
-        np.testing.assert_allclose(built.stiffness * q, torque, rtol=2e-3)
-
-
-@pytest.mark.slow
-def test_a_length_that_is_pulled_bends_by_what_is_left_of_it():
-    """l(0) - l(q) is what was pulled, but for the stretch of the tendon, T / stiffness."""
-    pulled = tendon_run(
-        "tendons.command=pull",
-        "tendons.steps={left_finger: [0.006], right_finger: [0]}",
-        "plant_config.time_step=0.005",
-    )
-    bend = pulled["left_finger.sampled_joint_angles"].values[-1]
-    built = make_station(load_scenario("tendon_grasp")).fingers[0].finger
-    tension = pulled["left_finger.tension"].values[-1]
-    shortened = built.tension_gains["bending"][0] @ bend
-    assert shortened == pytest.approx(0.006 - tension / 2e3, abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -54,16 +54,6 @@ def test_links_have_the_colour_of_the_torque_where_they_begin(box_grasp: Scene) 
 
 
 @pytest.mark.slow
-def test_a_time_looks_the_same_whatever_was_rendered_before(box_grasp: Scene) -> None:
-    first = box_grasp.state()
-    box_grasp.bend("right_finger", 0.1)
-    renderer = box_grasp.renderer(first, box_grasp.state(), limit=0.1)
-    before, other, after = (renderer.render(time) for time in (0.0, 1.0, 0.0))
-    np.testing.assert_array_equal(before, after)
-    assert np.abs(before.astype(int) - other).max() > 100
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("level", [False, True])
 def test_a_close_up_goes_with_the_gripper(level: bool) -> None:
     scene = Scene("pick_and_place_box")

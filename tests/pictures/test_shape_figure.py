@@ -1,10 +1,11 @@
-"""The figure of a finger's shape draws what was recorded."""
+"""Figures of shapes and of sections: everything where it is, to scale."""
 
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Polygon
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyBboxPatch, Polygon, Rectangle
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
@@ -12,9 +13,12 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.diagrams.view.finger_drawing import contact_arrow, estimated_contact
 from soft_gripper.diagrams.view.torque_colors import color
+from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
-from soft_gripper.pictures.shape_figure import shape_figure
+from soft_gripper.pictures.section_figure import section_figure
+from soft_gripper.pictures.shape_figure import draw_band, shape_figure
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -84,57 +88,55 @@ def test_torques_have_their_colours(run: Run, panels: list[Axes], panel: int, pa
     np.testing.assert_allclose([to_rgb(piece.get_facecolor()) for piece in pieces], expected)
 
 
-def arrows(axes: Axes) -> list[FancyArrowPatch]:
-    return [patch for patch in axes.patches if isinstance(patch, FancyArrowPatch)]
+def arrow_of(finger: Finger, force: float, s: float) -> Array | None:
+    """Of a straight finger: across it is x."""
+    ends = np.outer(finger.link_ends, [0.0, 0.0, 1.0])
+    signals = {"contact_force": np.array([force]), "contact_arc_length": np.array([s])}
+    return contact_arrow(finger, ends, estimated_contact(signals, ends))
 
 
-@pytest.mark.slow
-def test_a_finger_that_leaves_its_plane_is_drawn_from_the_side() -> None:
-    """Its segments lie on the true joints, and the arrow is the true force, 25 mm/N, in the axes of the base."""
-    station = make_station(load_scenario("turned_box_grasp"))
-    recording = run_station(station)
-    finger, now = station.fingers[0].finger, recording.data.sel(time=9.0, method="nearest")
-    aside = shape_figure(sensor_layout(finger, station.scenario.sensor), recording, 9.0).axes[3]
-    assert aside.get_xlabel() == "y [mm]"
-    segments = [patch for patch in aside.patches if isinstance(patch, FancyBboxPatch)]
-    middles = [patch.get_transform().transform((0, 0)) for patch in segments]
-    joints = 1e3 * now["left_finger.true_joint_positions"].values[:, 1:]
-    assert np.ptp(joints[:, 0]) > 1
-    np.testing.assert_allclose(
-        aside.transData.inverted().transform(middles), joints, atol=0.15
-    )  # the sagitta of a segment
-    X_WB, force = now["left_finger.X_WB"].values, now["left_finger.true_contact_force_world"].values
-    (arrow,) = arrows(aside)
-    begin, end = arrow._posA_posB
-    np.testing.assert_allclose(np.subtract(end, begin), 25 * (X_WB[:, :3].T @ force)[1:])
+@pytest.mark.parametrize(("force", "face"), [(0.5, "inner_face"), (-0.5, "outer_face")])
+def test_an_arrow_begins_at_the_face_and_is_25_mm_a_newton(shipped_finger: Finger, force: float, face: str) -> None:
+    arrow = arrow_of(shipped_finger, force, 0.08)
+    assert arrow is not None
+    np.testing.assert_allclose(arrow[0], [float(getattr(shipped_finger.section(0.08), face)), 0.0, 0.08], atol=1e-16)
+    np.testing.assert_allclose(arrow[1] - arrow[0], [-0.025 * force, 0.0, 0.0], atol=1e-16)
 
 
-@pytest.fixture(scope="module")
-def grasped() -> Run:
-    """Fingers in space on a box that is turned, after 0.8 s, with sensors and an estimator in space."""
-    sensors = ["sensor.layout=four_faces_and_diagonal", "sensor.sections=4", "estimator.type=contact"]
-    steps = ["pressure.steps.all=[90e3]", "pressure.settle=0.79", "pressure.hold_samples=1"]
-    station = make_station(load_scenario("turned_box_grasp", [*sensors, *steps]))
-    return station, run_station(station)
+def test_a_band_is_two_standard_deviations_wide_on_either_side(shipped_finger: Finger) -> None:
+    axes, std = Figure().subplots(), np.linspace(0.1e-3, 1e-3, 13)
+    draw_band(axes, np.stack([np.zeros(14), shipped_finger.link_ends], axis=-1), std)
+    (band,) = (patch for patch in axes.patches if isinstance(patch, Polygon))
+    inner, outer = np.split(band.get_xy(), 2)  # it ends where it begins
+    np.testing.assert_allclose(inner[:, 0], 2e3 * np.concatenate([[0], std]))
+    np.testing.assert_allclose(outer[::-1, 0], -inner[:, 0])
+    np.testing.assert_allclose(inner[:, 1], 1e3 * shipped_finger.link_ends)
 
 
-@pytest.mark.slow
-def test_an_estimate_in_space_is_drawn_from_the_side_where_it_is(grasped: Run) -> None:
-    """Its segments lie on the estimated joints, and its arrow is the estimated force, 25 mm/N."""
-    station, recording = grasped
-    finger, now = station.fingers[0].finger, recording.data.sel(time=0.8, method="nearest")
-    panels = shape_figure(sensor_layout(finger, station.scenario.sensor), recording, 0.8).axes
-    joints = 1e3 * now["left_finger.estimated_joint_positions"].values
-    assert np.ptp(joints[:, 1]) > 1
-    force = 25 * now["left_finger.contact_force_vector"].values
-    assert abs(force[1]) > 1
-    for axes, seen in ((panels[2], [0, 2]), (panels[4], [1, 2])):
-        segments = [patch for patch in axes.patches if isinstance(patch, FancyBboxPatch)]
-        middles = [patch.get_transform().transform((0, 0)) for patch in segments]
-        place = axes.transData.inverted().transform(middles)
-        np.testing.assert_allclose(place[:, 1], joints[:, 2], atol=0.15)
-        if seen[0]:
-            np.testing.assert_allclose(place[:, 0], joints[:, 1], atol=0.15)
-        estimated, _ = sorted(arrows(axes), key=lambda patch: patch.get_linewidth())
-        begin, end = estimated._posA_posB
-        np.testing.assert_allclose(np.subtract(end, begin), force[seen], atol=1e-6)
+def rectangles(axes):
+    """Left, bottom, width and height of all rectangles, mm."""
+    patches = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
+    return [(*patch.get_xy(), patch.get_width(), patch.get_height()) for patch in patches]
+
+
+def test_both_ends_are_drawn_as_built(shipped_finger):
+    figure = section_figure(shipped_finger)
+    assert len(figure.axes) == 2
+    for axes, section in zip(figure.axes, (shipped_finger.base, shipped_finger.tip), strict=True):
+        block, layer, chamber = rectangles(axes)
+        walls = {name: 1e3 * float(wall) for name, wall in section.walls.items()}
+        assert block[2:] == pytest.approx((1e3 * section.thickness, 1e3 * section.width))
+        assert layer[2:] == pytest.approx((0.2, 1e3 * section.width))
+        assert layer[0] + layer[2] == pytest.approx(block[0] + block[2])
+        assert chamber[0] - block[0] == pytest.approx(walls["outer"])
+        assert layer[0] - (chamber[0] + chamber[2]) == pytest.approx(walls["inner"])
+        assert chamber[1] - block[1] == pytest.approx(walls["side"])
+        written = {text.get_text() for text in axes.texts}
+        assert {f"{wall:.3g}" for wall in walls.values()} <= written
+
+
+def test_the_neutral_axis_and_the_sensors_are_where_the_finger_has_them(shipped_finger):
+    axes = section_figure(shipped_finger).axes[1]
+    axis, sensors = (line.get_xdata() for line in axes.lines)
+    assert axis == pytest.approx(1e3 * float(shipped_finger.tip.neutral_axis))
+    assert sensors - axis == pytest.approx([1e3 * offset for offset in shipped_finger.sensor_offsets])

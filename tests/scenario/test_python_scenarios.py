@@ -1,13 +1,17 @@
-"""Scenarios that are made in Python: numbers of numpy are numbers, and values of other types are refused in a line."""
+"""Scenarios in Python: copies, pickles, changes, files of models."""
 
+import copy
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import soft_gripper as sg
 from soft_gripper.piecewise_linear import PiecewiseLinear
 from soft_gripper.scenario import checks
+from soft_gripper.scenario.model_files import model_path
 
 BASE = sg.load_scenario("free_bending")
 
@@ -114,3 +118,31 @@ def test_a_scenario_is_checked_once_and_again_when_it_was_changed(monkeypatch):
     scenario.sensor.period = 0.02
     checks.checked_scenario("scenario", scenario)
     assert len(checked) == 1
+
+
+@pytest.mark.parametrize("name", sg.scenario_names())
+def test_a_scenario_survives_a_pickle_and_a_copy(name):
+    scenario = sg.load_scenario(name)
+    for again in (pickle.loads(pickle.dumps(scenario)), copy.deepcopy(scenario), sg.load_scenario(name)):
+        assert again == scenario
+        assert sg.dump_scenario(again) == sg.dump_scenario(scenario)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "models.gripper.X_PC.translation=[0, 0, 0.5]",
+        "models.gripper.X_PC.rotation=!Rpy {deg: [180, 0, 1]}",
+        "plant_config.time_step=0.004",
+        "simulator_config.accuracy=1e-4",
+        "task.X_WGoal.translation=[0.5, 0.1, 0.2]",
+        "sensor.sections=3",
+    ],
+)
+def test_a_change_makes_another_scenario(change):
+    assert sg.load_scenario("pick_and_place_box", [change]) != sg.load_scenario("pick_and_place_box")
+
+
+def test_an_unknown_package_names_the_known_ones():
+    with refused("file", "package://nosuch/thing.sdf"):
+        model_path("package://nosuch/thing.sdf")

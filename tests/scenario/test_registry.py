@@ -1,4 +1,4 @@
-"""Sensors and estimators by name: the project's own, a user's from anywhere that Python or the current folder has."""
+"""Functions of the users by name, wherever one of the project can stand."""
 
 import sys
 
@@ -7,7 +7,8 @@ from pydrake.systems.primitives import ZeroOrderHold
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.named_estimators import find_estimator
+from soft_gripper.estimators.named_estimators import estimator_function, find_estimator
+from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.registry import OWN, blamed_on, label, make_block
 from soft_gripper.scenario.sensor_presets import SENSORS
 from soft_gripper.sensors.sensor_layout import SensorLayout
@@ -122,3 +123,10 @@ def test_a_failure_of_this_project_is_blamed_on_nobody():
     """It is a bug, whose traceback is wanted."""
     with pytest.raises(KeyError), blamed_on("sensor.type", "strain"):
         raise KeyError("nothing")
+
+
+@pytest.mark.parametrize("name", ["gausian", "own_blocks:nothing", "own_blocks:mean_bend"])
+def test_what_is_no_estimator_of_many_samples_is_refused(name, shipped_finger):
+    with pytest.raises(InputError) as error:
+        estimator_function(name, SensorLayout(shipped_finger, 2), Uncertainty())
+    assert (error.value.field, error.value.value) == ("--estimator", name)

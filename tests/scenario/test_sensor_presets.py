@@ -7,7 +7,6 @@ import pytest
 
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.uncertainty import uncertainty_of
-from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import (
     DeadSensorConfig,
     EstimatorConfig,
@@ -47,15 +46,6 @@ def test_textile_sensors_have_the_published_loop_and_wander():
 def test_dead_sensors_are_counted_as_readings(one_sided, dead, expected):
     errors = StrainErrorsConfig(dead=[DeadSensorConfig(*sensor) for sensor in dead])
     assert strain_errors(SensorConfig(sections=3, one_sided=one_sided, errors=errors)).dead == expected
-
-
-def test_a_scenario_keeps_them(tmp_path):
-    """Written out and read again, and given on the command line."""
-    scenario = load_scenario("free_bending", ["sensor.errors.preset=optical", "sensor.errors.dead=[{section: 3}]"])
-    path = tmp_path / "again.yaml"
-    path.write_text(dump_scenario(scenario, tmp_path))
-    assert load_scenario(str(path)).sensor == scenario.sensor
-    assert strain_errors(scenario.sensor).dead == (7,)
 
 
 def test_a_preset_that_python_asks_for_is_known():

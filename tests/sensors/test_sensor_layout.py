@@ -1,13 +1,16 @@
-"""SensorLayout: which joints a sensor covers, and joint angles -> readings."""
+"""Layouts of sensors: paths, responses, and bends from readings."""
 
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.kinematics import forward_kinematics, sensor_path
+from soft_gripper.sensors.measurement import UNKNOWN
+from soft_gripper.sensors.response_curve import CalibratedResponse, ResponseCurve
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 
@@ -92,3 +95,129 @@ def test_sums_and_equal_shares_are_of_each_section(shipped_finger, bent, borders
     np.testing.assert_allclose(layout.sums(shared), sums, atol=1e-15)
     for begin, end in pairwise(layout.section_ends):
         assert (np.ptp(shared[..., begin:end], axis=-1) == 0).all()
+
+
+NOISE = 1e-4
+CURVE = ResponseCurve(((0.5, -0.6), (0.9, -0.1), (1.0, 0.0), (1.5, 0.3)))
+LAYOUTS = {
+    "one": {"sections": 1},
+    "four": {"sections": 4},
+    "unequal": {"sections": 3, "borders": (0.25, 0.4)},
+    "one-sided": {"sections": 4, "one_sided": True},
+    "curved response": {"sections": 3, "response": CURVE},
+    "a section a joint": {"sections": 12},
+}
+
+
+@pytest.fixture(params=LAYOUTS.values(), ids=LAYOUTS)
+def divided(request, shipped_finger):
+    return SensorLayout(shipped_finger, **request.param)
+
+
+def readings(divided, q):
+    return divided.response.reading(extension_ratios(divided, q))
+
+
+def by_path(divided, values):
+    return values.reshape(*values.shape[:-1], divided.paths, divided.sections)
+
+
+@pytest.mark.parametrize("degrees", [-270.0, -90.0, -1.0, 0.0, 30.0, 180.0, 270.0])
+def test_joints_that_bend_alike_are_found_exactly(divided, degrees):
+    """By both paths together, and by each alone."""
+    q = np.full(12, np.radians(degrees) / 12)
+    read = readings(divided, q)
+    np.testing.assert_allclose(divided.linear(read, NOISE).values, divided.sums(q), rtol=0, atol=1e-9)
+    for path in range(divided.paths):
+        alone = by_path(divided, np.full_like(read, np.nan))
+        alone[path] = by_path(divided, read)[path]
+        found = divided.linear(alone.reshape(-1), NOISE)
+        np.testing.assert_allclose(found.values, divided.sums(q), rtol=0, atol=1e-9)
+        assert (found.variance < UNKNOWN).all()
+
+
+@pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf])
+def test_a_section_that_reads_nothing_is_unknown_and_no_other(divided, missing):
+    read = readings(divided, np.full(12, 0.1))
+    known = divided.linear(read, NOISE)
+    spoiled = by_path(divided, read.copy())
+    spoiled[:, -1] = missing
+    found = divided.linear(spoiled.reshape(-1), NOISE)
+    assert (found.values[-1], found.variance[-1]) == (0.0, UNKNOWN)
+    np.testing.assert_array_equal(found.values[:-1], known.values[:-1])
+    np.testing.assert_array_equal(found.variance[:-1], known.variance[:-1])
+
+
+@pytest.mark.parametrize("lost", [None, 0, 1])
+def test_variance_is_that_of_noisy_readings(shipped_finger, lost):
+    """About a nearly straight finger, with both paths or either; 20 000 samples have it within 5 %."""
+    divided = SensorLayout(shipped_finger, 3, borders=(0.25, 0.4))
+    ratios = extension_ratios(divided, np.full(12, 0.01))
+    ratios = ratios + NOISE * np.random.default_rng(7).standard_normal((20_000, divided.readings))
+    if lost is not None:
+        by_path(divided, ratios)[:, lost] = np.nan
+    found = divided.linear(divided.response.reading(ratios), NOISE)
+    np.testing.assert_allclose(found.values.var(axis=0), found.variance[0], rtol=0.05)
+    np.testing.assert_allclose(found.values.mean(axis=0), divided.sums(np.full(12, 0.01)), atol=2e-4)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+def test_a_path_on_the_neutral_axis_reads_nothing(shipped_finger, angle):
+    divided = SensorLayout(replace(shipped_finger, sensor_spacing=2 * float(shipped_finger.tip.neutral_axis)), 2)
+    assert divided.offsets[0] == 0
+    q = np.full(12, angle)
+    np.testing.assert_allclose(divided.linear(readings(divided, q), NOISE).values, divided.sums(q), atol=1e-9)
+    lost = readings(divided, q)
+    lost[2:] = np.nan
+    assert (divided.linear(lost, NOISE).variance == UNKNOWN).all()
+
+
+@pytest.mark.parametrize("wild", [-1.0, -0.9, 5.0, 100.0])
+def test_readings_that_no_bend_has_give_finite_bends(shipped_finger, wild):
+    divided = SensorLayout(shipped_finger, 4)
+    found = divided.linear(np.full(8, wild), NOISE)
+    assert (np.abs(found.values) <= 2 * np.pi * divided.joints_per_section).all()
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [],
+        [[1.0, 0.0]],
+        [[1.0, 0.0], [1.0, 1.0]],
+        [[1.0, 0.0], [2.0, 0.0]],
+        [[2.0, 0.0], [1.0, 1.0]],
+        [[1.0, 0.0], [2.0, float("nan")]],
+        [[1.0, 0.0], [2.0]],
+        [[1.0, 0.0, 2.0], [1.0, 3.0, 2.0]],
+    ],
+    ids=str,
+)
+def test_what_is_no_curve(points):
+    with pytest.raises(InputError) as caught:
+        ResponseCurve(points)
+    assert str(caught.value).startswith(f"sensor: response = {points!r}: give at least two finite [")
+
+
+def test_a_calibrated_response_and_its_inverse():
+    response = CalibratedResponse(ResponseCurve(((0.9, -0.3), (1.0, 0.0), (1.1, 0.2))), (1.1, 0.9), (0.01, -0.01))
+    reading = response.reading(np.array([[1.0, 1.1], [0.95, 1.0]]))
+    np.testing.assert_allclose(reading, [[0.02, 0.16], [-0.135, -0.03]], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(response.ratio(reading), [[1.0, 1.1], [0.95, 1.0]], rtol=0, atol=1e-14)
+
+
+def test_a_curvature_is_undone_and_does_not_fold():
+    response = CalibratedResponse(ResponseCurve(), (1.1, 0.9), (0.01, -0.01), curvature=-0.3)
+    ratios = np.array([[1.0, 1.5], [0.7, 1.01]])
+    strain = ratios - 1
+    expected = np.array([1.1, 0.9]) * (strain - 0.3 * strain**2) + [0.01, -0.01]
+    np.testing.assert_allclose(response.reading(ratios), expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(response.ratio(expected), ratios, rtol=0, atol=1e-14)
+    assert np.isfinite(response.ratio(np.array([10.0, 10.0]))).all()
+
+
+def test_it_fits_a_layout_of_as_many_readings(shipped_finger):
+    response = CalibratedResponse(ResponseCurve(), (1.0,) * 4, (0.0,) * 4)
+    assert SensorLayout(shipped_finger, 2, response=response).readings == 4
+    with refused("gains", [1.0, 1.0, 1.0, 1.0]):
+        SensorLayout(shipped_finger, 3, response=response)

@@ -113,26 +113,6 @@ class World:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("tilt", [0.3, -0.4])
-def test_a_ball_on_a_smooth_slope(model, tilt):
-    """Guided, and without friction, it is carried by the normal force alone: N cos(tilt) = m g."""
-    world, turn = World(model, ASKEW), RotationMatrix.MakeYRotation(tilt)
-    slope = world.shape(world.fixed("slope", [0, 0, 0], turn), Box(0.2, 0.2, 0.02), is_soft=False)
-    ball = world.sliding("ball", 0.05, [0.01, 0.02, 0.04])
-    world.shape(ball, Sphere(EDGE / 2), is_soft=True)
-    found = world.settle(slope={slope}, other=set())
-    assert found["slope.normal_force"] == pytest.approx([0.05 * G / np.cos(tilt)], rel=1e-3)
-    # It touches where the perpendicular from its centre meets the slope.
-    foot = turn.inverse() @ world.center(ball)
-    foot[2] = 0.01
-    np.testing.assert_allclose(turn.inverse() @ found["slope.contact_center"], foot, atol=5e-4)
-    assert found["slope.true_contact_total"] == pytest.approx(found["slope.normal_force"], rel=1e-6)  # without friction
-    assert found["other.normal_force"] == 0
-    assert np.isnan(found["other.contact_center"]).all()
-    assert np.isnan(found["width"])
-
-
-@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("tilt", [0.15, 0.3])
 def test_a_block_presses_on_a_rough_slope_right_below_its_middle(model, tilt):
     """Friction carries its part."""
@@ -152,25 +132,6 @@ def test_a_block_presses_on_a_rough_slope_right_below_its_middle(model, tilt):
     below = [EDGE / 2 * np.tan(tilt), 0, -EDGE / 2]  # where the vertical through the middle meets the slope
     center, expected = turn.inverse() @ found["slope.contact_center"], turn.inverse() @ world.center(block) + below
     np.testing.assert_allclose(center, expected, atol=1e-4 if tilt < 0.2 or model != "point" else 1e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("offset", [0.0, 0.012])
-def test_a_box_between_two_balls(model, offset):
-    """One carries the box and the other, which lies on the box: the weights are known, and so is the width."""
-    world, width = World(model, ASKEW), 0.03
-    below = world.shape(world.fixed("below", [offset, 0, -0.02], STRAIGHT), Sphere(0.02), is_soft=True)
-    box = world.sliding("box", 0.05, [0, 0, width / 2])
-    world.shape(box, Box(0.06, 0.05, width), is_soft=False)
-    above = world.shape(world.sliding("above", 0.08, [-offset, 0.01, width + 0.02]), Sphere(0.02), is_soft=True)
-    found = world.settle(below={below}, above={above})
-    assert found["above.normal_force"] == pytest.approx([0.08 * G], rel=1e-3)
-    assert found["below.normal_force"] == pytest.approx([(0.05 + 0.08) * G], rel=1e-3)
-    middle = world.center(box)
-    np.testing.assert_allclose(found["below.contact_center"], [offset, 0, middle[2] - width / 2], atol=2e-4)
-    np.testing.assert_allclose(found["above.contact_center"], [-offset, 0.01, middle[2] + width / 2], atol=2e-4)
-    assert found["width"] == pytest.approx([width], abs=2e-4)
 
 
 def test_shapes_of_a_finger_count_together():

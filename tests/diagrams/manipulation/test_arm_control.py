@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arm_plants import HOME, MASS, MOMENT, joint, motor, small_arm, ur5e
+from arm_plants import MASS, MOMENT, joint, motor, small_arm
 from pydrake.common.schema import Transform
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
@@ -14,8 +14,7 @@ from scenario_plants import add_scene, arm_of
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.arm import add_arm_control
-from soft_gripper.diagrams.simulation import run_station, solver_config
-from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.simulation import solver_config
 
 # Joints that do not act on each other: up and down, and round about the same axis. The file names the last joint
 # first, and the motors in yet another order.
@@ -130,16 +129,6 @@ def test_each_motor_gives_its_limit_and_no_more(tmp_path, time_step, way):
     np.testing.assert_allclose(run.state(time)[2:], expected, rtol=2e-3)
     if time_step:
         np.testing.assert_allclose(run.torque, [way * turn, way * lift], rtol=1e-12)  # in the order of the motors
-
-
-def test_the_shipped_arm_stays_at_home_with_its_gripper():
-    """Its soft fingers sag, which the compensation does not know."""
-    scenario = ur5e()
-    scenario.pressure.settle, scenario.pressure.hold_samples = 0.99, 1
-    recording = run_station(make_station(scenario))
-    joints = [name for name in recording["plant.state"]["state"].values if name.startswith("arm_") and "_q" in name]
-    assert len(joints) == 6
-    assert np.abs(recording["plant.state"].sel(state=joints) - HOME).max() < 1e-4
 
 
 def test_a_joint_without_a_motor_is_refused(tmp_path):

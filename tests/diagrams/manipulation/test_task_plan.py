@@ -13,7 +13,6 @@ from scenario_plants import add_scene, arm_of
 
 from soft_gripper.control.arm_motion import tool_pose
 from soft_gripper.diagrams.task_plan import RESCUE, end_of, plan_phases
-from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, PoseErrorConfig, TaskConfig
 
 GANTRY = "".join(
@@ -124,16 +123,6 @@ def middle(arm, phase):
     return tool_pose(arm.plant, arm.tool, phase.motion.value(phase.duration / 2)[:, 0])
 
 
-def test_straight_lines(planned):
-    """Half of the time is half of the way."""
-    arm, phases = planned
-    descend, carry = phases[NAMES.index("descend")], phases[NAMES.index("carry")]
-    over = pose(BEGIN) @ pose(GRASP)
-    assert middle(arm, descend).IsNearlyEqualTo(RigidTransform([0, 0, OVER / 2]) @ over, 1e-5)
-    halfway = (begin_of(carry) + end_of(carry.motion)) / 2
-    np.testing.assert_allclose(carry.motion.value(carry.duration / 2)[:, 0], halfway, atol=1e-9)
-
-
 def test_what_phases_are_taken_over_from_the_scenario(planned):
     _, phases = planned
     own = phases[: len(NAMES)]
@@ -181,31 +170,6 @@ def test_half_the_speed_takes_twice_as_long(tmp_path):
     there, back, up, _, slowly_up = (phase.duration for phase in phases)
     assert back == pytest.approx(2 * there, rel=1e-6)
     assert slowly_up == pytest.approx(4 * up, rel=1e-6)
-
-
-FAR = 20.0  # m; the slides end at 9 m
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("config", "complaint"),
-    [
-        (
-            PhaseConfig("far", "object", FAR),
-            "to = 'object': is out of reach of the arm: no posture places the gripper at",
-        ),
-        (PhaseConfig("far", "goal", FAR, straight=True), "to = 'goal': is out of reach of the arm: at "),
-        (
-            PhaseConfig("far", posture=[0, FAR, 0, 0]),
-            "motion = 'arm': exceeds the limits of the arm: joint 'prismatic_",
-        ),
-    ],
-)
-def test_what_the_arm_cannot_reach(tmp_path, config, complaint):
-    with pytest.raises(InputError) as caught:
-        plan(tmp_path, PhaseConfig("look", posture=POSTURE, opening=0.1), config)
-    assert str(caught.value).startswith(f"task.phases[1] 'far': {complaint}")
-    assert "\n" not in str(caught.value)
 
 
 def plan_of_arm(

@@ -1,5 +1,8 @@
-"""Signals that are computed after a run are those that the blocks compute in it."""
+"""Signals that follow from others: traced to what is logged, computed when they are read."""
 
+from unittest.mock import patch
+
+import numpy as np
 import pytest
 from creeping_fingers import FINGER, write_creeping
 from logged_ports import LoggedStation, assert_same
@@ -10,6 +13,8 @@ from pydrake.systems.primitives import ConstantVectorSource, Gain, Sine
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.diagrams.signal_sources import DerivedOutput, LoggedPort, SignalSources
+from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.truth.poses import Difference
 
@@ -113,3 +118,47 @@ def test_a_block_may_follow_from_what_follows_from_another_output_of_it():
     assert logged_names(logs) == {"source.y0"}
     found = logs.samples(simulator.get_context())
     assert [found[name].tolist() for name in names] == [[[24.0], [24.0]], [[6.0], [6.0]]]
+
+
+BRIEF = "estimator.type=contact", "sensor.sections=2", "pressure.steps.all=[60e3]", "pressure.settle=0.2"
+POSTERIOR = "left_finger.contact_force_bounds", "left_finger.contact_probability"
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return simulate(load_scenario("free_bending", [*BRIEF, "pressure.hold_samples=5"]))
+
+
+def test_what_is_not_read_is_not_computed():
+    with patch.object(ContactShape, "posterior", autospec=True, side_effect=ContactShape.posterior) as posterior:
+        found = simulate(load_scenario("free_bending", [*BRIEF, "pressure.hold_samples=5"]))
+        assert np.isfinite(found["left_finger.tip_pose"].values).all()
+        assert posterior.call_count == 0
+        twice = [[found[name].values for name in POSTERIOR] for _ in range(2)]
+        assert posterior.call_count == 1, "both follow from one posterior"
+        np.testing.assert_array_equal(twice[0][1], twice[1][1])
+
+
+@pytest.mark.parametrize("estimator", ["arcs", "contact"])
+def test_a_run_computes_no_estimate(estimator):
+    """Of a signal that nothing in the diagram takes."""
+    scenario = load_scenario("free_bending", [*BRIEF, "pressure.hold_samples=5", f"estimator.type={estimator}"])
+    with patch.object(ArrayBlock, "output_over_time", autospec=True, side_effect=ArrayBlock.output_over_time) as output:
+        found = simulate(scenario)
+        assert output.call_count == 0
+        assert np.isfinite(found["left_finger.tip_pose"].values).all()
+        assert output.call_count > 0
+
+
+@pytest.mark.parametrize("signal", ["estimated_joint_angles", "tip_pose", "external_torque"])
+def test_an_estimate_without_readings_is_noted_when_it_is_read(signal, caplog):
+    """Whichever of its signals that is, and once."""
+    dead = "sensor.errors={dead: [{path: inner, section: 0}]}"
+    found = simulate(load_scenario("free_bending", [*BRIEF, "pressure.hold_samples=5", "estimator.type=arcs", dead]))
+    assert np.isnan(found["left_finger.strain"].values).any()
+    assert caplog.text == ""
+    assert np.isnan(found[f"left_finger.{signal}"].values).all()
+    said = "left_finger.estimated_joint_angles: NaN in 26 of 26 samples, first at t = 0 s"
+    assert [record.getMessage() for record in caplog.records] == [said]
+    found.data.load()
+    assert [record.getMessage() for record in caplog.records if "left_finger" in record.getMessage()] == [said]

@@ -1,14 +1,15 @@
-"""Logs of any ports: when they are sampled, and how a recording keeps units, meanings and axes."""
+"""Logs: every sample once, with units and axes, of vectors and of other values."""
 
 import numpy as np
 import pytest
+from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.recording import Recording, read_logs
-from soft_gripper.diagrams.signal_logs import add_logs
+from soft_gripper.diagrams.signal_logs import ValueLog, add_logs
 from soft_gripper.signals import XZ, describe
 
 PHASES = ("go there", "close", "over")
@@ -83,3 +84,25 @@ def test_every_sample_is_there_once():
     recording = read_logs(logs, simulator.get_context())
     np.testing.assert_allclose(recording.samples("ramp").ravel(), [0.0, 0.625, 1.25])
     np.testing.assert_array_equal(recording.samples("ramp")[recording.sample_numbers], recording.values("ramp"))
+
+
+class Clock(LeafSystem):
+    """Puts the time out as a string."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareAbstractOutputPort("time", lambda: AbstractValue.Make(object()), self._calc)
+
+    def _calc(self, context, value):
+        value.set_value(f"{context.get_time():.1f}")
+
+
+def test_values_are_kept_with_the_period_and_every_run_begins_anew():
+    builder = DiagramBuilder()
+    clock, log = builder.AddSystem(Clock()), builder.AddSystem(ValueLog(0.5))
+    builder.Connect(clock.get_output_port(), log.get_input_port())
+    diagram = builder.Build()
+    for end, expected in ((1.2, ["0.0", "0.5", "1.0"]), (0.7, ["0.0", "0.5"])):
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(end)
+        assert log.values(simulator.get_context()) == expected

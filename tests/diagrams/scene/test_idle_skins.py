@@ -6,9 +6,6 @@ from pydrake.geometry import Role
 from pydrake.systems.framework import DiagramBuilder
 from scenario_plants import add_scene, scenario_of
 
-from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.scenario.scenario_file import load_scenario
-
 FINGER, PEG = (f"package://soft_gripper/{file}" for file in ("grippers/finger.urdf", "objects/peg.sdf"))
 BOX = "package://soft_gripper/objects/box.sdf"
 ALL = [*range(13)]
@@ -78,16 +75,3 @@ def test_a_finger_that_shears_may_reach_anything(tmp_path):
 def test_a_finger_that_turns_out_of_its_plane_reaches_no_further(tmp_path):
     spatial = [f"{model}, fingers: {{all: {{yields: bending sideways twist}}}}" for model in facing(0.24)]
     assert skins(scenario_of(tmp_path, *spatial)) == [ALL[9:]] * 2
-
-
-def test_a_run_without_idle_skins_is_the_same():
-    short = ["pressure.steps.all=[210e3]", "pressure.settle=0.5", "pressure.hold_samples=1"]
-    scenario = load_scenario("free_bending", short)
-    lean = simulate(scenario)
-    skinned = load_scenario("free_bending", short)
-    skinned.models.append(load_scenario("box_grasp").models[-1])
-    skinned.models[-1].X_PC.translation = [3.0, 0.0, 0.0]
-    all_skins = simulate(skinned)
-    for finger in ("left_finger", "right_finger"):
-        name = f"{finger}.sampled_joint_angles"
-        np.testing.assert_array_equal(lean[name], all_skins[name])

@@ -10,7 +10,7 @@ from pydrake.common.value import Value
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
 from soft_gripper.arrays import Array
@@ -18,7 +18,6 @@ from soft_gripper.diagrams.view.estimate_visualizer import ARCS, DrawnFinger, Es
 from soft_gripper.diagrams.view.finger_drawing import SHAPES
 from soft_gripper.estimators.arc_pose_estimator import ArcPoseEstimator
 from soft_gripper.estimators.plane import pose_entries
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 
 X_WB = RigidTransform(RollPitchYaw(0.3, -0.4, 1.1), [0.1, -0.2, 0.3])
@@ -122,12 +121,3 @@ def test_arcs_have_their_centre_and_end_where_the_curve_does(scene: MakeScene, l
             line = seen.drawing.lines[f"{path}/{radius}"]
             drawn = in_finger(seen.drawing.in_world(f"{path}/{radius}", line))
             np.testing.assert_allclose(drawn[::2].T, [arc[5:], tip], atol=ROUNDING)
-
-
-def test_draws_at_its_rate_and_on_demand(scene: MakeScene, shipped_finger: Finger) -> None:
-    seen = scene(SensorLayout(shipped_finger, 2), end=1.0)
-    assert np.unique(seen.drawing.times) == pytest.approx(np.arange(21) * 0.05)
-    of_one_frame = len(seen.drawing.times) / 21
-    diagram: Diagram = seen.diagram
-    diagram.ForcedPublish(seen.simulator.get_context())
-    assert len(seen.drawing.times) == 22 * of_one_frame

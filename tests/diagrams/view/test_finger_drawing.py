@@ -1,4 +1,4 @@
-"""What is drawn of an estimated finger: from its signals, in the plane and in space, of a sample and of many."""
+"""Drawn fingers: links, bands, arrows of contacts, colours of torques."""
 
 import numpy as np
 import pytest
@@ -28,6 +28,7 @@ from soft_gripper.diagrams.view.finger_drawing import (
     pressed_point,
     to_world,
 )
+from soft_gripper.diagrams.view.torque_colors import color, round_limit
 from soft_gripper.fingers.finger import Finger
 
 ARROW = f"{CONTACT}/finger/arrow"
@@ -101,3 +102,18 @@ def test_the_ribbon_lies_along_the_links(shipped_finger: Finger) -> None:
         left, right = (seen.in_world(f"{BAND}/finger/{i}/left", [x, 0, 0]) for x in (-0.5, 0.5))
         wide = np.linalg.norm(right - left)
         assert wide == pytest.approx(2e-3 if i == 0 else 4e-3, abs=3e-6)
+
+
+LIMIT = 0.2
+
+
+def test_blue_holds_open_and_red_closes() -> None:
+    red, _, blue = color(np.array([-0.1, 0.1]), LIMIT).T
+    assert blue[0] - red[0] > 0.3
+    assert red[1] - blue[1] > 0.3
+
+
+@pytest.mark.parametrize("torque", [1.0, 0.19, 0.2, 0.2000001, 0.31, 3e-4, 0.05, 7.0, 12.0])
+def test_round_limit_is_the_least_round_number_that_holds_the_torque(torque: float) -> None:
+    round_numbers = [float(f"{digit}e{power}") for power in range(-5, 3) for digit in (1, 2, 3, 5)]
+    assert round_limit(torque) == pytest.approx(min(n for n in round_numbers if n >= torque))

@@ -1,21 +1,41 @@
-"""What Meshcat holds after a run, and what an animation keeps of it."""
+"""The view in Meshcat: what it shows, where it opens, and its configuration."""
 
 import base64
 import gzip
+import os
 import re
+import socket
+import struct
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.systems.analysis import Simulator
+from pydrake.visualization import VisualizationConfig
+from refusals import refused
+from waiting import wait_until
+from websockets.sync.client import connect
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.simulation import run_station
+from soft_gripper.diagrams.simulation import run_station, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.view.estimate_visualizer import ARCS, CURVE
-from soft_gripper.diagrams.view.meshcat_view import FIELD_OF_VIEW, upright_view, write_animation
+from soft_gripper.diagrams.view.meshcat_view import (
+    FIELD_OF_VIEW,
+    LOOPBACK,
+    cut_off,
+    geometry_paths,
+    has_failed,
+    hidden_meshcat,
+    open_meshcat,
+    upright_view,
+    write_animation,
+)
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 
@@ -106,3 +126,99 @@ def test_the_camera_sees_arm_gripper_object_and_goal_above_the_legend(scenario: 
     assert np.max(np.abs(right / ahead)) < 1.5 * edge
     assert -0.98 * edge < np.min(down / ahead)
     assert 0.0 < np.max(down / ahead) < 0.75 * edge
+
+
+def test_a_hidden_meshcat_is_elsewhere_each_time() -> None:
+    first, second = hidden_meshcat(), hidden_meshcat()
+    hosts = [urlsplit(meshcat.web_url()).hostname or "" for meshcat in (first, second)]
+    assert all(host.startswith("127.") for host in hosts)
+    assert len({LOOPBACK, *hosts}) == 3 or set(hosts) == {LOOPBACK}, "the loopback of macOS has one address"
+    assert not {first.port(), second.port()} & set(range(7000, 7100))
+    assert not has_failed(first)
+
+
+def test_an_open_meshcat_is_of_this_machine_alone() -> None:
+    assert urlsplit(open_meshcat().web_url()).hostname in (LOOPBACK, "localhost")
+
+
+def test_connections_at_one_port_are_cut_off_and_no_file_stays_open() -> None:
+    with socket.create_server((LOOPBACK, 0)) as one, socket.create_server((LOOPBACK, 0)) as other:
+        clients = [socket.create_connection(server.getsockname()) for server in (one, other)]
+        served = [server.accept()[0] for server in (one, other)]
+        before = next_descriptor()
+        cut_off(f"http://{LOOPBACK}:{one.getsockname()[1]}")
+        assert next_descriptor() == before
+        clients[1].settimeout(0.1)
+        assert clients[0].recv(1) == b""
+        with pytest.raises(TimeoutError):
+            clients[1].recv(1)
+        for each in (*clients, *served):
+            each.close()
+
+
+def next_descriptor() -> int:
+    """The lowest that is free."""
+    with open(os.devnull) as file:
+        return file.fileno()
+
+
+HAS_SPRINGS = hasattr(VisualizationConfig(), "mouse_interaction_stiffness")
+
+
+def test_a_run_with_it_is_that_without() -> None:
+    short = ["pressure.settle=0.1", "pressure.hold_samples=5", "pressure.steps={all: [4.0e4]}"]
+    seen, unseen = (
+        simulate(load_scenario("free_bending", [*short, f"visualization={shown}"]), hidden_meshcat()).data
+        for shown in ("{publish_period: 0.05}", "null")
+    )
+    np.testing.assert_array_equal(seen["plant.state"], unseen["plant.state"])
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("lcm_bus", "driver"),
+        ("publish_illustration", "false"),
+        ("enable_meshcat_creation", "false"),
+        ("publish_period", "0"),
+    ],
+)
+def test_what_a_view_cannot_do(field: str, value: str) -> None:
+    with refused(f"visualization.{field}"):
+        load_scenario("free_bending", [f"visualization.{field}={value}"])
+
+
+@pytest.mark.skipif(not HAS_SPRINGS, reason="this Drake has no mouse springs")
+def test_a_mouse_spring_pulls_a_finger() -> None:
+    meshcat = hidden_meshcat()
+    station = make_station(load_scenario("free_bending", ["visualization.mouse_interaction_stiffness=1000"]), meshcat)
+    simulator = Simulator(station.diagram)
+    tip = station.fingers[0].links[-1]
+    context = station.plant.GetMyContextFromRoot(simulator.get_context())
+    p_W, pull = tip.EvalPoseInWorld(context).translation(), np.array([0.03, 0.0, 0.0])
+    path = geometry_paths(station.plant, station.parts.scene_graph, tip.index())[0]
+    simulator.Initialize()
+    with connect(meshcat.web_url().replace("http", "ws")) as client:
+        client.send(_dragged(path, p_W, p_W + pull))
+        spring = station.diagram.GetSubsystemByName("meshcat_mouse_spring")
+
+        def forces() -> list[ExternallyAppliedSpatialForce]:
+            return spring.get_output_port().Eval(spring.GetMyContextFromRoot(station.diagram.CreateDefaultContext()))
+
+        wait_until(forces)
+        (force,) = forces()
+        assert force.body_index == tip.index()
+        np.testing.assert_allclose(force.F_Bq_W.translational(), 1000 * tip.default_mass() * pull)  # N
+
+
+def _dragged(path: str, p_W: np.ndarray, goal_W: np.ndarray) -> bytes:
+    """The message of MessagePack that a browser sends while the mouse drags a geometry."""
+
+    def text(of: str) -> bytes:
+        return b"\xd9" + bytes([len(of)]) + of.encode()
+
+    def numbers(of: np.ndarray) -> bytes:
+        return b"\x93" + b"".join(b"\xcb" + struct.pack(">d", number) for number in of)
+
+    parts = [text("type"), text("mouse_drag"), text("name"), text(path)]
+    return b"\x84" + b"".join([*parts, text("drag_anchor"), numbers(p_W), text("drag_target"), numbers(goal_W)])

@@ -1,15 +1,17 @@
-"""The drive in a diagram: pressures, and what an elastic law adds, as actuation of every model."""
+"""The drive of fingers: pressures step by step, their torques, laws and creep."""
 
 import numpy as np
 import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
+from refusals import refused
 
 from soft_gripper.diagrams.loaded_model import add_fingers
-from soft_gripper.diagrams.wiring.drive import add_pressure_drive
+from soft_gripper.diagrams.wiring.drive import StepSource, add_pressure_drive, pressure_steps
 from soft_gripper.models import DIRECTORY
-from soft_gripper.scenario.schema import PressureConfig
+from soft_gripper.scenario.schema import PressureConfig, Scenario, SensorConfig
 from soft_gripper.signals import signal_of
 
 COMMANDS = {"left_finger": 40e3, "right_finger": -20e3}  # Pa
@@ -122,3 +124,41 @@ def test_a_finger_that_creeps_drives_itself_on(tmp_path):
         np.testing.assert_allclose(added, 0.2 * left.finger.stiffness * angle, atol=1e-12)
     np.testing.assert_allclose(driven.torques(right), COMMANDS["right_finger"] * right.finger.pressure_gain)
     assert not driven.diagram.HasSubsystemNamed("right_finger.creep")
+
+
+def scenario(**steps):
+    """Steps of 0.5 s."""
+    return Scenario(pressure=PressureConfig(steps=steps, settle=0.3, hold_samples=10), sensor=SensorConfig(period=0.02))
+
+
+def test_a_finger_has_its_own_steps_or_those_of_all():
+    both = scenario(all=[1.0, 2.0], left=[3.0, 4.0])
+    assert pressure_steps(both.pressure, "left").tolist() == [3.0, 4.0]
+    assert pressure_steps(both.pressure, "right").tolist() == [1.0, 2.0]
+
+
+def test_a_finger_without_steps_is_named():
+    with refused("steps", "left"):
+        pressure_steps(scenario(left=[1.0]).pressure, "right")
+
+
+TIMES = [0.0, 0.3, 0.499, 0.5, 0.999, 1.0, 1.499, 1.5, 9.0]
+VALUES = [0.1, 0.1, 0.1, -2.7, -2.7, 3.3, 3.3, 3.3, 3.3]
+
+
+def value(source, context, time):
+    context.SetTime(time)
+    return source.get_output_port().Eval(context).item()
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.1, 10.0, 12.34])
+def test_steps_count_from_the_beginning_of_a_run(begin):
+    source = StepSource(np.array([0.1, -2.7, 3.3]), 0.5)
+    simulator = Simulator(source)
+    context = simulator.get_mutable_context()
+    context.SetTime(begin)
+    simulator.Initialize()
+    np.testing.assert_array_equal([value(source, context, begin + t) for t in TIMES], VALUES)
+    context.SetTime(begin + 0.7)
+    Simulator(source, context).Initialize()  # goes on
+    assert value(source, context, begin + 0.7) == -2.7

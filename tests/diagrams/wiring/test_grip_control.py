@@ -1,7 +1,5 @@
 """The grip control in closed loop: how it follows its steps, at the limits of its pressure, and on an object."""
 
-import re
-
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -15,7 +13,6 @@ from soft_gripper.diagrams.wiring.grip_control import GripControl, Supply, alloc
 from soft_gripper.load.force_estimator import SAMPLES
 from soft_gripper.load.opening import Gripper
 from soft_gripper.runs.scores.steps import step_table
-from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import ControlConfig
 
@@ -134,17 +131,6 @@ def test_a_bound_needs_contact_detection():
         make_station(load_scenario("box_grasp", list(overrides)))
 
 
-def test_a_torque_limit_out_of_reach_changes_nothing(shipped):
-    """From the first sample on, when there is no estimate of the torque yet; over the first two steps."""
-    station, without = shipped
-    first_two = f"control.set_points={station.scenario.control.set_points[:2]}"
-    _, limited = run("tip_distance_steps", first_two, "control.torque_limit=1", TORQUE_GAINS)
-    for signal in ("grip.opening", "left_finger.pressure"):
-        expected = without[signal].sel(time=slice(None, 2 * HOLD))[:-1]
-        np.testing.assert_allclose(limited[signal][: len(expected)], expected, rtol=1e-9)
-        assert len(expected) > 500
-
-
 MAXIMUM = 5e3  # Pa
 
 
@@ -201,24 +187,6 @@ def test_tendons_close_the_loop():
     gains = ["tendons.maximum=10", "control.gains={kp: 10.0, ki: 60.0, kd: 0.0}"]
     table = step_table(*run("tip_distance_steps", f"models.gripper.file={TENDONS}", *gains, *FOLLOWED))
     assert max(abs(row.steady_error_estimated_mm) for row in table) < 0.5
-
-
-def test_opposed_chambers_close_the_loop_without_vacuum(tmp_path):
-    """A straight finger is opened by the chambers of its inner half, closed by those of its outer half."""
-    size = 'width="9e-3" thickness="4e-3"'
-    chambers = f'<chamber name="inner" x="5e-3" y="0" {size}/><chamber name="outer" x="-5e-3" y="0" {size}/>'
-    text = re.sub("<tendon.*/>", chambers, model_path(TENDONS).read_text())
-    (tmp_path / "opposed.urdf").write_text(text)
-    gains = "control.gains={kp: 1.0e5, ki: 4.0e6, kd: 17}"
-    wider = ["control.set_points=[0.06, 0.08, 0.05]", *FOLLOWED[1:]]
-    file = f"models.gripper.file={tmp_path / 'opposed.urdf'}"
-    station, recording = run("tip_distance_steps", file, "pressure.minimum=0", gains, *wider)
-    assert max(abs(row.steady_error_estimated_mm) for row in step_table(station, recording)) < 0.2
-    inner, outer = recording["left_finger.pressure"].values.T
-    assert min(inner.min(), outer.min()) >= 0
-    assert inner.max() > 1e4
-    assert outer.max() > 1e4
-    assert np.minimum(inner, outer)[100:].max() < 0.5 * inner.max()  # in turns, but for the lag of the supply
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Signals of plant, objects and arm: the right entries of the state, with the units of each."""
+"""Signals of the plant, and the truth beside the estimates."""
 
 import numpy as np
 import pytest
@@ -8,8 +8,11 @@ from soft_gripper.diagrams.recording import read_logs
 from soft_gripper.diagrams.simulation import make_simulator, simulate
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring.plant_signals import state_units
+from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
+from soft_gripper.load.force_estimator import DELAY, SAMPLES
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.truth.poses import fingertip_error, pose_error
 
 # The file names the last joint first, and the motors in the order of the file.
 LIFT, TURN = "prismatic_to_carriage", "revolute_to_flange"
@@ -94,3 +97,40 @@ def test_signals_of_an_arm_are_in_the_order_of_its_joints(small):
     np.testing.assert_allclose(small["arm.joint_positions"].values[-1], [0.25, 0.5], atol=1e-6)
     np.testing.assert_allclose(small["arm.joint_velocities"].values[-1], 0.0, atol=1e-6)
     np.testing.assert_allclose(small["arm.joint_torques"].values[-1], [WEIGHT, 0.0], atol=1e-6)
+
+
+# Name, overrides, and a finger whose contact torque changes all the time.
+STEPS = ["pressure.settle=0.4", "pressure.hold_samples=10"]
+CHANGING = {
+    "grasp": ("box_grasp", [*STEPS, "pressure.steps.all=[60e3, 100e3, 80e3, 120e3]"], "left_finger"),
+    "peg": ("obstructed_inside", [*STEPS, "pressure.steps.all=[0, 60e3, 20e3, 120e3]"], "left_finger"),
+}
+
+
+@pytest.fixture(scope="module", params=CHANGING.values(), ids=CHANGING)
+def changing(request):
+    """The signals of one finger, by their names."""
+    name, overrides, finger = request.param
+    recording = simulate(load_scenario(name, overrides))
+    return lambda signal: recording[f"{finger}.{signal}"].values
+
+
+def test_the_torque_error_is_that_of_the_same_sample(changing):
+    """The estimate belongs to two samples before."""
+    estimate, truth = changing("external_torque"), changing("true_external_torque")
+    assert DELAY == 2
+    known = SAMPLES  # the first estimate, logged a sample later
+    assert np.isnan(estimate[:known]).all()
+    expected = estimate[known:] - truth[known - DELAY : -DELAY]
+    np.testing.assert_array_equal(changing("external_torque_error")[known:], expected)
+    assert np.ptp(truth, axis=0)[0] > 0.05
+
+
+def test_the_pose_errors_are_those_of_the_same_sample(changing):
+    chain = forward_kinematics(changing("sampled_joint_angles"), 0.01)
+    true_joints, true_tip = in_space(chain.joints), in_space(chain.tip)
+    np.testing.assert_allclose(changing("true_joint_positions"), true_joints, atol=1e-15)
+    np.testing.assert_allclose(changing("true_tip_position"), true_tip, atol=1e-15)
+    joints, tip = (in_space(as_planar(changing(name)[..., :2])) for name in ("joint_positions", "tip_pose"))
+    np.testing.assert_allclose(changing("pose_error"), pose_error(true_joints, joints), atol=1e-15)
+    np.testing.assert_allclose(changing("fingertip_error"), fingertip_error(true_tip, tip), atol=1e-15)

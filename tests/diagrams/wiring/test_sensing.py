@@ -1,28 +1,29 @@
-"""Sensing in a station: which signals there are, what the blocks are made for, and which shapes the truth looks at."""
+"""Sensors, and what is made of their readings in a station."""
 
 from importlib import import_module
 
 import numpy as np
 import pytest
-from pydrake.common.schema import Transform
-from pydrake.math import RigidTransform
+from own_blocks import WARMTH, WarmSensor
+from pydrake.systems.framework import LeafSystem
+from pydrake.systems.primitives import ConstantVectorSource
 
-from soft_gripper.diagrams.simulation import simulate
+from soft_gripper.diagrams.simulation import make_simulator, run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.wiring import estimation, scoring
+from soft_gripper.errors import InputError
+from soft_gripper.estimators.plane import pose_entries
 from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.fingers.finger_links import joint_name, link_name
 from soft_gripper.load.contact_detector import ContactDetector
 from soft_gripper.load.force_estimator import ForceEstimator
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import ModelConfig, Scenario
 from soft_gripper.sensors.strain_errors import StrainErrors
 from soft_gripper.truth.contact import TrueContact
 
 ONE_FINGER, TWO_FINGERS, THREE_FINGERS = "one finger", "box_grasp", "three_finger_grasp"
 LONELY = "{name: finger, file: package://soft_gripper/grippers/finger.urdf}"
 SCENARIOS = (ONE_FINGER, THREE_FINGERS)
-FOLLOWED = "contact", "normal_force", "true_contact_force", "contact_center"
 
 
 def station(name, threshold, *overrides):
@@ -79,31 +80,6 @@ def test_blocks_are_made_for_what_the_scenario_says(monkeypatch, name):
     assert forces == nominal
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("touching", "x"), [("left_finger", -0.0245), ("right_finger", 0.0245)])
-def test_contact_is_that_of_the_finger_that_touches(touching, x):
-    """A peg stands in the way of one finger; contact and its truth belong to that one, and nothing is held."""
-    models = [
-        ModelConfig("gripper", "package://soft_gripper/grippers/two_finger.urdf"),
-        ModelConfig("peg", "package://soft_gripper/objects/peg.sdf", X_PC=Transform(RigidTransform([x, 0, 0.105]))),
-    ]
-    scenario = Scenario(models=models)
-    scenario.pressure.steps = {"all": [0.0, 60e3]}
-    scenario.pressure.settle, scenario.estimator.contact_threshold = 0.5, 2.5e-3
-    recording = simulate(scenario)
-    for finger in ("left_finger", "right_finger"):
-        last = {name: recording[f"{finger}.{name}"].values[-1] for name in FOLLOWED}
-        assert bool(last["contact"]) == (finger == touching)
-        assert (last["normal_force"] > 0.1) == (finger == touching)
-        assert (last["true_contact_force"] > 0.1) == (finger == touching)
-        assert np.isfinite(last["contact_center"]).all() == (finger == touching)
-    begun = recording[f"{touching}.contact_time"].values[-1]
-    first = recording["time"].values[recording[f"{touching}.normal_force"].values > 0][0]
-    assert 0 <= begun - first < 0.08
-    assert np.abs(recording[f"{touching}.contact_center"].values[-1] - [x, 0, 0.105]).max() < 0.012
-    assert np.isnan(recording["grip.object_width"].values).all()
-
-
 @pytest.mark.parametrize("given", [None, 5e-5])
 def test_estimators_know_of_the_errors_of_the_sensors_unless_a_scenario_says_otherwise(monkeypatch, given):
     """Those beside the estimator of the scenario too."""
@@ -121,3 +97,76 @@ def test_estimators_know_of_the_errors_of_the_sensors_unless_a_scenario_says_oth
     make_station(load_scenario("obstructed_inside", changes))
     expected = given or uncertainty_of(StrainErrors(noise=0.003)).reading
     assert set(known) == {("gaussian", expected), ("spline", expected)}
+
+
+SHORT = ["pressure.steps.all=[0, 60e3]", "pressure.settle=0.1", "pressure.hold_samples=5"]
+
+
+def short(name="free_bending", *overrides):
+    return load_scenario(name, [*SHORT, *overrides])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["free_bending", "pick_and_place_box"])
+def test_the_pose_of_the_base_is_known_at_once(name):
+    """Where it stands still, for ever; under an arm it is sampled, first before the plant's first step."""
+    station = make_station(short(name))
+    simulator = make_simulator(station)
+    simulator.Initialize()
+    plant_context = station.plant.GetMyContextFromRoot(simulator.get_context())
+
+    def poses():
+        return [pose_entries(station.plant.EvalBodyPoseInWorld(plant_context, f.base)) for f in station.fingers]
+
+    begin = poses()
+    for time in (0.0, 0.355):
+        simulator.AdvanceTo(time)
+        for finger, expected in zip(station.fingers, poses() if time else begin, strict=True):
+            found = station.diagram.GetOutputPort(f"{finger.name}.X_WB").Eval(simulator.get_context())
+            moved = np.abs(found - expected).max()
+            assert moved < (0.02 if name == "pick_and_place_box" and time else 1e-12)
+
+
+def warm(**options):
+    return run_station(make_station(short("free_bending", *options.pop("overrides", [])), **options))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"make_sensor": WarmSensor}, {"overrides": ["sensor.type=own_blocks:warm_sensor"]}],
+    ids=["call", "name"],
+)
+def test_a_sensor_of_the_users_takes_the_place_of_ours(options):
+    """What it puts out besides is recorded, with its unit; all else is as it was."""
+    own, ours = warm(**options), warm()
+    warmth = own["left_finger.warmth"]
+    assert warmth.attrs["units"] == "K"
+    np.testing.assert_allclose(warmth[1:], WARMTH * own["left_finger.pressure"][:-1], rtol=1e-12)
+    assert "left_finger.extension_ratio" not in own.data
+    for signal in ("strain", "theta", "external_torque", "pose_error"):
+        np.testing.assert_array_equal(own[f"left_finger.{signal}"], ours[f"left_finger.{signal}"])
+
+
+class Curious(LeafSystem):
+    """Asks for what there is not."""
+
+    def __init__(self, name, size):
+        super().__init__()
+        self.DeclareVectorInputPort(name, size)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "complaint"),
+    [
+        (
+            lambda: Curious("temperature", 1),
+            "sensor: input port = 'temperature': a sensor may take: joint_angles, pressure, X_WB",
+        ),
+        (lambda: Curious("joint_angles", 3), "sensor: input port 'joint_angles' = 3: "),
+        (lambda: ConstantVectorSource([0.0]), "sensor: output ports = 'y0, sampled_pressure': a sensor outputs its"),
+    ],
+)
+def test_what_is_no_sensor(sensor, complaint):
+    with pytest.raises(InputError) as caught:
+        make_station(short(), make_sensor=lambda layout, period: sensor())
+    assert complaint in str(caught.value)

@@ -1,17 +1,21 @@
-"""A recording of a bench is whole whenever it is read, and a disk that is full costs samples alone."""
+"""What is recorded live, and threads that hold nothing up."""
 
 import errno
+import threading
+import time
 
 import numpy as np
 import pytest
 from refusals import refused
-from waiting import wait_until
+from waiting import LONG, wait_until
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.extras.bench import recorder as recorder_module
+from soft_gripper.extras.bench import threads
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import recorded_signals
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
+from soft_gripper.extras.bench.threads import ROOM, Inbox, Outbox
 from soft_gripper.extras.hardware.bench_schema import bench_from_inputs
 from soft_gripper.scenario.scenario_file import load_scenario
 
@@ -87,3 +91,52 @@ def test_no_recording_replaces_another(bench, tmp_path):
         recorder(bench, path)
     assert free_name(path) == tmp_path / "recording_2.nc"
     assert path.read_text() == "kept"
+
+
+AT_ONCE = 3.0  # s, on a busy machine
+
+
+def test_what_nobody_takes_is_dropped_but_the_newest(monkeypatch):
+    monkeypatch.setattr(threads, "LINGER", 0.1)
+    goes_on, taken = threading.Event(), []
+    outbox = Outbox(lambda item: (goes_on.wait(), taken.append(item)))
+    began = time.monotonic()
+    for i in range(1000):
+        outbox.put(i)
+    assert time.monotonic() - began < AT_ONCE
+    assert outbox.dropped >= 1000 - ROOM - 1
+    goes_on.set()
+    outbox.close()
+    assert taken[-1] == 999
+    assert outbox.dropped + len(taken) == 1000
+
+
+def test_a_signal_ends_waiting_for_room(monkeypatch):
+    monkeypatch.setattr(threads, "LINGER", 0.1)
+    is_over = threading.Event()
+    outbox = Outbox(lambda _: threading.Event().wait(), is_over.is_set)
+    threading.Timer(0.2, is_over.set).start()
+    for i in range(2 * ROOM):
+        outbox.put(i)
+    outbox.close()
+    assert outbox.dropped == 2 * ROOM
+
+
+def test_a_generator_that_waits_holds_nothing_up():
+    goes_on = threading.Event()
+
+    def messages():
+        yield {"a": 1.0}
+        goes_on.wait()
+        yield {"a": 2.0}
+        raise ZeroDivisionError
+
+    inbox = Inbox(messages(), 0.0)
+    assert inbox.receive(LONG) == [{"a": 1.0}]
+    assert inbox.receive(0.01) == []
+    assert not inbox.is_over
+    goes_on.set()
+    assert inbox.receive(LONG) == [{"a": 2.0}]
+    with pytest.raises(ZeroDivisionError):
+        inbox.receive(LONG)
+    assert inbox.is_over

@@ -210,26 +210,6 @@ class Waiting:
         self.now += 0.03
 
 
-def test_zeroing_removes_offsets(messages, offline):
-    """A constant added to every reading is gone after readings of free fingers."""
-    live = made(lambda timeout: [])
-    shifted = [{n: v + 0.02 if n.endswith(".strain") else v for n, v in message.items()} for message in messages]
-    for message in shifted[:60]:
-        live.driver._take(encoded(message, "json"), 0.0)
-    live.driver.zero(60.0)  # at rest
-    for message in shifted[60:100]:
-        live.driver._take(encoded(message, "json"), 0.0)
-    live.driver.end_zeroing()
-    for message in shifted[100:]:
-        live.driver._take(encoded(message, "json"), 0.0)
-    found = by_count(live.results)
-    assert all(found[i][COMMAND] == 0.0 for i in range(61, 101))  # nothing moves meanwhile
-    assert found[150][COMMAND] != 0.0
-    errors = [np.linalg.norm(found[i][TIP][:2] - offline[i][TIP][:2]) for i in (90, 190)]
-    assert errors[0] > 2e-3
-    assert errors[1] < 1e-4
-
-
 @pytest.mark.parametrize("estimator", ["gaussian", "recursive"])
 def test_zeroed_sensors_are_known_as_well_as_at_first(estimator):
     """Sensors of a free finger have drifted for 200 s, of which `recursive` has learned a part."""

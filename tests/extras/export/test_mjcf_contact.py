@@ -1,13 +1,14 @@
-"""Which shapes touch in MuJoCo, and how: what it mixes, or the pair that is listed, is what there should be."""
+"""Contacts in exported files: their stiffness, friction and masks, and pairs that may touch."""
 
 import itertools
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from soft_gripper.diagrams.station import make_station
-from soft_gripper.extras.export.mjcf import to_mjcf
+from soft_gripper.diagrams.station import make_private_station, make_station
+from soft_gripper.extras.export.mjcf import station_mjcf, to_mjcf
 from soft_gripper.extras.export.mjcf_contact import (
     DampedContact,
     ShapeSurface,
@@ -18,7 +19,9 @@ from soft_gripper.extras.export.mjcf_contact import (
     stated_contact,
     touch,
 )
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.extras.export.reach import reaches
+from soft_gripper.extras.export.tree import child_joints
+from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 from soft_gripper.truth.contact import combined_friction
 
 SKIN = ShapeSurface(0.9, 1e-3, 80.0)
@@ -71,31 +74,6 @@ def test_only_pairs_that_would_be_mixed_wrong_are_listed():
     assert found.pairs[0, 2]["condim"] == "4"
     assert found.pairs[2, 3]["condim"] == "3"
     assert float(found.geoms[4]["friction"].split()[0]) == combined_friction(0.9, 1.0)
-
-
-@pytest.mark.parametrize("step", [0.005, 0.00125])
-def test_what_is_carried_on_a_circle_hardly_slides(step):
-    """By 3/2 w^2 r h outward: one step in which friction stops what slides, and half of one for the way of a body.
-
-    A block lies on a turntable, 0.5 m from its axis.
-    """
-    mujoco = pytest.importorskip("mujoco")
-    (pair,) = contact_settings([SKIN, BOX], [(0, 1)], set(), 4, step).pairs.values()
-    attributes = " ".join(f'{name}="{value}"' for name, value in pair.items())
-    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
-      <option timestep="{step}" integrator="discrete" cone="elliptic" impratio="10" noslip_iterations="10"/>
-      <worldbody>
-        <body><joint axis="0 0 1"/><geom name="table" type="cylinder" size="1 0.01" density="1e6" contype="0"/></body>
-        <body pos="0.5 0 0.03"><freejoint/><geom name="block" type="box" size="0.02 0.02 0.02" contype="0"/></body>
-      </worldbody>
-      <contact><pair geom1="table" geom2="block" {attributes}/></contact></mujoco>""")
-    data, speed, seconds = mujoco.MjData(model), 2.0, 0.5
-    data.qvel[[0, 2, 6]] = speed, speed * 0.5, speed
-    mujoco.mj_step(model, data, round(0.1 / step))  # it settles on the skin
-    begin = np.hypot(*data.body(2).xpos[:2])
-    mujoco.mj_step(model, data, round(seconds / step))
-    outward = (np.hypot(*data.body(2).xpos[:2]) - begin) / seconds
-    assert outward == pytest.approx(1.5 * speed**2 * 0.5 * step, rel=0.1)
 
 
 @pytest.mark.parametrize("shapes", [3, 20, 60])
@@ -159,18 +137,45 @@ def touching_in(model):
     return found
 
 
-def test_a_rigid_body_hardly_sinks_into_another_by_its_weight():
-    """Less than a quarter of a millimetre, in MuJoCo itself, of a body as light as a link."""
-    mujoco = pytest.importorskip("mujoco")
-    time = touch(BOX, TABLE).time
-    assert stated_contact(BOX, USUAL).touch.time == time
-    model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><option timestep="1e-3"/><default><geom solref="{time} 1"/></default><worldbody>'
-        '<geom type="plane" size="1 1 1"/><body pos="0 0 0.01"><freejoint/><geom size="0.01" mass="0.005"/></body>'
-        "</worldbody></mujoco>"
-    )
-    data = mujoco.MjData(model)
-    for _ in range(500):
-        mujoco.mj_step(model, data)
-    assert 0 < 0.01 - data.qpos[2] < 0.25e-3
-    assert time >= 2 * 1e-3  # that MuJoCo needs for a stable contact at this step
+def station(name, changes=None):
+    return make_private_station(changed_scenario(name, {"contact": "points"} | (changes or {})))
+
+
+@pytest.mark.parametrize("name", ["box_grasp", "pick_and_place_box"])
+def test_no_joint_moves_a_body_out_of_its_ball(name):
+    plant = station(name).plant
+    balls, context, random = reaches(plant, child_joints(plant)), plant.CreateDefaultContext(), np.random.default_rng(0)
+    begin = plant.GetPositions(context)
+    least, most = (np.clip(each, -3, 3) for each in (plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()))
+    off = np.full(plant.num_bodies(), -np.inf)
+    for _ in range(40):
+        q = random.uniform(least, most)
+        for body in map(plant.get_body, plant.GetFloatingBaseBodies()):
+            first = body.floating_positions_start()
+            q[first : first + 7] = begin[first : first + 7]
+        plant.SetPositions(context, q)
+        for index, ball in balls.items():
+            place = plant.get_body(index).EvalPoseInWorld(context).translation()
+            off[int(index)] = max(off[int(index)], np.linalg.norm(place - ball.center) - ball.radius)
+    assert off.max() < 1e-9
+    assert np.isfinite(off).sum() > 26  # not all bodies are free
+
+
+def test_a_hanging_gripper_touches_the_table_only_where_it_can_reach_it():
+    def names(changes):
+        text = station_mjcf(station("box_grasp", changes), 0.005, is_explicit=False).text
+        return [line for line in text.splitlines() if "<pair" in line and "table" in line and "link" in line]
+
+    assert not names({})
+    low = names({"models.gripper.X_PC.translation.2": 0.16, "models.box.X_PC.translation.0": 0.3})
+    links = {int(re.search(r"link_(\d+)", line).group(1)) for line in low}
+    assert max(links) == 12
+    assert 0 < min(links) < 12
+
+
+def test_friction_of_every_pair_stops_within_two_steps():
+    """Else what is carried on a circle slides outward, see test_mjcf_contact."""
+    pairs = re.findall("<pair .*/>", station_mjcf(station("box_grasp"), 0.004, is_explicit=False).text)
+    assert len(pairs) > 100
+    times = [float(re.search(r'solreffriction="(\S+) 1', pair).group(1)) for pair in pairs]
+    assert times == [0.008] * len(pairs)

@@ -9,11 +9,6 @@ from soft_gripper.extras.export.sensed import sensed_fingers
 from soft_gripper.scenario.scenario_file import load_scenario
 
 SHORT = ("pressure.settle=0.2", "pressure.hold_samples=5", "pressure.steps.all=[120e3]")
-IN_SPACE = (
-    "models.gripper.fingers.all.yields=bending sideways twist",
-    "sensor.layout=four_faces_and_diagonal",
-    "estimator.type=gaussian",
-)
 
 
 def recorded(name, overrides):
@@ -50,15 +45,6 @@ def test_leading_axes_are_free_and_the_base_stands_where_a_run_begins():
     assert shape.q.shape == (3, 4, 12)
     alone = finger.estimate(readings[2, 1], pressure[2, 1], finger.X_WB)
     np.testing.assert_allclose(shape.q[2, 1], alone.q, rtol=0, atol=1e-12)
-
-
-def test_leading_axes_are_free_in_space():
-    finger = sensed_fingers(load_scenario("turned_box_grasp", IN_SPACE))["left_finger"]
-    q = np.random.default_rng(0).uniform(0, 0.05, (2, 3, 36))
-    readings, pressure = finger.read(q), np.random.default_rng(1).uniform(20e3, 60e3, (2, 3, 1))
-    shape, alone = finger.estimate(readings, pressure), finger.estimate(readings[1, 2], pressure[1, 2])
-    assert shape.q.shape == (2, 3, 36)
-    np.testing.assert_allclose(shape.q[1, 2], alone.q, rtol=0, atol=1e-9)
 
 
 def test_weight_acts_as_the_base_is_posed():

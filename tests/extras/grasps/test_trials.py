@@ -16,10 +16,6 @@ from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.recorded_task import Judged
 
 NAMES = ("pick_and_place_irregular", "pick_and_place_box")
-COLUMNS = (
-    "scenario,trial,success,placed_error_mm,placed_angle_deg,dropped,peak_force_n,squeeze_mm,"
-    "slip_mm,detection_delay_ms,size_error_mm,duration_s,cause"
-)
 
 
 DRAWN = (1.0, 2.0, 3.0, 40.0, 0.6, 1.0, 0.5, -0.5, 0.7, 1.5, 1.5, 3.7)  # what a trial is given
@@ -47,23 +43,6 @@ def executor(monkeypatch: pytest.MonkeyPatch) -> HereExecutor:
     """Makes trials that succeed."""
     monkeypatch.setattr(trials, "trials_together", together(succeed))
     return HereExecutor()
-
-
-@pytest.mark.slow
-def test_a_row_is_there_after_every_trial_and_all_are_in_order_at_the_end(executor, tmp_path):
-    counts = []
-
-    def look(trial: Trial) -> None:
-        found = [(record["scenario"], int(record["trial"])) for record in csv_rows(tmp_path / "trials.csv")]
-        assert (trial.scenario, trial.trial) in found
-        counts.append(len(found))
-
-    run_trials(NAMES, 3, 1, tmp_path, executor, look)
-    assert counts == [1, 2, 3, 4, 5, 6]
-    found = [(record["scenario"], record["trial"]) for record in csv_rows(tmp_path / "trials.csv")]
-    assert found == [(name, trial) for name in NAMES for trial in "012"]
-    assert (tmp_path / "trials.csv").read_text().splitlines()[0] == COLUMNS
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
 @pytest.mark.slow

@@ -149,25 +149,6 @@ def test_logs_that_do_not_fit_are_refused(bench):
     assert "either --bench or --as" in calibrate(folder, **{"as": folder / "bench.yaml"}).err
 
 
-def test_signals_with_rates_of_their_own_are_held(bench):
-    """The pressure is in rows of its own, half as often: `hold` of the description brings both together."""
-    folder, *_ = bench
-    rows = [line.split(",") for line in (folder / "log.csv").read_text().split()]
-    apart = [",".join([*row[:5], "", *row[6:]]) for row in rows]
-    apart += [f"{float(row[0]) + 0.002:g},,,,,{row[5]},," for row in rows[::2]]
-    apart.sort(key=lambda line: float(line.partition(",")[0]))
-    (folder / "apart.csv").write_text("\n".join(apart))
-    result = calibrate(folder, "apart.csv")
-    assert result.code == 2
-    assert "in 450 of 675 samples: give a pressure; `hold` in the description" in result.err
-    changed(folder, "time: t\n", "time: t\nhold: 0.11\n")
-    result = calibrate(folder, "apart.csv")
-    assert result.code == 0, result.err
-    found = load_calibration(str(folder / "mine.yaml")).fingers["finger"]
-    assert found.bend_ratio == pytest.approx(1.1, rel=3e-3)
-    assert "1 of 675 rows: some signals began after them" in result.err
-
-
 @pytest.mark.parametrize("clipped", [True, False])
 def test_a_reading_that_is_clipped_or_dead_is_refused(bench, clipped):
     """Fitted, it would have another gain."""

@@ -18,7 +18,6 @@ from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.calibration import as_config
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
-from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.calibration_file import CalibrationConfig, apply_calibration
@@ -122,18 +121,6 @@ def test_recursive_takes_no_finger_for_touched_that_is_beyond_its_calibration(la
     assert found[True][0] > 0.93
     assert found[True][1] < 2 / 3 * found[False][1]
     assert found[True][2] < 0.05 < 0.5 < found[False][2]
-
-
-def test_readings_of_a_sensor_that_was_set_anew_disagree_with_the_drive(layout, nominal):
-    model = nominal(0.0, 2)
-    _, recording = bent(layout, LEVELS, 0.0, 2)
-    readings, driving, gravity = inputs(model, recording)
-    states = model.calibrated
-
-    def apart(shift):
-        return nearest(states.distances(model.measured(readings + shift), driving, gravity).agreement)
-
-    assert apart(0.0) < states.disagreement < apart(np.array([0.0, 0.0, 0.02, 0.0]))
 
 
 def test_the_block_says_what_the_states_say(layout, nominal):

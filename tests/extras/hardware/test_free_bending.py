@@ -108,16 +108,6 @@ def test_an_offset_of_the_pressure_and_a_curvature_are_found_if_the_tip_is_measu
     assert np.all(np.sqrt(np.mean(np.square(errors), axis=0))[:2] < SPREAD / 3)
 
 
-def test_outliers_do_little_harm(shipped_finger):
-    layout = SensorLayout(shipped_finger, 4)
-    samples, gains, offsets = free_bending(layout, 1.1, replace(BENCH, hysteresis=0.0), tip=True)
-    samples.ratios[::15, 3] += 0.1
-    found = calibrate(layout, [samples])
-    assert found.bend_ratio == pytest.approx(1.1, rel=0.01)
-    np.testing.assert_allclose(found.gains[4:], gains[4:], rtol=0, atol=0.02)
-    np.testing.assert_allclose(found.offsets, offsets, rtol=0, atol=1e-3)
-
-
 def test_a_hold_in_which_the_finger_is_touched_is_doubtful(shipped_finger):
     layout = SensorLayout(shipped_finger, 4)
     samples, *_ = free_bending(layout, 1.1, replace(BENCH, hysteresis=0.0), tip=True)

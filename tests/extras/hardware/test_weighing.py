@@ -205,21 +205,6 @@ def test_the_confidence_beside_a_finger_is_that_of_the_fit(tmp_path):
         CONFIDENCE.read(tmp_path / "finger.urdf")
 
 
-@pytest.mark.slow
-def test_a_tare_cancels_what_is_wrong_in_the_model():
-    """Slack that the model does not know, without a load as with it; root mean square of windows."""
-    wrong, errors, bands = trunk(slacks=(0.0,) * 4), [], []
-    for seed in range(5, 10):
-        empty, loaded = states_of(0.0, seed), states_of(0.08, seed)
-        found = [weigh(Model(wrong), loaded, WINDOW, tare)[:-1] for tare in (None, empty)]
-        errors.append([[row.load_g - 80 for row in rows] for rows in found])
-        bands.append([[row.band_g for row in rows] for rows in found])
-    plain, tared = np.sqrt(np.square(errors).mean(axis=(0, 2)))
-    assert tared < 0.5 * plain
-    wide, narrow = np.mean(bands, axis=(0, 2))
-    assert narrow < 0.5 * wide
-
-
 def test_a_tare_in_disorder_is_the_same():
     """What counts is how the tendons were pulled, and not when."""
     empty, loaded = states_of(0.0, 5), states_of(0.08, 5)

@@ -9,8 +9,6 @@ from scipy.stats import multivariate_normal
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
-from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.gaussian import GaussianShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS, Hypotheses
 from soft_gripper.extras.health.health_filter import (
@@ -183,40 +181,6 @@ def test_what_a_look_shows_of_a_cut_is_linearised(layout):
     np.testing.assert_allclose(np.diagonal(found.noise[0]), expected)
 
 
-def test_a_loose_strand_at_the_base_looks_like_a_force_there(layout):
-    """Not found: a force within the first section bends nothing else, so that no reading contradicts it."""
-    pressure = pressures(4)
-    errors = replace(REALISTIC, faults=(SensorFault("loose", 4, ONSET, 0.5),))
-    found = probabilities(layout, read(layout, pressure, errors, 4), pressure)
-    further = replace(REALISTIC, faults=(SensorFault("loose", 6, ONSET, 0.5),))
-    assert found[-1, 0] > probabilities(layout, read(layout, pressure, further, 4), pressure)[-1, 0]
-
-
-def test_what_is_dropped_counts_for_nothing(layout):
-    """The oracle conditions a dense Gaussian on the readings that are left."""
-    finger, assumed = layout.finger, Uncertainty(reading=2e-3)
-    driving = finger.pressure_torque(np.array(90e3))
-    q0 = finger.angle(driving)
-    readings = layout.read(q0 + 0.001 * np.sin(np.arange(finger.segments)))
-    wrong, dropped = readings.copy(), readings.copy()
-    wrong[5] += 0.05
-    dropped[5] = np.nan
-    estimate = GaussianShape(layout, assumed)
-    found, spoilt, whole = (estimate(values, driving, np.zeros(3)) for values in (dropped, wrong, readings))
-    q1, kept = estimate.guess(estimate.read(dropped), driving, np.zeros(3)), np.arange(8) != 5
-    prior = estimate.mechanics.prior(estimate.mechanics.bent_finger(q1), q1, driving)
-    A, sensitivity = np.tile(layout.matrix, (2, 1))[kept], layout.sensitivity.ravel()[kept]
-    z = layout.inverse(layout.measured(readings).reshape(2, 4)).ravel()[kept]
-    noise = np.diag((assumed.reading / sensitivity) ** 2)
-    gain = prior @ A.T @ np.linalg.inv(A @ prior @ A.T + noise)
-    q = q0 + gain @ (z - A @ q0)
-    assert np.allclose(found.q, q, atol=1e-9)
-    assert np.allclose(found.covariance, prior - gain @ A @ prior, atol=1e-12)
-    assert np.abs(spoilt.q - whole.q).max() > 10 * np.abs(found.q - whole.q).max()
-    assert np.trace(found.covariance) > np.trace(whole.covariance)
-    assert np.isfinite(ContactShape(layout, assumed)(dropped, driving, np.zeros(3)).q).all()
-
-
 SHORT = ["pressure.steps.all=[0, 60e3, 20e3]", "pressure.settle=0.9", "pressure.hold_samples=10", "record.truth=forces"]
 WATCHED = [*SHORT, "sensor.errors.preset=realistic", "estimator.type=gaussian", "estimator.health=true"]
 
@@ -349,20 +313,6 @@ def test_a_healthy_finger_is_blamed_less_than_once_a_year(layout):
     assert windows * odds < 1
 
 
-def test_a_constant_changes_at_rest_as_little_as_a_working_reading_does(layout):
-    """The walk of a dead sensor's reading is that of the reading of a finger whose load and sensors rest."""
-    health = HealthFilter(layout, Uncertainty(), PERIOD)
-    memory, values = health.begin(), len(layout.matrix)
-    both = [np.stack([part, part]) for part in memory[:2]]
-    after = health._predict(*both, np.zeros(values), 0.0, memory.age)[1][0, 0]
-    walk, hypotheses, f = after - memory.covariance, health.hypotheses, values + layout.readings
-    B, load, lasting = hypotheses.load_response, slice(0, values), slice(values, f)
-    working = np.diagonal(B @ walk[0, load, load] @ B.T + walk[0, lasting, lasting])
-    for name in ("dead", "saturated"):
-        numbers = hypotheses.indices_of(name)
-        np.testing.assert_allclose(walk[numbers, f, f], working[hypotheses.reading[numbers]], rtol=1e-6)
-
-
 def test_samples_at_which_a_reading_repeats_itself_or_changes_are_counted(layout):
     """A sample counts where it was read; one at which no reading changes says nothing of repetitions."""
     health = HealthFilter(layout, Uncertainty(reading=2e-3), PERIOD)
@@ -378,16 +328,6 @@ def test_samples_at_which_a_reading_repeats_itself_or_changes_are_counted(layout
     assert changed[0] == 0
     np.testing.assert_array_equal(changed[3:], later)
     assert changed[2] == np.isfinite(readings[1:, 2]).sum() - 1
-
-
-def test_a_reading_that_repeats_itself_from_the_first_is_at_fault_after_some_looks_and_not_after_one(layout):
-    """Coarse sensors at rest repeat themselves too, and how often this one does is not known yet."""
-    errors, pressure = StrainErrors(noise=2e-3), np.zeros(8 * WINDOW_SAMPLES)
-    readings = read(layout, pressure, errors, 1)
-    readings[:, 5] = readings[0, 5]
-    found = named_fault(probabilities(layout, readings, pressure, errors))
-    assert found[0] == 0
-    assert FAULTS[int(found[-1])] == "dead"
 
 
 @pytest.mark.parametrize("hostile", [np.nan, np.inf, 1e308])

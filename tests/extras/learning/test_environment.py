@@ -1,4 +1,4 @@
-"""SoftGripperEnv: what Gymnasium asks for, the same run from the same seed, the end of episodes."""
+"""Environments: files, changes, mistakes, and one that is stepped."""
 
 import warnings
 
@@ -9,24 +9,11 @@ from gymnasium.utils.env_checker import check_env
 from refusals import refused
 
 import soft_gripper.extras.learning  # noqa: F401  registers
+from soft_gripper.errors import InputError
+from soft_gripper.extras.learning.config import environment_names, load_environment
 from soft_gripper.extras.learning.environment import SoftGripperEnv
 
 IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
-
-
-def actions(number, size=2):
-    return np.random.default_rng(0).uniform(-0.5, 0.3, (number, size)).astype(np.float32)
-
-
-def rollout(env, seed, number=5):
-    """Observations and rewards of some steps."""
-    observed = [env.reset(seed=seed)[0]]
-    rewards = []
-    for action in actions(number):
-        observation, reward, *_ = env.step(action)
-        observed.append(observation)
-        rewards.append(reward)
-    return np.array(observed), np.array(rewards)
 
 
 @pytest.mark.parametrize("name", IDS)
@@ -35,14 +22,6 @@ def test_gymnasium_finds_nothing_wrong(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped, skip_render_check=True)
-
-
-def test_the_same_seed_and_actions_lead_to_the_same_trajectory_after_whatever_went_before(one_gripper):
-    first = rollout(one_gripper, seed=3)
-    rollout(one_gripper, seed=4)
-    again = rollout(one_gripper, seed=3)
-    for one, other in zip(first, again, strict=True):
-        np.testing.assert_array_equal(one, other)
 
 
 def test_episodes_take_each_of_the_grippers_and_another_target():
@@ -104,3 +83,55 @@ def test_a_picture_is_taken():
 def test_unknown_modes_are_refused():
     with refused("render_mode", "paper"):
         SoftGripperEnv("soft_reach", render_mode="paper")
+
+
+@pytest.mark.parametrize("name", environment_names())
+def test_what_is_shipped_loads(name):
+    environment = load_environment(name)
+    assert environment.config.description
+    assert environment.scenario.external[0] == "pressure"
+
+
+@pytest.mark.parametrize("name", [None, 3, ["free_bending"], float("nan"), "soft_gasp"])
+def test_a_name_is_that_of_a_file_or_shipped(name):
+    with refused("name", name):
+        load_environment(name)
+
+
+def test_changes_reach_the_environment_and_its_scenario():
+    changes = {"variation.mass": [0.1, 0.2], "scenario.sensor.sections": 4, "action.grip": "opening"}
+    environment = load_environment("soft_grasp", changes)
+    assert environment.config.variation.mass == [0.1, 0.2]
+    assert environment.scenario.sensor.sections == 4
+    assert environment.scenario.external == ["opening", "joints"]
+
+
+def test_a_file_of_ones_own_names_its_scenario_beside_it(tmp_path):
+    text = "scenario: free_bending\nobservation: [{signal: left_finger.tip_pose}]\nreach: {}\n"
+    path = tmp_path / "own.yaml"
+    path.write_text(text)
+    assert len(load_environment(str(path)).scenario.models) == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"action.range": [1.0, 0.0]}, "action.range"),
+        ({"action.range": [2e4, 2e4], "action.rest": 2e4}, "action.range"),
+        ({"action.joints": {"z": [0.0, 0.0]}}, "action.joints.z"),
+        ({"action.rest": 1e6}, "action.rest"),
+        ({"variation.gripper": "hand"}, "variation.gripper"),
+        ({"scenario.models.1.fingers": {"all": {"youngs_modulus": "5e5"}}}, "variation.youngs_modulus"),
+        ({"scenario.nominal.finger.youngs_modulus": "+30 %"}, "variation.youngs_modulus"),
+        ({"grasp.object": "apple"}, "grasp.object"),
+        ({"reach": {}}, "reach"),
+        ({"observation": []}, "observation"),
+        ({"time_step": 0.01}, "time_step"),
+        ({"duration": 0.01}, "duration"),
+        ({"nothing.here.at.all.0": 1}, "nothing"),
+    ],
+)
+def test_mistakes_are_named(changes, field):
+    with pytest.raises(InputError) as caught:
+        load_environment("soft_grasp", changes)
+    assert caught.value.field == field

@@ -1,11 +1,15 @@
-"""The table of contact: counts, lengths and signs of held steps, from a recording that is made up."""
+"""Tables of contacts and of their forces."""
+
+from functools import cache
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.paper.contact_table import (
     ContactRow,
     ContactSummary,
@@ -14,7 +18,9 @@ from soft_gripper.extras.paper.contact_table import (
     contact_table,
     touched_finger_rows,
 )
+from soft_gripper.extras.paper.forces import LAYOUTS, ContactForceRow, contact_force_table
 from soft_gripper.fingers.finger import Finger
+from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[0, 40e3, 80e3]", "pressure.settle=0.1", "pressure.hold_samples=10"]
@@ -75,3 +81,38 @@ def test_a_joint_is_bent_from_a_radius_of_ten_metres_on(shipped_finger: Finger) 
     q = np.full((2, shipped_finger.segments), shipped_finger.segment_length)
     q[:, 0] = -shipped_finger.segment_length / np.array([8.0, 12.0])
     np.testing.assert_array_equal(changes_sign(shipped_finger, q), [True, False])
+
+
+EXACT = "estimator.uncertainty.bend_per_pressure=0.005"
+FORCE_STEPS = (EXACT, "pressure.steps.all=[60e3, -30e3]", "pressure.hold_samples=10")
+FINGERS = ("left_finger", "right_finger")
+
+
+@cache
+def obstructed(*overrides: str) -> tuple[Station, Recording]:
+    """The left finger closes on a peg and lets go; the right one is free."""
+    station = make_station(load_scenario("obstructed_inside", [*FORCE_STEPS, *overrides]))
+    return station, run_station(station)
+
+
+@cache
+def table() -> list[ContactForceRow]:
+    return contact_force_table("obstructed", *obstructed(), LAYOUTS)
+
+
+def test_the_truth_is_the_recorded_one_and_near() -> None:
+    station, recording = obstructed()
+    pressed, free = (next(row for row in table() if row.finger == finger) for finger in FINGERS)
+    for column, signal in (
+        ("true_n", "true_contact_force"),
+        ("total_n", "true_contact_total"),
+        ("normal_n", "normal_force"),
+    ):
+        recorded = held_samples(station.scenario, recording, f"left_finger.{signal}")[0].mean()
+        assert getattr(pressed, column) == pytest.approx(recorded)
+    recorded = held_samples(station.scenario, recording, "left_finger.true_contact_arc_length")[0].mean()
+    assert pressed.true_mm == pytest.approx(1e3 * recorded)
+    assert pressed.estimated_n == pytest.approx(pressed.true_n, rel=0.02)
+    assert pressed.estimated_mm == pytest.approx(pressed.true_mm, abs=1)
+    assert free.true_n == free.estimated_n == 0
+    assert np.isnan([free.true_mm, free.estimated_mm]).all()

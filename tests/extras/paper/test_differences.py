@@ -1,6 +1,5 @@
 """The box on the paper and why: its numbers are those of the tables, and of chains whose joints lie elsewhere."""
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -53,16 +52,6 @@ def test_half_of_the_first_angle_is_not_measured(shipped_finger, even_bends):
     np.testing.assert_allclose(measured, BENDS - even_bends[:, 0] / 2, rtol=3e-3)
 
 
-def test_the_tip_is_that_of_the_links(shipped_finger, bent):
-    q, ds = bent(5, 12), shipped_finger.segment_length
-    _, tip = start_joint_chain(q, ds, np.zeros((1, 1, 1)))
-    heading, expected = np.zeros(5), np.zeros(5, dtype=complex)
-    for angle in q.T:
-        heading = heading + angle
-        expected = expected + ds * np.exp(1j * heading)
-    np.testing.assert_allclose(tip, expected, atol=1e-15)
-
-
 def test_with_joints_at_the_starts_more_sensors_gain_little(shipped_finger):
     """The error falls from three quarters of the first angle, times the lever, to no less than half, by 1/2 + 1/4 S.
 
@@ -73,28 +62,3 @@ def test_with_joints_at_the_starts_more_sensors_gain_little(shipped_finger):
     lever = shipped_finger.length * np.sinc(q.sum(axis=-1) / 2 / np.pi)
     shares = 1 / 2 + 1 / 4 / np.array(errors.sections)[:, None]
     np.testing.assert_allclose(errors.starts, lever * q[:, 0] * shares, rtol=0.06)
-
-
-def test_with_joints_in_the_middles_they_gain_much(shipped_finger):
-    """Of segments so short that the kinks of the paths do not hide it."""
-    finger = replace(shipped_finger, segments=24)
-    errors = tip_errors(finger, free_bending_angles(finger, PRESSURES))
-    assert (errors.middles[1] < 0.3 * errors.middles[0]).all()
-
-
-def test_noise_does_not_hide_the_gain(shipped_finger, bent):
-    """Of an uneven bend; and without noise the errors are those of the chain alone."""
-    q = np.linspace(0.02, 0.15, 12)[None, :]
-    errors, clean = tip_errors(shipped_finger, q, noise=1e-3), tip_errors(shipped_finger, q, noise=0.0)
-    assert errors.noisy[0] > 3 * errors.noisy[3]
-    np.testing.assert_allclose(clean.noisy, clean.middles, rtol=1e-12)
-
-
-@pytest.mark.parametrize(("sections", "levers"), [(1, [0.5]), (4, [7 / 8, 5 / 8, 3 / 8, 1 / 8])])
-def test_noise_moves_the_tip_of_a_straight_finger_as_levers_have_it(shipped_finger, sections, levers):
-    """Root mean square: noise of two paths of a section is a bend, whose lever is the way to the tip."""
-    length, spacing, noise = shipped_finger.length, shipped_finger.sensor_spacing, 1e-3
-    bend = np.sqrt(2) * noise * length / sections / spacing
-    across = bend * length * np.linalg.norm(levers)
-    found = tip_errors(shipped_finger, np.zeros((30, 12)), (sections,), noise).noisy
-    assert np.sqrt(np.mean(found**2)) == pytest.approx(across, rel=0.05)

@@ -1,6 +1,6 @@
-"""The figures: the truth is black, each number of sensors has a line, errors are means; equal rows give equal files."""
+"""Figures of the evaluation, and that of its scenes."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import pytest
 from matplotlib.axes import Axes
@@ -9,8 +9,16 @@ from matplotlib.lines import Line2D
 
 from soft_gripper.extras.paper.figures import contact_figure, contact_force_figure, force_figure, free_bending_figure
 from soft_gripper.extras.paper.forces import ContactForceRow
+from soft_gripper.extras.paper.scenes_figure import (
+    GAP,
+    HEIGHT,
+    MAX_ROW_WIDTH,
+    largest_pressure,
+    pair_places,
+)
 from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
+from soft_gripper.scenario.scenario_file import load_scenario
 
 UP_AND_DOWN = (0.0, 100.0, 200.0, 100.0, 0.0)  # kPa
 CONTACT = ("obstructed_inside", "obstructed_outside", "box_grasp", "irregular_grasp")
@@ -142,3 +150,33 @@ def test_force_and_place_are_drawn_beside_the_true_ones() -> None:
             assert list(drawn["truth"].get_ydata()) == truth
         assert list(lines_by_label(force)["4: 30 60 90 mm"].get_ydata()) == [p / 4 for p in steps]
         assert list(lines_by_label(place)["2: 40 mm"].get_ydata()) == [78.0] * 3
+
+
+def test_pairs_fill_rows_and_stand_in_their_middle() -> None:
+    places = pair_places([9.0, 4.0, 5.0, 4.0])
+    assert [width for *_, width in places] == [9.0, 4.0, 5.0, 4.0]
+    tops = [top for _, top, _ in places]
+    assert tops[0] == 0 < tops[1] == tops[2] < tops[3]
+    across = 4.0 + GAP + 5.0
+    assert [left for left, *_ in places] == pytest.approx([(across - 9) / 2, 0, 4 + GAP, (across - 4) / 2])
+
+
+def test_a_pair_that_is_wider_than_a_row_has_one_alone() -> None:
+    places = pair_places([2.0, MAX_ROW_WIDTH + 1, 2.0])
+    assert all(below[1] - above[1] > HEIGHT for above, below in pairwise(places))
+
+
+@pytest.mark.parametrize(
+    ("steps", "expected"),
+    [
+        ({"all": [0.0, 20e3, 50e3, 30e3]}, (6.0, 50e3)),
+        ({"all": [10e3, -40e3]}, (4.0, -40e3)),
+        ({"left_finger": [10e3, 20e3, 30e3], "right_finger": [0.0, 45e3]}, (4.0, 45e3)),
+    ],
+    ids=str,
+)
+def test_the_largest_pressure_is_found_at_the_end_of_its_step(
+    steps: dict[str, list[float]], expected: tuple[float, float]
+) -> None:
+    scenario = load_scenario("free_bending", [f"pressure.steps={steps}"])
+    assert largest_pressure(scenario) == pytest.approx(expected)

@@ -69,17 +69,6 @@ def test_tables_of_a_run(folder, file, row, number, columns):
     assert {getattr(row, "sections", 1) for row in rows} <= {1, 2, 3, 4}
 
 
-@pytest.mark.slow
-def test_a_second_run_leaves_the_same_beside_what_it_did_not_write(short, folder, tmp_path):
-    (tmp_path / "again").mkdir()
-    (tmp_path / "again" / "notes.txt").touch()
-    run_scenario(short, tmp_path / "again")
-    first, second = contents(folder), contents(tmp_path / "again")
-    assert set(second) == {*first, "notes.txt"}
-    for table in ("metrics.csv", "forces.csv", "contact.csv", "contact_forces.csv"):
-        assert first[table] == second[table]
-
-
 @pytest.mark.parametrize("before", [True, False], ids=["over an old run", "in an empty place"])
 def test_a_run_that_fails_in_the_middle_leaves_what_was_there(short, tmp_path, before, monkeypatch):
     def fail(*_):

@@ -1,15 +1,18 @@
-"""A session, its user's clicks coming between the frames as a browser would send them."""
+"""A session: what it opens, and what it records."""
 
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from live_station import played
 from pydrake.geometry import Meshcat
 
 from soft_gripper.commands.dispatch import dispatch
 from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.simulation import make_simulator
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.page.panel import ALL_FINGERS, Button
@@ -17,10 +20,15 @@ from soft_gripper.extras.page.session import Session
 from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play import simulation_driver
 from soft_gripper.extras.play.commands import play as play_command
+from soft_gripper.extras.play.open_scenario import open_scenario
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.simulation_driver import SimulationDriver
 from soft_gripper.extras.play.station_recorder import StationRecorder
+from soft_gripper.files.output import is_whole
 from soft_gripper.interrupts import held_back
+from soft_gripper.scenario.checks import check_scenario
+from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.shipped import scenario_names
 
 PRESSURE = "left_finger.pressure"
 User = Callable[[Session], object]  # does something
@@ -173,3 +181,69 @@ def test_the_command_shows_what_is_estimated(monkeypatch, tmp_path):
     assert {PRESSURE, "left_finger.theta", "left_finger.external_torque"} <= set(session.driver.signals)
     assert session.driver.scene.startswith("http")
     session.driver.close()
+
+
+BEGIN, END = 0.3, 0.6  # s
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Recording, Path]:
+    """A whole run, one that is recorded from BEGIN on, and the folder of that."""
+    folder = tmp_path_factory.mktemp("play")
+    station, meshcat = played("free_bending")
+    found = []
+    for is_recorded in (False, True):
+        simulator = make_simulator(station)
+        context = simulator.get_mutable_context()
+        for port in station.parts.inputs:
+            station.diagram.GetInputPort(port).FixValue(context, [80e3])
+        simulator.AdvanceTo(BEGIN)
+        if is_recorded:
+            recorder = StationRecorder(station, meshcat, simulator, folder / "1")
+            simulator.AdvanceTo(END - BEGIN)
+            recorder.end()
+        else:
+            simulator.AdvanceTo(END)
+            found.append(station.recording(context))
+    return found[0], Recording.load(folder / "1" / "recording.nc"), folder / "1"
+
+
+@pytest.mark.parametrize(
+    ("signal", "settled"), [("plant.state", 0), ("left_finger.strain", 1), ("left_finger.external_torque", 5)]
+)
+def test_it_is_that_part_of_the_run(runs, signal: str, settled: int) -> None:
+    """`settled` is the number of samples over which what remembers is at first without its past."""
+    whole, part, _ = runs
+    np.testing.assert_allclose(part[signal][settled:], whole[signal][30 + settled :], atol=1e-9)
+    assert np.ptp(part[signal][settled:].values, axis=0).max() > 1e-5, "something happens in it"
+
+
+def test_everything_to_look_at_it_is_there_and_whole(runs) -> None:
+    _, _, folder = runs
+    assert folder.name == "1"
+    assert is_whole(folder)
+    assert "DecompressionStream" in (folder / "animation.html").read_text()
+    assert load_scenario(str(folder / "scenario.yaml")).external == ["pressure"]
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_every_shipped_scenario_can_be_opened(name: str) -> None:
+    scenario = load_scenario(name)
+    opened = open_scenario(scenario)
+    check_scenario(name, opened)
+    grips = scenario.task is not None and scenario.task.grips
+    closed_loop = grips or scenario.control.set_points is not None
+    assert opened.external == ["opening" if closed_loop else "pressure", *["tool"] * (scenario.arm is not None)]
+
+
+def test_the_user_chooses_what_commands_the_fingers() -> None:
+    assert open_scenario(load_scenario("tip_distance_steps"), "pressure").external == ["pressure"]
+    assert open_scenario(load_scenario("box_grasp"), "opening").external == ["opening"]
+
+
+def test_a_task_that_does_not_command_the_gripper_closes_no_loop() -> None:
+    scenario = load_scenario("pick_and_place_box")
+    assert scenario.task is not None
+    phases = [replace(phase, opening=None) for phase in scenario.task.phases]
+    moving = replace(scenario, task=replace(scenario.task, phases=phases))
+    assert open_scenario(moving).external == ["pressure", "tool"]

@@ -92,21 +92,6 @@ def test_a_finger_that_creeps_is_remembered_as_in_its_run(tmp_path: Path, estima
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sections", [1, 2, 6])
-def test_other_sensors_read_what_a_run_with_them_does(sections: int) -> None:
-    """The finger does not depend on its sensors."""
-    station, recording = run_of("free_bending", SHORT)
-    _, other = run_of("free_bending", [*SHORT, f"sensor.sections={sections}"])
-    for finger in station.fingers:
-        again = read_again(station, recording, finger, sections)
-        assert again.layout.sections == sections
-        np.testing.assert_allclose(arcs_of(again).theta, other[f"{finger.name}.theta"].values, rtol=1e-9, atol=1e-12)
-        torque = external_torque_again(station, recording, finger, again)
-        expected = other[f"{finger.name}.external_torque"].values
-        np.testing.assert_allclose(torque, expected, rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["unequal sections", "one side", "with the weight", "nominal", "other response"])
 def test_shapes_are_those_of_the_estimators_of_the_run(name: str) -> None:
     """Of all of this project, beside each other, with an uncertainty that is not the usual one."""

@@ -1,15 +1,16 @@
-"""Tasks judged by recordings that are made up: every measure against what was put in, every failure with its cause."""
+"""A recorded task: what of it succeeded, and how the object is turned from its goal."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from pick_and_place import FINGERS, box_recording, box_station, state
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.common.eigen_geometry import AngleAxis
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.runs.scores.recorded_task import Judged, detection_delay, false_alarm, judged
+from soft_gripper.runs.scores.recorded_task import Judged, angle, detection_delay, false_alarm, judged, tilt, yaw
 from soft_gripper.runs.success import success_criteria, success_rows
 
 IN_PHASE = 10  # samples
@@ -208,3 +209,20 @@ def test_alarms_and_delays(true, reported, alarm, delay):
     assert false_alarm(flags(reported), flags(true)) == alarm
     found = detection_delay(np.arange(16.0), flags(reported), flags(true))
     assert found == pytest.approx(delay, nan_ok=True)
+
+
+def rotation(tilted: float, toward: float, turned: float) -> RotationMatrix:
+    """A turn about the own z axis, which is then tilted toward a side, rad."""
+    axis = [-np.sin(toward), np.cos(toward), 0.0]
+    return RotationMatrix(AngleAxis(tilted, axis)) @ RotationMatrix.MakeZRotation(turned)
+
+
+@pytest.mark.parametrize("toward", [0.0, 0.7, 3.0, -2.0])
+@pytest.mark.parametrize("tilted", [0.0, 1e-6, 0.1, 1.5, 3.0])
+@pytest.mark.parametrize("turned", [0.0, 0.2, -1.5, 3.1, -3.1])
+def test_tilt_and_turn_are_separated(tilted, toward, turned):
+    R = rotation(tilted, toward, turned)
+    assert tilt(R) == pytest.approx(tilted, abs=1e-9)
+    assert yaw(R) == pytest.approx(turned, abs=1e-6)
+    # Half-angle formula of the product of two rotations about axes at right angles.
+    assert np.cos(angle(R) / 2) == pytest.approx(np.cos(tilted / 2) * np.cos(turned / 2), abs=1e-9)

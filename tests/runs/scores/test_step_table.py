@@ -1,14 +1,17 @@
-"""StepRow of synthetic responses whose overshoot and settling time are known."""
+"""Tables of steps and phases."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
+from pick_and_place import recording
+from pydrake.trajectories import PiecewisePolynomial
 
+from soft_gripper.control.task import Outcome, Phase
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.runs.scores import steps as module
-from soft_gripper.runs.scores.steps import step_table
+from soft_gripper.runs.scores.steps import outcome, phase_table, step_table
 
 PERIOD, HOLD = 0.01, 4.0
 
@@ -77,3 +80,41 @@ def test_what_swings_about_the_set_point_has_no_steady_error(monkeypatch):
     """Whole periods of a sine: its mean over the last half second is 0, its largest value is not."""
     (row,) = rows(monkeypatch, lambda time: 1 + 0.01 * np.sin(2 * np.pi * time / 0.1))
     assert row.steady_error_estimated_mm == pytest.approx(0.0, abs=1e-9)
+
+
+STAY = PiecewisePolynomial(np.zeros((6, 1)))
+NAMES = ("approach", "close", "lift", "rescue: open", "rescue: home")
+PHASES = [Phase(name, STAY, 0.05, i + 1) for i, name in enumerate(NAMES)]
+STATION = SimpleNamespace(task=SimpleNamespace(phases=PHASES), fingers=[SimpleNamespace(name="left_finger")])
+
+
+def recorded(phase, ended=Outcome.DONE):
+    """Opening, torque and pressure count the sample, which every 10 ms brings."""
+    sample = np.arange(len(phase), dtype=float)
+    return recording(
+        {
+            "task.phase": np.array(phase, dtype=float),
+            "task.outcome": np.where(sample < len(phase) - 1, Outcome.RUNNING, ended).astype(float),
+            "grip.opening": 1e-3 * sample,
+            "grip.torque": -2e-3 * sample,
+            "left_finger.sampled_pressure": 4e3 * sample,
+        }
+    )
+
+
+def values(row):
+    return [row.began_s, row.lasted_s, row.opening_mm, row.torque_mnm, row.pressure_kpa]
+
+
+def test_a_row_for_every_phase_with_what_was_read_at_its_end():
+    rows = phase_table(STATION, recorded([0, 0, 0, 1, 1, 2, 2, 2, 2, 5, 5]))
+    assert [row.phase for row in rows] == ["approach", "close", "lift"]
+    expected = [[0.0, 0.03, 3, -6, 12], [0.03, 0.02, 5, -10, 20], [0.05, 0.04, 9, -18, 36]]
+    np.testing.assert_allclose([values(row) for row in rows], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("ended", Outcome)
+def test_outcome_is_that_at_the_end(ended):
+    found = outcome(recorded([0, 1, 2, 5], ended))
+    assert isinstance(found, Outcome)
+    assert found == ended

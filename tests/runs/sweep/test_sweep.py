@@ -1,9 +1,10 @@
-"""A sweep: a row for every run, also for those that fail; what cannot be swept; and what is resumed."""
+"""Sweeps: rows, resumed tables, and their figure."""
 
 import csv
 import fcntl
 import os
 
+import numpy as np
 import pytest
 from here_executor import HereExecutor
 from refusals import refused
@@ -13,6 +14,7 @@ from soft_gripper.files.output import release_folders
 from soft_gripper.runs.sweep import measured_runs, scenario_runs
 from soft_gripper.runs.sweep import run_sweep as sweep
 from soft_gripper.runs.sweep.cells import cell
+from soft_gripper.runs.sweep.figure import sweep_figure
 from soft_gripper.runs.sweep.measured_runs import STEP, depends_on_step
 from soft_gripper.runs.sweep.run_sweep import ABOUT, TABLE, run_sweep
 
@@ -78,17 +80,6 @@ def test_what_was_cut_short_goes_on_to_the_same_table(executor, tmp_path):
     executor.calls.clear()
     swept(tmp_path / "cut", executor)
     assert len(executor.calls) == 4
-
-
-def test_a_row_whose_number_was_changed_is_run_again(executor, tmp_path, caplog):
-    swept(tmp_path, executor)
-    whole = (tmp_path / TABLE).read_bytes()
-    (tmp_path / TABLE).write_bytes(whole.replace(b"0.333333333", b"0.033333333"))
-    executor.calls.clear()
-    swept(tmp_path, executor, resume=True)
-    assert [changes[KEY] for _, (changes,), *_ in executor.calls] == [3]
-    assert "1 rows" in caplog.text
-    assert (tmp_path / TABLE).read_bytes() == whole
 
 
 @pytest.mark.parametrize("file", [TABLE, ABOUT])
@@ -179,3 +170,34 @@ def test_a_checked_sweep_has_a_column_for_what_depends_on_the_step(tmp_path, mon
     assert records(tmp_path)[0]["depends_on_step"] == "largest_bend_deg"
     with refused(STEP, 0.0):
         run_sweep("free_bending", SECTIONS[:1], tmp_path, HereExecutor(), fixed={STEP: 0.0}, check_step=True)
+
+
+DRAWN_MEASURES = {"error_mm": ["1", "", "3", "nan"], "outcome": ["done", "", "lost", "done"]}
+
+
+def test_true_and_false_are_drawn_as_one_and_zero():
+    (axes,) = sweep_figure({"key": ["1", "2", "3"]}, {"is_held": ["True", "False", ""]}, "").axes
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), [1, 0, np.nan])
+
+
+def test_a_map_of_a_grid_and_dots_of_samples_with_crosses_where_runs_failed():
+    grid = sweep_figure({"a": ["1", "1", "2", "2"], "b": ["5", "6", "5", "6"]}, DRAWN_MEASURES, "").axes[0]
+    np.testing.assert_array_equal(np.ma.filled(grid.collections[0].get_array(), np.nan), [[1, 3], [np.nan, np.nan]])
+    assert len(grid.lines[0].get_xdata()) == 2
+    dots = sweep_figure({"a": ["1", "1.5", "2", "3"], "b": ["5", "6", "7", "6"]}, DRAWN_MEASURES, "").axes[0]
+    np.testing.assert_array_equal(dots.collections[0].get_offsets(), [[1, 5], [2, 7]])
+
+
+@pytest.mark.parametrize(
+    ("varied", "measured"), [({k: ["1"] for k in "abc"}, {"m": ["1"]}), ({"a": ["1"]}, {"m": [""], "n": ["done"]})]
+)
+def test_what_cannot_be_drawn_has_no_figure(varied, measured):
+    assert sweep_figure(varied, measured, "") is None
+
+
+def test_many_points_are_an_image_in_an_svg(tmp_path):
+    cells = [str(value) for value in range(20_000)]
+    figure = sweep_figure({"a": cells, "b": cells[::-1]}, {"measure": cells}, "")
+    assert figure is not None
+    figure.savefig(tmp_path / "sweep.svg")
+    assert (tmp_path / "sweep.svg").stat().st_size < 1e6

@@ -112,21 +112,6 @@ def rested(description, pulled, at, load=0.0, gravity=(0.0, 0.0, 0.0), beyond=0.
     return predicted_markers(finger, states, resting_positions(Model(finger), states))[0]
 
 
-@pytest.mark.slow
-def test_the_tip_of_a_robot_with_tendons(tmp_path):
-    random = np.random.default_rng(1)
-    inputs = random.uniform(-1, 6, (120, 9))  # mm
-    tip = 1e3 * rested("tendon_robot_v4", 1e-3 * inputs, [1.0], beyond=0.008)[:, 0]
-    tip += np.array([3.0, -2.0, 5.0]) + random.normal(0, 0.05, (120, 3))  # the base stands elsewhere
-    rows = [",".join(["0", "label", *map(str, each)]) for each in np.hstack([inputs, tip])]
-    (tmp_path / "tendon_robots").mkdir()
-    (tmp_path / "tendon_robots/v4_train.csv").write_text("\n".join(["header", *rows]) + "\n")
-    found = scores(twin("tendons_v4_tip", tmp_path), tmp_path, "fitted", "ridge")
-    for region in ("two alike", "two opposite"):
-        assert found[region, "fitted"].mean < 1e-3
-        assert found[region, "fitted"].mean < found[region, "ridge"].mean
-
-
 FINGER = "package://soft_gripper/recordings/trunk_dc.urdf"
 TRUNK_AT = [0.345, 0.64, 1.0]
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.special import ndtr
 
 from soft_gripper.errors import InputError
-from studies.benchmark.baselines import _RIDGE_PENALTY, _fit_linear, recurrent, ridge
+from studies.benchmark.baselines import _RIDGE_PENALTY, _fit_linear, ridge
 from studies.benchmark.benchmark_task import (
     BenchmarkTask,
     Channel,
@@ -23,7 +23,6 @@ from studies.benchmark.benchmark_task import (
 )
 from studies.benchmark.contacts import FOLDER
 from studies.benchmark.estimates import answers
-from studies.benchmark.ours import ours
 from studies.benchmark.report import document, load_scores
 from studies.benchmark.scores import Score, add_unknown, crps, scores
 from studies.benchmark.tasks import TASKS
@@ -151,25 +150,6 @@ def test_another_file_of_the_same_name_is_refused(twin, tmp_path):
         read_training(twin, tmp_path, tmp_path / "copies")
 
 
-def lagging(seed, samples=1500):
-    """An output that follows its input slowly."""
-    inputs = np.random.default_rng(seed).uniform(-1, 1, (samples, 1)).repeat(20, axis=0)[:samples]
-    outputs = np.zeros((samples, 1))
-    for i in range(1, samples):
-        outputs[i] = outputs[i - 1] + 0.05 * (inputs[i] - outputs[i - 1])
-    return Recorded(inputs, outputs)
-
-
-def test_the_recurrent_network_finds_a_memory_that_a_regression_cannot():
-    train, test = [lagging(1), lagging(2)], lagging(3)
-    channels = (Channel("u", "1"),), (Channel("y", "m"),)
-    task = BenchmarkTask("memory", "", {}, *channels, (), {}, lambda path: test, period=0.01)
-    errors = {}
-    for estimator in (ridge, recurrent):
-        errors[estimator] = scored(task, estimator, train, {"all": [test]}).mean
-    assert errors[recurrent] < 0.25 * errors[ridge]
-
-
 SHAPES = (Channel("cup", "1"), Channel("box", "1"))
 
 
@@ -252,16 +232,3 @@ def test_a_further_file_is_another_region(twin, tmp_path):
     assert task.sha256.keys() == {"a.txt", "kept.txt"}
     (kept,) = read_tests(task, tmp_path)["kept"]
     np.testing.assert_allclose(kept.inputs, own.inputs[25:])
-
-
-def test_the_transverse_force_of_shipped_contacts_is_better_known_than_the_normal_force():
-    rows = {}
-    for name in ("contact_force", "contact_transverse"):
-        (task,) = (task for task in TASKS if task.name == name)
-        train, tested = read_training(task, FOLDER, FOLDER), read_tests(task, FOLDER)
-        stated = answers(task.question, "contact", ours(task)["contact"], train, region_inputs(tested))
-        rows[name] = {row.region: row for row in scores(task, "contact", stated, tested)}
-    normal, transverse = (of["near tip"] for of in rows.values())
-    assert transverse.mean < 0.5 * normal.mean
-    assert transverse.interval_score < 0.4 * normal.interval_score
-    assert min(row.within_band_percent for row in rows["contact_transverse"].values()) > 90

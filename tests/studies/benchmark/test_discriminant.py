@@ -47,27 +47,6 @@ def test_unseen_grasps_are_recognized():
     np.testing.assert_allclose(probabilities.sum(axis=-1), 1.0)
 
 
-def test_what_it_was_not_trained_on_is_unknown():
-    labels, angles, torques = synthetic(50, 2)
-    known = np.array(labels) != "brick"
-    model = train_object_classifier([label for label in labels if label != "brick"], angles[known], torques[known])
-    labels, angles, torques = synthetic(50, 4)
-    answers = np.array(model.answers)[model.probabilities(angles, torques).argmax(axis=-1)]
-    assert (answers[np.array(labels) == "brick"] == "unknown").mean() > 0.9
-
-
-@pytest.mark.slow
-def test_samples_of_one_grasp_are_left_out_together():
-    """Else the limit would be that of samples whose like was seen: too close."""
-    labels, angles, torques = synthetic(10, 2)
-    rng, again = np.random.default_rng(3), [np.repeat(values, 8, axis=0) for values in (angles, torques)]
-    again = [values + 1e-4 * rng.normal(size=values.shape) for values in again]
-    labels, grasps = [label for label in labels for _ in range(8)], [i for i in range(len(angles)) for _ in range(8)]
-    apart = train_object_classifier(labels, *again, grasps)
-    mixed = train_object_classifier(labels, *again)
-    assert apart.limit > 1.5 * mixed.limit
-
-
 def test_probabilities_are_the_posterior_of_normal_distributions():
     """Compared with scipy's densities of the components."""
     model = trained()

@@ -11,13 +11,8 @@ from soft_gripper.estimators.free_motion import FreeMotion, Lag
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.scenario_file import load_scenario
-from soft_gripper.scenario.schema import SensorConfig
-from soft_gripper.scenario.sensor_presets import sensor_layout
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import read_finger
-from studies.contacts.situations import peg_estimates
-from studies.contacts.statics import finger_in_space
-from studies.estimator_setup import EstimatorSetup
 
 PERIOD, G = 0.01, 9.81
 EXACT, ASSUMED = "estimator.uncertainty={bend_per_pressure: 0.005}", Uncertainty(bend_per_pressure=0.005)
@@ -77,18 +72,6 @@ def test_after_a_sample_that_is_not_finite_the_finger_is_taken_to_rest(shipped_f
     assert not rate.any()
 
 
-def test_in_space_a_finger_moves_in_its_plane_as_in_the_plane(shipped_finger):
-    spatial = finger_in_space()
-    layout = sensor_layout(spatial, SensorConfig(layout="four_faces_and_diagonal", sections=2))
-    known, torque = FreeMotion(Mechanics(layout, Uncertainty()), PERIOD), shipped_finger.pressure_torque(80e3)
-    torques = np.zeros((30, 36))
-    torques[1:, :12] = torque
-    down = np.broadcast_to([0.0, 0.0, G], (30, 3))
-    found = known.motion_over_time(torques, down, down)
-    np.testing.assert_allclose(found[..., :12], motion_of(shipped_finger).motion_over_time(torques[:, :12], down, down))
-    np.testing.assert_allclose(found[..., 12:], 0.0, atol=1e-12)
-
-
 def test_lag_that_could_be_taken_for_a_contact_is_said_to_be_unknown(shipped_finger):
     layout, contact = SensorLayout(shipped_finger, 2), ContactShape(SensorLayout(shipped_finger, 2), ASSUMED)
     driving = shipped_finger.pressure_torque(80e3)
@@ -113,15 +96,3 @@ def test_no_force_is_stated_of_a_finger_that_moves_in_free_air(sections):
         readings, data["left_finger.driving_torque"].values, np.array([0.0, 0.0, G])
     ).contact.force
     assert np.abs(found[began]).max() > 0.3, "without the lag, a force would be stated"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("sections", "realistic"), [(2, False), (4, False), (2, True), (4, True)])
-def test_intervals_of_a_finger_that_moves_cover_the_force_of_drake(sections, realistic):
-    found = peg_estimates(EstimatorSetup(sections, float(realistic)), 4, 3)["peg, after a step"]
-    low, _, high = found.interval.T
-    covered = (low <= found.force) & (found.force <= high) | ~np.isfinite(low)
-    assert len(covered) > 60
-    assert covered.mean() >= 0.9
-    beyond = found.bounds[:, 0]
-    assert np.mean((found.force <= beyond) | np.isnan(beyond)) >= 0.9

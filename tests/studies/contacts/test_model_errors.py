@@ -8,18 +8,14 @@ import pytest
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.force_posterior import DETECTION_PROBABILITY
 from soft_gripper.estimators.uncertainty import Uncertainty
-from soft_gripper.fingers.kinematics import as_planar, gravity_torque
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts import model_errors
 from studies.contacts.contacts import read_finger
 from studies.contacts.estimates import Estimates, driving_torque
 from studies.contacts.model_errors import ModelErrorRow, model_error_rows
-from studies.contacts.situations import DIFFERENCES, graded_finger, static_estimates
-from studies.contacts.statics import rubbing_contacts
+from studies.contacts.situations import DIFFERENCES, graded_finger
 from studies.estimator_setup import NOMINAL, EstimatorSetup
-from studies.robustness.plants import RUBBER
 
-FAR = 0.42, 0.99  # of the length, where a finger is usually touched
 FOUR = EstimatorSetup(4, model=NOMINAL)
 
 
@@ -28,25 +24,6 @@ def test_a_graded_finger_is_stiffer_at_its_base_and_its_neutral_axis_stays():
     along = finger.joint_arc_lengths / finger.length
     np.testing.assert_allclose(other.stiffness / finger.stiffness, 1.05 - 0.1 * along, rtol=1e-12)
     np.testing.assert_allclose(other.section(0.03).neutral_axis, finger.section(0.03).neutral_axis, rtol=1e-9)
-
-
-def test_contacts_of_rubber_are_in_balance():
-    contacts = rubbing_contacts(20, 2, 0.45, 1.0, FAR, lambda: RUBBER.finger(read_finger()))
-    finger = contacts.finger
-    weight = gravity_torque(finger, contacts.q, as_planar(contacts.gravity[:, ::2])[:, None])
-    loads = finger.pressure_torque(contacts.pressure) + weight + contacts.torque
-    np.testing.assert_allclose(finger.elastic_torque(contacts.q), loads, atol=1e-8)
-    assert np.abs(finger.stiffness * contacts.q - loads).max() > 1e-3, "far from the linear law"
-
-
-@pytest.mark.parametrize("difference", DIFFERENCES)
-def test_forces_and_places_are_those_of_the_difference(difference):
-    stated = static_estimates(DIFFERENCES[difference], FOUR, 12, 1)
-    strong = difference.startswith("forces")
-    low, high = (2, 5) if strong else (0.1, 2)
-    assert len(stated.force) > 8
-    assert ((low <= stated.force) & (stated.force <= high)).all()
-    assert ((stated.location >= 0.1) & (stated.location <= (1 / 3 if strong else 1))).all()
 
 
 @pytest.mark.parametrize("noise", [0.0, 1.0])

@@ -12,7 +12,6 @@ from studies.contacts.peg import (
     SettledFinger,
     contact_flaw,
     draw_contact,
-    run_contact,
 )
 
 LENGTH = 0.12  # m
@@ -57,26 +56,8 @@ def test_what_is_no_single_contact(found: SettledFinger, flaw: str) -> None:
     assert contact_flaw(DRAWN, found, 0.45) == flaw
 
 
-def test_a_contact_is_the_same_alone_and_among_others() -> None:
-    first = run_contact(3, 1, 0.3)
-    run_contact(3, 2, 0.3)
-    again = run_contact(3, 1, 0.3)
-    assert first.draw == again.draw
-    assert first.flaws == again.flaws
-    for one, two in zip(first.settled, again.settled, strict=True):
-        np.testing.assert_array_equal(one, two)
-    assert run_contact(4, 1, 0.3).draw != first.draw
-    assert contact_flaw(first.draw, first.settled, first.friction) == ""
-
-
 def test_the_cone_of_friction_is_that_of_the_contact() -> None:
     """What is within one of 0.45 lies beside one of 0.3; without friction nothing acts along the face."""
     found = settled([7], -1.0, 1.08)
     assert [contact_flaw(DRAWN, found, friction) for friction in (0.45, 0.3)] == ["", "on an edge"]
     assert contact_flaw(DRAWN, settled([7], -1.0, 1.01), 0.0) == "on an edge"
-
-
-def test_a_smooth_peg_only_presses() -> None:
-    contact = run_contact(3, 1, 0.0)
-    assert contact.friction == 0
-    assert contact.settled.total == pytest.approx(abs(contact.settled.force), rel=1e-3)

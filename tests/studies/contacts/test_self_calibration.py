@@ -5,10 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
-from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import gravity_torque, in_space
 from soft_gripper.fingers.statics import resting_angles, softened
 from soft_gripper.sensors.sensor_layout import SensorLayout, extension_ratios
 from studies.contacts.self_calibration import (
@@ -52,26 +49,3 @@ def test_every_set_of_readings_is_calibrated_by_itself(shipped_finger: Finger) -
     scale = calibrate_gain(layout, free._replace(readings=gains[..., None, None] * free.readings, gravity=np.zeros(3)))
     assert np.shape(scale.pressure) == gains.shape
     np.testing.assert_allclose(np.asarray(scale.pressure) / gains, np.asarray(scale.pressure)[0, 1], rtol=1e-2)
-
-
-def test_a_calibrated_finger_finds_the_force(shipped_finger: Finger) -> None:
-    """One across the finger in its middle, with a stiffness that is assumed 10 % too high."""
-    factor, pressure = 1.1, np.array(60e3)
-    true, nominal = (SensorLayout(f, 4) for f in (shipped_finger, softened(shipped_finger, 1 / factor)))
-    q = resting_angles(shipped_finger, pressure, np.array(GRAVITY))
-    for _ in range(50):
-        chain = np.exp(1j * q.cumsum())
-        levers = np.array([(chain[i:8] * shipped_finger.segment_length).sum() for i in range(8)])  # to joint 8's link
-        torque = np.zeros(12)
-        torque[:8] = -0.5 * (levers.conj() * chain[7]).real
-        known = float(pressure) * shipped_finger.pressure_gain + gravity_torque(shipped_finger, q, GRAVITY)
-        q = 0.5 * (q + shipped_finger.angle(known + torque))
-    readings = true.response.reading(extension_ratios(true, q))
-    scale = calibrate_stiffness(nominal, free_motion(true))
-    found = SHAPE_FUNCTIONS["contact"](nominal, Uncertainty())(
-        readings, nominal.finger.pressure_torque(scale.pressure * pressure), scale.gravity * in_space(np.array(GRAVITY))
-    ).contact
-    assert found is not None
-    assert float(scale.force * found.force) == pytest.approx(0.5, rel=0.02)
-    assert float(found.force) == pytest.approx(0.5 * factor, rel=0.02)
-    assert float(found.arc_length) == pytest.approx(85e-3, abs=1e-3)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import yaml
 
-from soft_gripper.extras.export.mjcf import to_mjcf
 from studies.peers.comparison import Result, chosen_results
 from studies.peers.measures import creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
@@ -58,20 +57,6 @@ def test_a_free_finger_moves_as_ours_does(ours, simulator, setting, within):
 def test_the_second_engine_ends_where_ours_does(ours):
     late = run(ENGINE, FREE | {"sensed": True}, {"runs": 2})
     assert np.abs(late.tips[1:] - ours.tips[:-1]).max() < 5e-3  # its long steps damp motion
-
-
-def test_mujoco_runs_what_is_exported():
-    needs("MuJoCo")
-    from studies.peers.mujoco_model import make_model
-
-    task, setting = load_task(settings()["tasks"]["non-convex grasp"]), {"step": 0.005, "integrator": "discrete"}
-    model, exported = make_model(task, setting), to_mjcf(task.scenario, 0.005)
-    assert model.opt.timestep == 0.005
-    assert exported.text.count("<geom ") == model.ngeom
-    assert exported.text.count("<pair ") == model.npair
-    with_settings = make_model(task, {"step": 0.005, "integrator": "euler"})
-    assert with_settings.geom_solref.min() < model.geom_solref[:, 0].max()  # explicit steps take no mobility
-    assert model.body("irregular::irregular").mass[0] == pytest.approx(0.06)
 
 
 def test_sensing_is_that_of_our_blocks():

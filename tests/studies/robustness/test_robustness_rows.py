@@ -1,18 +1,22 @@
-"""Rows of robustness: nominal models and noise, means of errors and coverage of bands, and other plants."""
+"""Rows of the study of robustness, and the plants that it simulates."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from soft_gripper.diagrams.station import make_station
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.kinematics import in_space
-from soft_gripper.fingers.statics import softened
+from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.sensors.sensor_layout import SensorLayout
+from soft_gripper.sensors.strain_errors import StrainErrors
 from studies.estimator_setup import EstimatorSetup
 from studies.robustness import rows as module
-from studies.robustness.plants import FINE, RUBBER
+from studies.robustness.plants import FINE, PLANTS, RUBBER, rubber_moment
 from studies.robustness.rows import (
     Errors,
     band_coverage,
@@ -62,20 +66,6 @@ def test_a_row_for_every_nominal_model_number_of_sensors_and_estimator(held) -> 
     assert all(np.isnan(row.coverage) == (row.estimator == "arcs") for row in rows)
 
 
-def test_worse_sensors_and_nominal_models_cost_accuracy(held) -> None:
-    def error(noise: float, nominal: tuple[float, float]) -> float:
-        (row,) = (
-            row
-            for row in robustness_table("free", [held], noise, 3, NAMES, [nominal])
-            if (row.estimator, row.sections) == ("gaussian", 1)
-        )
-        return row.mean_mm
-
-    exact = error(0.0, EXACT)
-    assert error(4.0, EXACT) > error(1.0, EXACT) > 10 * exact
-    assert error(0.0, SOFT) > 10 * exact
-
-
 def row_of(held, nominal: tuple[float, float], estimator: str, sections: int = 1):
     """With ideal sensors."""
     rows = robustness_table("free", [held], 0.0, 1, NAMES, [nominal])
@@ -101,20 +91,6 @@ def test_an_estimator_expects_its_nominal_models_to_be_as_wrong_as_they_are(held
     np.testing.assert_allclose(found, np.hypot(0.1, 0.005))
 
 
-def test_a_finger_that_is_known_errs_by_no_more_than_its_chain(held) -> None:
-    rows = plant_table(FINE, "free_bending", [held], 20, ["gaussian"])
-    assert [row.sections for row in rows] == [1, 2, 3, 4]
-    assert all(row.mean_mm < 0.2 for row in rows)
-    assert {(row.plant, row.scenario, row.estimator) for row in rows} == {("24 segments", "free_bending", "gaussian")}
-
-
-def test_rubber_is_read_by_sensors_with_errors(held) -> None:
-    known, rubber = (plant_table(plant, "free_bending", [held], 3, ["gaussian"])[3] for plant in (FINE, RUBBER))
-    assert rubber.mean_mm > 2 * known.mean_mm
-    assert rubber.tip_mm > 2 * known.tip_mm
-    assert 0 < rubber.coverage <= 1
-
-
 def test_numbers_of_a_row_are_those_of_all_fingers_joined(held, monkeypatch) -> None:
     """Of two fingers alike: mean, 95th percentile and worst of the pose, and the mean of the tip, in mm."""
     errors = Errors(1e-3 * np.array([0, 0, 0, 0, 10.0]), 1e-3 * np.array([2, 2, 2, 2, 12.0]), np.array([True, False]))
@@ -122,26 +98,6 @@ def test_numbers_of_a_row_are_those_of_all_fingers_joined(held, monkeypatch) -> 
     row = plant_table(FINE, "free_bending", [held, held], 1, ["gaussian"])[0]
     found = row.mean_mm, row.p95_mm, row.worst_mm, row.tip_mm, row.coverage
     assert found == pytest.approx((2.0, 10.0, 10.0, 4.0, 0.5))
-
-
-def test_of_rubber_the_modulus_is_known_to_a_tenth(held, monkeypatch) -> None:
-    given = []
-    monkeypatch.setattr(module, "estimator_errors", lambda *args: given.append(args[2]) or Errors(*np.zeros((3, 1))))
-    plant_table(RUBBER, "free_bending", [held], 2, ["gaussian"])
-    np.testing.assert_allclose([uncertainty.bend_per_pressure for uncertainty in given], np.hypot(0.1, 0.005))
-
-
-def test_of_rubber_the_shipped_finger_is_believed_and_else_the_one_that_is_simulated(held, monkeypatch) -> None:
-    nominal = []
-    monkeypatch.setattr(
-        module, "estimator_errors", lambda *args: nominal.append(args[1].finger) or Errors(*np.zeros((3, 1)))
-    )
-    shipped = softened(held.simulated, 2.0)
-    monkeypatch.setattr(module, "read_finger", lambda: shipped)
-    for plant, finger in ((RUBBER, shipped), (FINE, held.simulated)):
-        nominal.clear()
-        plant_table(plant, "free_bending", [held], 1, ["gaussian"])
-        assert set(nominal) == {finger}
 
 
 def points(finger, q):
@@ -192,3 +148,57 @@ def test_a_filter_goes_through_all_samples_whichever_are_wanted(held) -> None:
     whole, some = function(*given), function.at(rows, *given)
     np.testing.assert_array_equal(some.q, whole.q[rows])
     np.testing.assert_array_equal(some.covariance, whole.covariance[rows])
+
+
+def test_rubber_is_as_stiff_as_believed_at_60_degrees_and_softer_beyond(shipped_finger) -> None:
+    rubber = RUBBER.finger(shipped_finger)
+    nominal = [np.full(12, np.radians(bend) / 12) for bend in (60, 120, -30)]
+    simulated = [np.repeat(q, 2) / 2 for q in nominal]
+    linear, curved = (
+        [float(finger.elastic_torque(q)[len(q) // 2]) for q in angles]
+        for finger, angles in ((shipped_finger, nominal), (rubber, simulated))
+    )
+    assert curved[0] == pytest.approx(linear[0], rel=0.01)
+    assert curved[1] < 0.95 * linear[1]
+    assert curved[2] < 1.1 * linear[2] < 0
+
+
+@pytest.mark.parametrize("plant", PLANTS, ids=lambda plant: plant.name)
+def test_stations_have_these_fingers(tmp_path, shipped_finger, plant) -> None:
+    """Of a scenario whose peg a thicker finger would overlap."""
+    station = make_station(plant.scenario("obstructed_outside", tmp_path))
+    assert {finger.finger.segments for finger in station.fingers} == {plant.finger(shipped_finger).segments}
+    assert station.scenario.pressure.steps["all"][-1] == pytest.approx(-50e3 * plant.pressure)
+    assert station.scenario.plant_config.time_step == plant.time_step
+
+
+def test_a_solid_strip_meets_the_series(shipped_finger) -> None:
+    """Without layer and chamber the even terms cancel: M = E I k (1 + (4/3) k^2 <x^4> / <x^2>)."""
+    solid = dict.fromkeys(("chamber_width", "chamber_thickness", "layer_thickness", "layer_modulus"), 0.0)
+    section = replace(shipped_finger.base, **solid)
+    curvature, h = np.array([2.0, 6.0]), section.thickness
+    expected = section.bending_stiffness * curvature * (1 + 4 / 3 * curvature**2 * (h**4 / 80) / (h**2 / 12))
+    np.testing.assert_allclose(rubber_moment(section, curvature), expected, rtol=5e-5)
+
+
+def test_true_points_are_those_of_the_samples_that_are_read(held) -> None:
+    tips = held.recording.samples(f"{held.finger.name}.true_tip_position")[held.samples]
+    np.testing.assert_allclose(held.points(np.array([held.simulated.length]))[:, 0], tips, rtol=0, atol=1e-15)
+
+
+def test_without_errors_all_seeds_read_the_truth(held) -> None:
+    truth = read_again(held.station, held.recording, held.finger, 3)
+    readings = held.readings(3, None, 2)
+    assert readings.shape == (len(truth.readings), 2, 6)
+    np.testing.assert_allclose(readings[:, 0], truth.readings, atol=1e-15)
+    np.testing.assert_array_equal(readings[:, 0], readings[:, 1])
+    np.testing.assert_array_equal(held.pressure, truth.pressure)
+    np.testing.assert_array_equal(held.gravity, truth.gravity)
+
+
+def test_seeds_err_differently_and_every_time_alike(held) -> None:
+    errors, truth = StrainErrors(noise=1e-3), held.readings(2, None, 3)
+    read = held.readings(2, errors, 3)
+    np.testing.assert_array_equal(read, held.readings(2, errors, 3))
+    assert (read - truth).std(axis=0) == pytest.approx(1e-3, rel=0.4)
+    assert np.abs(read[:, 0] - read[:, 1]).min() > 0

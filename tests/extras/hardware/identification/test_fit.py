@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from identified import LET_GO, RELEASE, recorded, release, step
+from identified import LET_GO, RELEASE, recorded, release
 from refusals import refused
 
-from soft_gripper.extras.hardware.identification import fit as fit_module
 from soft_gripper.extras.hardware.identification.fit import fit, marker_residuals
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
-from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.fingers.finger_parts import CreepBranch
 
 
@@ -78,20 +76,3 @@ def test_search_leaves_what_cannot_be(beam, motion, pool):
         fit(free, [motion], pool.map, starts=np.log([0.55, 0.55]))
     near = fit(free, [motion], pool.map, starts=np.log([[0.55, 0.55], [0.2, 0.2]]))
     assert near.error < 0.1
-
-
-@pytest.mark.slow
-def test_creep_is_what_an_emptied_chamber_shows(hollow, pool, monkeypatch):
-    """The supply lags, which looks like creep of the material while the chamber is full, and is not fitted."""
-    creeping, lagging = replace(hollow, creep=(CreepBranch(0.1, 1.0),)), Setup(supply_lag=3e3, supply_time=0.5)
-    motion = recorded(creeping, step(3e4, 3.0), lagging)
-    free = free_parameters(creeping, ["creep.share", "pressure_law"], [3e4])
-
-    def excess():
-        found = fit(free, [motion], pool.map)
-        assert found.error == pytest.approx(np.linalg.norm(marker_residuals(found.model, *found.recordings)))
-        return free.values(found.x)[0] - 0.1
-
-    weighted = excess()
-    monkeypatch.setattr(fit_module, "_EMPTIED_WEIGHT", 1.0)
-    assert abs(weighted) < 0.3 * excess()

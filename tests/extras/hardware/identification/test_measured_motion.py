@@ -30,12 +30,6 @@ def recording(tmp_path):
     return read
 
 
-def test_markers_that_turn():
-    angles = np.linspace(-2.5, 2.5, 11)
-    markers = (0.3 + 0.1j) + np.exp(1j * angles)[:, None] * REFERENCE
-    np.testing.assert_allclose(turned(markers, REFERENCE), angles, atol=1e-12)
-
-
 def test_turn_is_that_of_least_squares():
     markers = REFERENCE * np.exp(0.3j) + 1e-3 * np.array([1 + 2j, -2j, -3 + 1j])
     found = float(turned(markers, REFERENCE))
@@ -103,16 +97,6 @@ def test_load_hangs_on_its_string(recording):
 def test_recordings_that_show_no_motion(recording, displacement, description, name, field, value):
     with refused(field, value):
         measured_motion(recording(displacement, description, name))
-
-
-def test_markers_that_turn_about_their_middle_are_not_displaced(recording):
-    """The displacement is that of their middle."""
-    motion = measured_motion(recording(FALLS))
-    turned_over = motion.reference.mean() + np.exp(1j * np.linspace(0, 3, 5))[:, None] * (
-        motion.reference - motion.reference.mean()
-    )
-    still = replace(motion, time=motion.time[:5], markers=turned_over)
-    np.testing.assert_allclose(still.displacement, 0, atol=1e-12)
 
 
 def test_a_pose_of_the_tip_is_told_how_it_is_read(recording):

@@ -169,14 +169,6 @@ def test_a_unit_of_time_that_is_not_stated_is_questioned(tmp_path, describe, uni
     np.testing.assert_allclose(found - found[0], np.arange(200) / 100, atol=1e-6)
 
 
-@pytest.mark.parametrize("step", [1e-4, 10.0])
-def test_a_unit_of_time_that_is_stated_is_believed(tmp_path, describe, step):
-    columns = swinging()
-    columns["time_s"] *= step / 0.01
-    found = read_recording(write_csv(tmp_path / "a.csv", columns), describe("time_unit: s"))
-    assert found.time[1] == pytest.approx(step)
-
-
 def test_a_clipped_length_is_noted(tmp_path, describe):
     columns = swinging()
     columns |= {"one": 100 + 10 * np.sin(5 * columns["time_s"]), "two": 90 + 9 * np.sin(5 * columns["time_s"])}

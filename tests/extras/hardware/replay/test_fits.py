@@ -1,21 +1,12 @@
 """What is fitted of an arm, against one that is known."""
 
 import numpy as np
-import pytest
 
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, bend_under, fit_drive
+from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_drive
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.fingers.finger_parts import CreepBranch
 from soft_gripper.fingers.statics import gravity_torque
-
-
-def test_creep_lets_a_held_torque_bend_further():
-    """In the end the bend is that of the stiffness that is left, 1 - share; at once that of all of it."""
-    bends = bend_under(CreepBranch(0.4, 0.5), np.ones((2000, 1)))
-    assert bends[0, 0] == 1
-    assert bends[-1, 0] == pytest.approx(1 / 0.6, rel=1e-6)
-
 
 GAINS = np.array([2e-5, -2e-5, 4e-5, -4e-5])  # N m/Pa, of chambers that oppose each other
 REST = np.array([0.3, -0.2])  # N m, of the sections

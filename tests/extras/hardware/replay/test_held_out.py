@@ -45,19 +45,6 @@ def test_the_blocks_do_what_the_functions_do(arms, replayed, arm_finger):
     np.testing.assert_allclose(logged, as_points(bodies)[: len(logged)], atol=1e-4)
 
 
-@pytest.mark.slow
-def test_what_an_arm_is_uncertain_by_follows_from_its_recordings(arms, replayed):
-    """The noise of the wires was made; a usual load bends a tenth as far as the drive leaves unexplained.
-
-    A sixth of the samples is in motion, so that the median step is at most the 60th percentile of noise: 1.25 times.
-    """
-    found = replayed[1].fitted.arm
-    length = np.mean([arms[i].inner[:, -1].mean() for i in (0, 2, 3)])
-    assert 0.98e-4 / length < found.uncertainty.reading < 1.25e-4 / length
-    bend = found.uncertainty.load_pressure * found.finger.pressure_gain[0] / found.finger.stiffness[0]
-    assert bend == pytest.approx(0.1 * found.uncertainty.angle)
-
-
 def test_zeroed_wires_place_the_bodies_again_and_their_first_seconds_are_not_scored(arms, arm_finger):
     moved = replace(arms[0], inner=arms[0].inner + np.array([0.02, -0.01]))
     rows = {"arcs 2": ("arcs", 2)}

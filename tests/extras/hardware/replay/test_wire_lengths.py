@@ -18,13 +18,6 @@ def wires(theta, length):
     return inner.cumsum(axis=-1), outer.cumsum(axis=-1)
 
 
-def test_ideal_wires_give_bend_and_length():
-    theta, length = np.array([[0.5, -0.7], [0.0, 0.2]]), np.array([[0.12, 0.15], [0.1, 0.11]])
-    found = calibration().sections(*wires(theta, length))
-    np.testing.assert_allclose(found.theta, theta, atol=1e-12)
-    np.testing.assert_allclose(found.length, length, atol=1e-12)
-
-
 def test_constant_offsets_of_wires_are_taken_off():
     theta, length = np.array([0.5, -0.7]), np.array([0.12, 0.15])
     inner, outer = wires(theta, length)
