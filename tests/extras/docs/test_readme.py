@@ -27,11 +27,11 @@ CONTACTS, TRIALS = "docs/studies/contacts.md", "docs/extras/grasps/grasp_trials.
 REPLAY = "docs/extras/hardware/hardware_replay.md"
 # By a sentence of README: the cells with its numbers, by page, beginning of the row, column and places within the cell.
 QUOTED = {
-    r"mean error (\S+) % of those detected of 200 .* median (\S+) %, 90th percentile (\S+) %;": [
+    r"divided at 40 mm: mean (\S+) %, median (\S+) %, 90th percentile (\S+) %": [
         (CONTACTS, "mean of 20 samples", 3, slice(None))
     ],
-    r"four: (\S+) %, (\S+) %, (\S+) %\.": [(CONTACTS, "four sections: mean of 20 samples", 3, slice(None))],
-    r"beyond 10 %: (\S+) %, (\S+) %, (\S+) %; (\S+) % detected": [
+    r"four: (\S+) %, (\S+) %, (\S+) %": [(CONTACTS, "four sections: mean of 20 samples", 3, slice(None))],
+    r"two equal, beyond 10 % of the length: (\S+) %, (\S+) %, (\S+) %, with (\S+) % detected": [
         (CONTACTS, "equal sections, beyond 10 %", 3, slice(None)),
         (CONTACTS, "equal sections, beyond 10 %", 1, slice(None)),
     ],
@@ -44,7 +44,7 @@ QUOTED = {
         (REPLAY, "`arcs`, 2 per side", 2, slice(None)),
         (REPLAY, "`arcs`, 2 per side", 3, slice(None)),
     ],
-    r"MuJoCo takes (\S+) of our computing time for the box grasp, both with steps of (\S+) ms": [
+    r"MuJoCo takes (\S+) times our computing time for the box grasp, both with steps of (\S+) ms": [
         ("docs/benchmarks.md", "box grasp | MuJoCo", 6, slice(None)),
         ("docs/benchmarks.md", "box grasp | MuJoCo", 2, slice(1)),
     ],
@@ -100,7 +100,7 @@ WRITTEN: dict[str, Callable[[list[str], Path], Numbers]] = {
     "pick and place": trial_numbers,
     "hardware": replay_numbers,
 }
-MEANT = {"95": "% of the bands", "0.2": "s of an average", "40": "mm to the border of the sections"}
+MEANT = {"95": "% of the bands", "0.2": "s of an average", "40": "% of the length", "200": "contacts"}
 
 
 def numbers(page: str, beginning: str, column: int, places: slice) -> list[float]:
