@@ -76,7 +76,7 @@ def test_offsets_and_bend_are_told_apart(shipped_finger):
         assert np.mean(true.loaded) < 0.05
         assert found.pressure_change_std.mean() > 0.95 * SUPPLY.offset, "it is not told apart"
         assert found.gain_changes_std[:, :2].mean() > 0.95 * SENSORS.gain_error, "neither, of the inner path"
-    stated = r"bend is known to # % \(RMS\) and offsets to # %; a hysteresis of 1 % raises the latter to # %. "
+    stated = r"bend is known to # % \(RMS\) and offsets to # %. A hysteresis of 1 % raises that of offsets to # %. "
     stated += "The 95 % bands cover # to # % of both"
     covered = [share for row in rows for share in row[2:]]
     numbers = [*rows[0][:2], rows[1][1], min(covered), max(covered)]

@@ -247,7 +247,7 @@ STATED = {
             span("withheld_percent", ["two contacts", "a spread contact"], "4", SENSORS, [EXACT, WRONG])
         )
     ],
-    r"falls from # to # N with two sections, from # to # N with four": [
+    r"falls from # to # N with two sections. With four it falls from # to # N": [
         float(COVERED["in space", sections, REALISTIC, WRONG][f"force_n_mean_{third}"])
         for sections in SECTIONS
         for third in ("near", "far")
