@@ -474,11 +474,7 @@ def _response_strains(x: Array, predicted: _Predicted, indices: _UnknownIndices)
 
 
 def _linearize_holds(
-    layout: SensorLayout,
-    recordings: Sequence[FreeBending],
-    holds: _Holds,
-    model: _Model,
-    fitted: Collection[str],
+    layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, model: _Model, fitted: Collection[str]
 ) -> _Linearized:
     """Linearizes predictions about a model in the numbers that are fitted."""
 
