@@ -20,9 +20,9 @@ from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.clipping import stuck_readings
 from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, read_finger_logs, steady
+from soft_gripper.extras.hardware.fitted_range import kept_states
 from soft_gripper.extras.hardware.free_bending import Calibration, FreeBending, calibrate
 from soft_gripper.extras.hardware.instrument import InstrumentRun, find_instrument
-from soft_gripper.extras.hardware.kept_states import kept_states
 from soft_gripper.extras.hardware.measured import Measured, latest
 from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
 from soft_gripper.files.output import atomic_file

@@ -37,14 +37,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
-from soft_gripper.extras.hardware.left_out_regions import (
+from soft_gripper.extras.hardware.fitted_range import (
     COVERAGE,
     LeftOut,
     fitted_disagreement,
     learned_widths,
     regions_left_out,
 )
+from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import FacePress, resting_angles, softened, strengthened

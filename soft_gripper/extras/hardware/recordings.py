@@ -119,7 +119,7 @@ def _described_columns(config: RecordingConfig) -> Columns:
         time_unit=config.time_scale,
         header=config.header,
         text=config.text,
-        label=config.labels and config.labels.column,
+        label=config.labels.column if config.labels else None,
         points="" if markers is None else markers.columns,
         point_unit=1.0 if markers is None else LENGTH[markers.unit],
         hold=config.hold,
@@ -230,7 +230,9 @@ def interval_violations(
 def _read_markers(table: Table, described: MarkersConfig | None) -> dict[str, Array]:
     """Markers (T, 3) m by name, in the axes of the recording; NaN where one is not seen."""
     markers: dict[str, Array] = {}
-    for name in [name for body in described.bodies.values() for name in body] if described else ():
+    if described is None:
+        return markers
+    for name in (name for body in described.bodies.values() for name in body):
         p = table.columns(described.column_names(name)) * LENGTH[described.unit]
         p[np.isnan(p).any(axis=1) | (p == 0).all(axis=1)] = np.nan  # some systems write zeros for unseen markers
         markers[name] = p

@@ -48,16 +48,17 @@ from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.fitted_range import LeftOut, learned_widths, regions_left_out
 from soft_gripper.extras.hardware.identification.confidence import (
     UNOBSERVABLE,
+    ConfidenceConfig,
     confidence_of,
     correlation_time,
     mean_correlation_time,
     square_root,
 )
 from soft_gripper.extras.hardware.identification.free_parameters import Model
-from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
-from soft_gripper.extras.hardware.identification.model_band import are_far
+from soft_gripper.extras.hardware.identification.model_band import far_rows
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
@@ -67,7 +68,6 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     note_unbalanced,
     state_errors,
 )
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, regions_left_out
 from soft_gripper.files.document import require
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
@@ -150,7 +150,7 @@ def weigh(
 def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Array) -> tuple[Array, Array, Array]:
     """Mask of the rows far from the fitted states, growth^2 d, (R,), and deviations of the mass, (R, P)."""
     confidence, name = fitted.confidence, states.name
-    free = confidence.free(model)
+    free = confidence.parameters(model)
     expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
     require(len(free.names) == len(confidence.std), name, "confidence", len(confidence.std), expected)
     parameter_slopes = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
@@ -160,7 +160,7 @@ def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Arra
     distance = np.hypot(kept_states.part(slice(-1)).distance(states.pulled), load_distance)
     band_growth = confidence.load_growth**2 * distance
     return (
-        are_far(fitted.states, states).astype(float),
+        far_rows(fitted.states, states).astype(float),
         band_growth,
         _mass_deviations(parameter_slopes, confidence.covariance, slope),
     )

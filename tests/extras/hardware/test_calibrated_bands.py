@@ -17,8 +17,8 @@ from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.calibration import as_config
+from soft_gripper.extras.hardware.fitted_range import nearest_distance
 from soft_gripper.extras.hardware.free_bending import FreeBending, calibrate
-from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.scenario.calibration_file import CalibrationConfig, apply_calibration
@@ -131,7 +131,7 @@ def test_readings_of_a_sensor_that_was_set_anew_disagree_with_the_drive(layout, 
     states = model.calibrated
 
     def apart(shift):
-        return nearest(states.distances(model.measured(readings + shift), driving, gravity).agreement)
+        return nearest_distance(states.distances(model.measured(readings + shift), driving, gravity).agreement)
 
     assert apart(0.0) < states.disagreement < apart(np.array([0.0, 0.0, 0.02, 0.0]))
 

@@ -127,8 +127,10 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
     shift = np.abs(np.nanmean(markers - reference, axis=1))
-    events = _release_times(recording, shift) if config.event == "release" else _valve_times(recording, shift)
+    begin = _motion_begin(recording, shift)
+    events = begin, begin + _RELEASE_TIME  # the end of a release is not observable
     if config.event == "step":
+        events = begin, _valve_closing(recording, shift)
         reference = _reference_markers(recording, markers, events[0])
         _check_constant(recording, *events)
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
@@ -142,7 +144,7 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
         reference=reference,
         gravity=gravity,
         pressure=recording.commanded_pressure if config.event == "step" else None,
-        load=_named_load(recording),
+        load=TipLoad(recording.load_mass, *(recording.load_place or (0.0, 0.0))) if recording.load_mass else None,
         events=events,
         string=config.load_string,
     )
@@ -180,34 +182,15 @@ def _check_constant(recording: HardwareRecording, opens: float, closes: float) -
         raise InputError(recording.name, "pressures", changes, expected)
 
 
-def _named_load(recording: HardwareRecording) -> TipLoad | None:
-    if recording.load_mass == 0:
-        return None
-    x, z = recording.load_place or (0.0, 0.0)
-    return TipLoad(recording.load_mass, x, z)
-
-
-def _release_times(recording: HardwareRecording, displacement: Array) -> tuple[float, float]:
-    """Times of the begin and end of a release, s; the end is not observable."""
-    begin = _motion_begin(recording, displacement)
-    return begin, begin + _RELEASE_TIME
-
-
-def _valve_times(recording: HardwareRecording, shift: Array) -> tuple[float, float]:
-    """Times when the finger starts to move, and to move back, s."""
-    begin, event_rows = (_motion_begin(recording, shift), np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift)))
-    if event_rows[-1] >= len(shift) - 2:
+def _valve_closing(recording: HardwareRecording, shift: Array) -> float:
+    """Time when the finger starts to move back, s."""
+    time, row = recording.time, int(np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift))[-1])
+    if row >= len(shift) - 2:
         raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
-    row = int(event_rows[-1])
-    open_shift = np.nanmean(
-        shift[
-            (recording.time > recording.time[row] - 2 * SETTLED_TIME)
-            & (recording.time < recording.time[row] - SETTLED_TIME)
-        ]
-    )
+    open_shift = np.nanmean(shift[(time > time[row] - 2 * SETTLED_TIME) & (time < time[row] - SETTLED_TIME)])
     while row > 0 and not shift[row] > _CLOSING_SHARE * open_shift:
         row -= 1
-    return begin, float(recording.time[row])
+    return float(time[row])
 
 
 def _motion_begin(recording: HardwareRecording, shift: Array) -> float:
@@ -221,7 +204,7 @@ def _motion_begin(recording: HardwareRecording, shift: Array) -> float:
     return float(recording.time[row])
 
 
-def turned(markers: Planar, reference: Planar) -> Array:
+def marker_rotation(markers: Planar, reference: Planar) -> Array:
     """Rotation of markers from the reference in the bending plane, (..., M) -> (...) rad.
 
     The angle of the rotation that aligns the two best, by least squares.
@@ -231,10 +214,9 @@ def turned(markers: Planar, reference: Planar) -> Array:
     return angle
 
 
-def settled(time: Array, values: NDArray[Any], end: float) -> Any:
+def settled_mean(time: Array, values: NDArray[Any], end: float) -> Any:
     """Mean of values (T, ...) over the last moments before `end`, s."""
-    mean = np.nanmean(values[(time > end - SETTLED_TIME) & (time <= end)], axis=0)
-    return mean
+    return np.nanmean(values[(time > end - SETTLED_TIME) & (time <= end)], axis=0)
 
 
 _TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2 %, its decrement by 2 %

@@ -32,9 +32,14 @@ from soft_gripper.extras.hardware.replay.geometry_band import (
     extrapolations,
     learn_band,
 )
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_drive, fit_geometry, measured
+from soft_gripper.extras.hardware.replay.geometry_fit import (
+    ArmGeometry,
+    fit_drive,
+    fit_geometry,
+    measured_poses,
+    zero_geometry,
+)
 from soft_gripper.extras.hardware.replay.view import arm_corners
-from soft_gripper.extras.hardware.replay.zeroing import Zeroed, zeroed
 from soft_gripper.extras.hardware.scoring import (
     Split,
     ball_rms_z,
@@ -131,11 +136,10 @@ def replay(
         reported: recordings to estimate.
         fitted: recordings for the fit; None: for each recording, all others.
         estimators: names; None: all built-in ones.
-        zero: s, for which the pose of every reported recording is known at first, see `zeroing`; 0: not.
+        zero: s, for which the pose of every reported recording is known at first, see `zero_geometry`; 0: not.
 
     Raises:
-        InputError: if the description names no file with one finger, or no gravity; or as `arm_recording`,
-            `estimator_rows`, `zeroed` and `replay_recordings`.
+        InputError: if the description names no file with one finger, or no gravity, or recordings do not fit it.
     """
     name, config = reported[0].name, reported[0].config
     file = require_value(config.finger, name, "finger", "name the URDF with the finger that models the arm")
@@ -156,27 +160,16 @@ def replay_recordings(
     gravity: Array,
     zero: float = 0.0,
 ) -> ArmReplay:
-    """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
+    """Estimates recordings as `replay` does, by a finger that represents the arm, with gravity in B.
 
-    Args:
-        reported: recordings to estimate.
-        fitted: recordings for the fit; None: for each recording, all others.
-        rows: the estimators, by row.
-        finger: that represents the arm.
-        gravity: gravity in B, (3,) m/s^2.
-        zero: as for `replay`.
-
-    Raises:
-        InputError: if there are no recordings to fit to, or one would be in both.
+    A recording is never part of the data that its own estimates were fitted to.
     """
-    twice = sorted({r.name for r in reported} & {r.name for r in fitted or ()})
-    if twice:
+    names = [recording.name for recording in reported]
+    if twice := sorted({*names} & {recording.name for recording in fitted or ()}):
         raise InputError("replay", "--fit", twice, "a recording cannot be both fitted and reported")
     if fitted is None and len(reported) < 2:
-        names = [recording.name for recording in reported]
-        raise InputError(
-            "replay", "FILE", names, "each is estimated by a fit to the others: give at least two, or --fit"
-        )
+        expected = "each is estimated by a fit to the others: give at least two, or --fit"
+        raise InputError("replay", "FILE", names, expected)
     splits = leave_one_out(reported) if fitted is None else [Split(fitted, reported)]
 
     def fit(others: Sequence[ArmRecording]) -> Callable[[ArmRecording], Replayed]:
@@ -192,22 +185,22 @@ def replay_recordings(
 def _replayed(
     recording: ArmRecording, fitted: Fitted, fitted_on: tuple[str, ...], rows: Rows, finger: Finger, zero: float
 ) -> Replayed:
+    geometry, variants, first = fitted.geometry, tuple[ArmGeometry, ...](), 1
+    if zero > 0:
+        zeroed = zero_geometry(geometry, recording, finger, zero, fitted.band.std)
+        geometry, variants = zeroed.geometry, zeroed.variants
+        first += int(np.searchsorted(recording.time, zero, side="right"))
     names = {"recording": recording.name, "fitted_on": ", ".join(fitted_on), "zeroed_s": f"{zero:g}"}
     about = names | {"wires_late_by_s": f"{fitted.geometry.delay:g}"}
-    at = Zeroed(fitted.geometry, ())
-    if zero > 0:
-        at = zeroed(fitted.geometry, recording, finger, zero, fitted.band.std)
-        fitted = replace(fitted, arm=replace(fitted.arm, wires=at.geometry.wires), geometry=at.geometry)
-    signals = estimate_recording(fitted.arm, replay_inputs(recording, at.geometry.delay), rows, about)
-    band = body_band(fitted.band, at.geometry, recording, finger, at.variants)
+    fitted = replace(fitted, arm=replace(fitted.arm, wires=geometry.wires), geometry=geometry)
+    signals = estimate_recording(fitted.arm, replay_inputs(recording, geometry.delay), rows, about)
+    band = body_band(fitted.band, geometry, recording, finger, variants)
     bands = {
         BAND: (("time", "body"), band.radius, {"units": "m"}),
         DISTANCE: (("time", "arm_section"), band.distance, {"units": "1"}),
         FAR: (("time",), band.is_far),
     }
-    warnings = extrapolations(fitted.band, at.geometry, recording, band)
-    warnings += disagreements(fitted.band, at.geometry, recording)
-    first = 1 + int(np.searchsorted(recording.time, zero, side="right")) if zero > 0 else 1
+    warnings = extrapolations(geometry, recording, band) + disagreements(fitted.band, geometry, recording)
     return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(bands)), tuple(warnings), first)
 
 
@@ -218,16 +211,15 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     drive = fit_drive(recordings, geometry, finger, gravity)
     driven = np.argmax(finger.pressure_gain)
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
-    uncertainty = Uncertainty(
-        reading=_noise(recordings), angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load)
-    )
+    noise = _noise(recordings)
+    uncertainty = Uncertainty(reading=noise, angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load))
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
     return Fitted(arm, geometry, learn_band(fitted, recordings, finger))
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
     """The inputs of the diagram from a recording; body positions are those a `delay` (s) earlier."""
-    bodies, _ = measured(recording, delay)
+    bodies, _ = measured_poses(recording, delay)
     wires = np.stack([recording.inner, recording.outer], axis=1)
     return ReplayInputs(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
 
@@ -246,6 +238,7 @@ ALL = "all"
 # Signals: radius of the 95 % band of every body about its place by arcs; distance of every section from the fitted
 # states, in their spreads; whether it makes more of the band than all else does
 BAND, DISTANCE, FAR = "body_band", "state_distance", "is_far"
+_BAND_COLUMNS = "within_band_percent", "rms_z", "band_mm", "far_percent"
 
 
 def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
@@ -254,36 +247,38 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     The first sample, which is logged before the sensors are read, is omitted, and so are those that zero the wires.
     """
     table = []
-    far = {one.name: one.signals[FAR].values[one.first :] for one in replayed}
-    far |= {ALL: np.concatenate(list(far.values()))}
+    far = _with_all({one.name: one.signals[FAR].values[one.first :] for one in replayed})
     for row, (estimator, sections) in rows.items():
         errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][one.first :] for one in replayed}
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
-            of_body = {name: error.values[:, i] for name, error in errors.items()}
-            has_band = estimator == "arcs" and sections == len(bodies)
-            bands = {one.name: 1e3 * one.signals[BAND].values[one.first :, i] for one in replayed}
-            bands |= {ALL: np.concatenate(list(bands.values()))}
-            for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
-                shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
-                within = *shares, float(bands[name].mean()), 100 * float(far[name].mean())
-                stated = within if has_band else [np.nan] * 4
+            bands = _with_all({one.name: 1e3 * one.signals[BAND].values[one.first :, i] for one in replayed})
+            for name, values in _with_all({name: error.values[:, i] for name, error in errors.items()}).items():
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
-                about = dict(zip(("within_band_percent", "rms_z", "band_mm", "far_percent"), stated, strict=True))
-                table.append(ReplayRow(estimator, sections, name, str(body), **numbers, **about))
+                shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
+                band_numbers = *shares, float(bands[name].mean()), 100 * float(far[name].mean())
+                if estimator != "arcs" or sections != len(bodies):
+                    band_numbers = (np.nan,) * 4
+                columns = dict(zip(_BAND_COLUMNS, band_numbers, strict=True))
+                table.append(ReplayRow(estimator, sections, name, str(body), **numbers, **columns))
     return table
+
+
+def _with_all(values: dict[str, Array]) -> dict[str, Array]:
+    """Values by recording, with those of all recordings together."""
+    return {**values, ALL: np.concatenate([*values.values()])}
 
 
 _PREFERRED = ("arcs", "gaussian")
 _MEASURED = "0.1"
 _SMOOTHED = 50  # samples, over which errors are averaged
-_MOST_ESTIMATORS = 4  # estimators in a figure, so that each can be seen
+_MAX_DRAWN = 4  # estimators in a figure, so that each can be seen
 
 
 def drawn_rows(rows: Rows) -> dict[str, str]:
     """The rows to draw, with their colours."""
     drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED] or list(rows)
-    return dict(zip(drawn[:_MOST_ESTIMATORS], ESTIMATOR_COLORS[1:], strict=False))
+    return dict(zip(drawn[:_MAX_DRAWN], ESTIMATOR_COLORS[1:], strict=False))
 
 
 def replay_figure(replay: ArmReplay) -> Figure:

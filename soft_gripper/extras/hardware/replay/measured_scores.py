@@ -33,13 +33,11 @@ from soft_gripper.estimators.estimate import force_along
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
+from soft_gripper.extras.hardware.fitted_range import disagreement_warnings, extrapolation_warnings, nearest_distance
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
-from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.extras.hardware.measured import SI, Measured, latest
-from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
+from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows, zeroed_log
 from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
-from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
-from soft_gripper.extras.hardware.replay.zeroing import zeroed_log
 from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
 from soft_gripper.fingers.kinematics import Sites, forward_kinematics
@@ -117,13 +115,11 @@ class MeasuredRun:
 
     def recording(self) -> Recording:
         """Signals of the estimation, and uncorrected readings of the instruments."""
-        measured = {
-            f"measured_{kind}": (("time",), item.value, {"units": SI[kind]}) for kind, item in self.measured.items()
-        }
-        places = {
-            f"measured_{kind}_place": (("time",), item.place, {"units": "m"}) for kind, item in self.measured.items()
-        }
-        return Recording(self.signals.data.assign(measured | places))
+        variables = {}
+        for kind, item in self.measured.items():
+            variables[f"measured_{kind}"] = ("time",), item.value, {"units": SI[kind]}
+            variables[f"measured_{kind}_place"] = ("time",), item.place, {"units": "m"}
+        return Recording(self.signals.data.assign(variables))
 
 
 @dataclass(frozen=True)
@@ -157,13 +153,8 @@ def replay_measured(
     fingers = sorted({log.finger.name for log in logs})
     require(len(fingers) == 1, "replay", "measured_force", fingers, "describe the instruments of one finger at a time")
     names = [log.name for log in logs]
-    require(
-        len({*names}) == len(names),
-        "replay",
-        "FILE",
-        names,
-        "each needs a name of its own, after which results are called",
-    )
+    expected = "each needs a name of its own, after which results are called"
+    require(len({*names}) == len(names), "replay", "FILE", names, expected)
     kinds = [*logs[0].measured]
     progress = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
     runs = [_replay_log(log, scenario, estimators, zero) for log in progress]
@@ -179,10 +170,9 @@ def replay_measured(
         for rows in _find_presses(run, corrected[kind][i], MIN_MEASURED[kind])
         for row in _press_rows(run, kind, corrected[kind][i], rows)
     ]
-    expected = (
-        f"nowhere rests for {_REST_TIME:g} s while more than {MIN_MEASURED[kinds[0]]:g} {SI[kinds[0]]} is measured"
-    )
-    require(len(presses) > 0, "replay", f"measured_{kinds[0]}", [log.name for log in logs], expected)
+    kind = kinds[0]
+    expected = f"nowhere rests for {_REST_TIME:g} s while more than {MIN_MEASURED[kind]:g} {SI[kind]} is measured"
+    require(len(presses) > 0, "replay", f"measured_{kind}", names, expected)
     return MeasuredReplay(runs, instruments, presses, _press_scores(presses), corrected)
 
 
@@ -221,13 +211,15 @@ def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[s
     time, pressure = signals["time"].values, signals["sampled_pressure"].values.ravel()
     distance, disagreement = signals[f"{name}.{DISTANCE}"].values, signals[f"{name}.{DISAGREEMENT}"].values.ravel()
 
-    def state(row: int, part: int) -> str:
+    def describe_state(row: int, part: int) -> str:
         drive = f"under {1e-3 * pressure[row]:.0f} kPa"
         return f"its drive {drive}" if part == 0 else f"the readings of section {part - 1} {drive}"
 
     far = signals[f"{name}.{FAR}"].values.ravel() == 1
-    disagreements = disagreeing("readings and pressure", nearest(disagreement), states.disagreement)
-    return extrapolated(time, distance, far, state) + disagreements
+    warnings = extrapolation_warnings(time, distance, far, describe_state)
+    return warnings + disagreement_warnings(
+        "readings and pressure", nearest_distance(disagreement), states.disagreement
+    )
 
 
 def _find_estimates(
