@@ -106,9 +106,6 @@ def bag_columns(path: Path, time: str, columns: Iterable[str], hold: float, unit
         columns: other columns; NaN in rows for which there is none.
         hold: age, s, up to which a message of one topic is used in the rows of another.
         unit: of a stamp in the table, s.
-
-    Raises:
-        InputError: if there is no such topic or field, or it has several meanings.
     """
     with ExitStack() as stack:
         bag = (_mcap if path.suffix == ".mcap" else _ros_bag)(path, stack)

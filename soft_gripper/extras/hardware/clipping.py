@@ -42,9 +42,8 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
         if np.ptp(values_) == 0:
             levels = (len(np.unique(other[np.isfinite(other)])) for other in readings.values())
             if max(levels) > _MAX_FLICKER:  # another does more than flicker by the steps of its converter
-                questions.append(
-                    StuckReading(name, float(values_[0]), "never changes, and others do: is it connected?")
-                )
+                question = "never changes, and others do: is it connected?"
+                questions.append(StuckReading(name, float(values_[0]), question))
             continue
         low, high = map(float, np.percentile(values_, [_GLITCH_PERCENT, 100 - _GLITCH_PERCENT], method="nearest"))
         inside = np.where((reading >= low) & (reading <= high), reading, np.nan)
@@ -68,15 +67,14 @@ def _continues(reading: Array, end: float, other: Array) -> bool:
     slope = correlation * np.std(reading[free]) / np.std(other[free])
     std = float(np.std(reading[free] - slope * other[free]))
     expected = np.mean(reading[free]) + slope * (other[at_end] - np.mean(other[free]))
-    size, least_motion = (
-        _spread(reading[is_known]),
-        max(_MIN_MOTION_STDS * std, _MIN_MOTION_STEPS * float(np.abs(reading[free] - end).min())),
-    )
+    size = _range(reading[is_known])
+    min_motion = max(_MIN_MOTION_STDS * std, _MIN_MOTION_STEPS * float(np.abs(reading[free] - end).min()))
     outward = np.sign(end - np.median(reading[free]))
-    moves, excess = _spread(expected), float(outward * (np.median(expected) - end))
-    return moves > max(_MIN_MOTION_SHARE * size, least_motion) or excess > max(_MIN_EXCESS_SHARE * size, least_motion)
+    excess = float(outward * (np.median(expected) - end))
+    is_moving = _range(expected) > max(_MIN_MOTION_SHARE * size, min_motion)
+    return is_moving or excess > max(_MIN_EXCESS_SHARE * size, min_motion)
 
 
-def _spread(values: Array) -> float:
+def _range(values: Array) -> float:
     low, high = np.percentile(values, [10, 90])
     return float(high - low)

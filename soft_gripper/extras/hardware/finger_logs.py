@@ -1,14 +1,19 @@
-"""Reads logs of fingers with strain sensors, by a bench or a recording description: a file -> T samples a finger."""
+"""Reads logs of fingers with strain sensors: a file, and a bench or a recording description -> T samples a finger.
+
+A recording of this project needs no description: it has its scenario.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, load_bench
@@ -23,16 +28,17 @@ from soft_gripper.extras.hardware.recordings import (
 )
 from soft_gripper.extras.hardware.table import Columns, drop_zero_stamps, split_runs
 from soft_gripper.extras.hardware.table_files import read_table
-from soft_gripper.files.document import require_value
+from soft_gripper.files.document import require, require_value
 from soft_gripper.fingers.kinematics import as_planar
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.quantity import Violation
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.scenario_file import load_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MIN_INTERVAL, _MAX_INTERVAL = 5e-4, 60.0  # s
+_MAX_SIZE = 1e9  # largest absolute value of any recorded signal, in SI units
 _REST_TIME = 0.3  # s at the beginning, in which a pressure against vacuum is noticed
 
 
@@ -47,11 +53,7 @@ class Log:
 def load_log(
     scenario: str | None, bench: Path | None, described_as: str | None, command: str, changes: Sequence[str] = ()
 ) -> Log | None:
-    """Log that the options --scenario, --bench, --as and --set of a command describe; None if none is given.
-
-    Raises:
-        InputError: if they do not go together, or a file does not fit.
-    """
+    """Log that the options --scenario, --bench, --as and --set of a command describe; None if none is given."""
     option_values = {"--scenario": scenario, "--bench": bench, "--as": described_as}
     given_options = [name for name, value in option_values.items() if value is not None]
     if not given_options:
@@ -80,15 +82,9 @@ class FingerLog:
 
 
 def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
-    """Reads the runs of the fingers in a file.
-
-    Raises:
-        InputError: if it does not fit its description, or the scenario's fingers and sensors.
-    """
+    """Reads the runs of the fingers in a file."""
     scenario = log.scenario
-    parts = scenario.models, scenario.gravity, scenario.arm
-    scene = add_plant(DiagramBuilder(), scenario.plant_config, *parts, visuals=False, directives=scenario.directives)
-    fingers = {log_.name: log_ for log_ in scene.fingers}
+    fingers = {finger.name: finger for finger in _scenario_fingers(scenario)}
     gravity = np.array(scenario.gravity)
     if isinstance(log.described, BenchConfig):
         finger_logs = [*_bench_logs(file, log.described, fingers, gravity, scenario.sensor.period)]
@@ -219,3 +215,62 @@ def _bench_columns(bench: BenchConfig, time: str) -> Columns:
             names |= dict.fromkeys(getattr(finger, kind) or (), f"bench.fingers.{name}.{kind}")
         names |= instrument_columns(finger, f"bench.fingers.{name}.")
     return Columns(names, time, header=bench.fields or None, points="{marker}_{axis}", hold=bench.hold)
+
+
+class RecordedRun(NamedTuple):
+    """A recording, with its station and fingers."""
+
+    recording: Recording
+    scenario: Scenario
+    fingers: Sequence[PlantFinger]
+
+
+def load_run(file: Path) -> RecordedRun:
+    """Reads a recording written by `soft-gripper run` or `play`."""
+    recording = Recording.load(file)
+    text = recording.data.attrs.get("scenario")
+    if not isinstance(text, str):
+        raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no such attribute")
+    scenario = parse_scenario(file, text)
+    _check_time(file, recording, scenario.sensor.period)
+    fingers = _scenario_fingers(scenario)
+    require(len(fingers) > 0, file, "fingers", [], "there is no finger in the recording")
+    return RecordedRun(recording, scenario, fingers)
+
+
+def _check_time(file: Path, recording: Recording, period: float) -> None:
+    """Checks that samples are a period apart, because they are addressed by index."""
+    time = recording.data.get("time")
+    if time is None or time.dims != ("time",) or time.dtype.kind != "f" or not len(time):
+        variable = None if time is None else f"{time.dtype} {time.dims}"
+        raise InputError(file, "time", variable, "give the time of every sample, s")
+    steps = np.diff(time.values, prepend=-period)
+    wrong = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
+    if len(wrong):
+        value, expected = float(time[wrong[0]]), f"times must start at 0 s and increase by {period:g} s"
+        raise InputError(file, f"time[{wrong[0]}]", value, expected)
+
+
+def read_signal(file: object, recording: Recording, name: str, *shape: int, allow_nan: bool = False) -> Array:
+    """A signal of the recording in `file`, (T, *shape).
+
+    With `allow_nan`, samples may be NaN, as from a sensor with dropouts.
+    """
+    if name not in recording.data:
+        raise InputError(file, "signal", name, "is not in the recording")
+    values: Array = recording[name].values
+    expected = (recording.data.sizes["time"], *shape)
+    if values.shape != expected or values.dtype.kind != "f":
+        raise InputError(
+            file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected}"
+        )
+    wrong = values[~((np.abs(values) < _MAX_SIZE) | (allow_nan & np.isnan(values)))]
+    if len(wrong):
+        raise InputError(file, name, float(wrong[0]), f"give finite numbers with absolute values below {_MAX_SIZE:g}")
+    return values
+
+
+def _scenario_fingers(scenario: Scenario) -> Sequence[PlantFinger]:
+    parts = scenario.models, scenario.gravity, scenario.arm
+    builder, config = DiagramBuilder(), scenario.plant_config
+    return add_plant(builder, config, *parts, visuals=False, directives=scenario.directives).fingers

@@ -36,11 +36,7 @@ sys.stdout.buffer.write(pickle.dumps(answer))
 
 
 def read_isolated(read: Callable[..., _Result], path: Path, *arguments: Any) -> _Result:
-    """Result of `read`, a function of a module, for a path and further arguments.
-
-    Raises:
-        InputError: if it raises one, or ends with any other error, a crash, or not in time.
-    """
+    """Result of `read`, a function of a module, for a path and further arguments."""
     memory = _memory()
     # Without -P, modules of the current folder would be imported in the place of Python's own.
     command = [sys.executable, "-P", "-c", _READER_SCRIPT, str(memory)]

@@ -504,9 +504,6 @@ def recording_paths(files: Sequence[str], described_as: str | None = None, data:
         described_as: a shipped description's name, or a path; None: the YAML beside a file, with its name or
             recording.yaml.
         data: folder of recordings; None: the environment variable SOFT_GRIPPER_DATA.
-
-    Raises:
-        InputError: if a file is not found.
     """
     folder = data or (Path(os.environ[DATA_FOLDER]) if os.environ.get(DATA_FOLDER) else None)
     require(len(files) > 0, "recording", "FILE", [], "give at least one file")

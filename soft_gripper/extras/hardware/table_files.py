@@ -30,11 +30,7 @@ OTHER_THAN_TEXT = (*BAGS, ".nc", ".c3d")
 
 
 def read_table(path: Path, columns: Columns) -> Table:
-    """Reads a file; its name says which kind it is.
-
-    Raises:
-        InputError: if it cannot be read, has no samples, or lacks a column.
-    """
+    """Reads a file; its name says which kind it is."""
     for part in path.iterdir() if is_bag_folder(path) else (path,):
         check_regular(part)
     is_text = not is_bag_folder(path) and path.suffix.lower() not in OTHER_THAN_TEXT

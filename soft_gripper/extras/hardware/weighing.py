@@ -113,10 +113,6 @@ def weigh(
         window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
         tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
         fitted: kept fit; None: the finger is exact.
-
-    Raises:
-        InputError: if the rows have no times, those in which the finger finds a balance are too few for a window, or
-            the fit is that of another finger.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
     offset = np.zeros(states.markers.shape) if tare is None else _tare_errors(model, tare, states)
@@ -128,12 +124,10 @@ def weigh(
     window_numbers = np.minimum((elapsed / window).astype(int), count - 1)
     note_unbalanced(states, error + slope)
     balanced = balanced_rows(error + slope)
-    loaded_states = replace(states, load=mass)
-    is_far, band_growth, deviations = (
-        (np.full(len(balanced), np.nan), np.zeros(len(balanced)), np.zeros((len(balanced), 0)))
-        if fitted is None
-        else _fit_terms(fitted, model, loaded_states, slope)
-    )
+    rows_count = len(balanced)
+    is_far, band_growth, deviations = np.full(rows_count, np.nan), np.zeros(rows_count), np.zeros((rows_count, 0))
+    if fitted is not None:
+        is_far, band_growth, deviations = _fit_terms(fitted, model, replace(states, load=mass), slope)
     weighings = []
     for rows in [*(balanced & (window_numbers == i) for i in range(count)), balanced]:
         expected = f"a window needs at least {_MIN_ROWS} rows: make it longer"
@@ -158,12 +152,8 @@ def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Arra
     loads = kept_states.states[:, -1]
     load_distance = abs(states.load - np.clip(states.load, loads.min(), loads.max())) / kept_states.spread[-1]
     distance = np.hypot(kept_states.part(slice(-1)).distance(states.pulled), load_distance)
-    band_growth = confidence.load_growth**2 * distance
-    return (
-        far_rows(fitted.states, states).astype(float),
-        band_growth,
-        _mass_deviations(parameter_slopes, confidence.covariance, slope),
-    )
+    is_far, band_growth = far_rows(fitted.states, states).astype(float), confidence.load_growth**2 * distance
+    return is_far, band_growth, _mass_deviations(parameter_slopes, confidence.covariance, slope)
 
 
 def _mass_deviations(parameter_slopes: Array, covariance: Array, slope: Array) -> Array:
@@ -187,13 +177,11 @@ def learned_growth(identified: IdentifiedStates) -> float:
         return 0.0
     slope = np.concatenate([_mass_slope(identified.model, run, run.load)[1] for run in states])
     size, balanced = slope[0].size, balanced_rows(slope)
-    residuals, by_parameter = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
+    residuals, parameter_slopes = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
     recording = np.repeat(np.arange(count), [len(run.pulled) for run in states])
     pulled = np.concatenate([run.pulled for run in states])
-    shapes, lasting = (
-        FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))),
-        mean_correlation_time(balanced_series(errors)),
-    )
+    shapes = FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled)))
+    lasting = mean_correlation_time(balanced_series(errors))
 
     def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         is_kept = np.repeat(~region, size)
@@ -202,7 +190,7 @@ def learned_growth(identified: IdentifiedStates) -> float:
         recording_rows = [np.flatnonzero(region & balanced & (recording == i)) for i in range(count)]
         masses, distances = [], []
         for rows in [rows for rows in recording_rows if len(rows) >= _MIN_ROWS]:
-            mass_slopes, key_slopes = _center(slope[rows]), _center(by_parameter[rows])
+            mass_slopes, key_slopes = _center(slope[rows]), _center(parameter_slopes[rows])
             deviations = _mass_deviations(key_slopes.reshape(-1, len(change)), covariance, mass_slopes)
             masses.append(_weigh_rows(_center(residuals[rows]) + key_slopes @ change, mass_slopes, deviations))
             distances.append(shapes.without(region).distance(pulled[rows]).mean())
@@ -224,9 +212,8 @@ def _tare_errors(model: Model, tare: SettledStates, states: SettledStates) -> Ar
     error, pulled = state_errors(model, replace(tare, load=0.0)), cKDTree(tare.pulled)
     distances, nearest = pulled.query(states.pulled)
     reach = float(np.ptp(tare.pulled, axis=0).max())
-    expected = (
-        f"pulls no tendons as this recording does: rows are {100 * _PULL_TOLERANCE:.0f} % of the range apart, or more"
-    )
+    percent = f"{100 * _PULL_TOLERANCE:.0f} %"
+    expected = f"pulls no tendons as this recording does: rows are {percent} of the range apart, or more"
     require(float(np.median(distances)) <= _PULL_TOLERANCE * reach, states.name, "--tare", tare.name, expected)
     return error[nearest]
 
@@ -263,22 +250,14 @@ def weighing_figure(weighings: Sequence[Weighing]) -> Figure:
     """Plots the mass in every window with its band, and the mass in the file's name, a panel for each recording."""
     names = list(dict.fromkeys(row.recording for row in weighings))
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(names), figsize=(1.2 + 2.6 * len(names), 2.8), sharey=True, squeeze=False, constrained_layout=True
-        )
+        figure = plt.figure(figsize=(1.2 + 2.6 * len(names), 2.8), constrained_layout=True)
+        axes = figure.subplots(1, len(names), sharey=True, squeeze=False)
         for panel, name in zip(axes[0], names, strict=True):
             *windows, whole = [row for row in weighings if row.recording == name]
             middles = [(row.begin_s + row.end_s) / 2 for row in windows]
-            panel.errorbar(
-                middles,
-                [row.load_g for row in windows],
-                [row.band_g for row in windows],
-                fmt="o",
-                ms=4,
-                capsize=3,
-                color=ESTIMATOR_COLORS[5],
-                label="estimated, 95 %",
-            )
+            loads, bands = [row.load_g for row in windows], [row.band_g for row in windows]
+            style = {"fmt": "o", "ms": 4, "capsize": 3, "color": ESTIMATOR_COLORS[5], "label": "estimated, 95 %"}
+            panel.errorbar(middles, loads, bands, **style)
             panel.axhline(whole.named_g, color="0.35", lw=1, ls="--", label="hung on the tip")
             panel.set(title=name, xlabel="time [s]", xlim=(0, None))
         axes[0, 0].set_ylabel("load at the tip [g]")

@@ -281,11 +281,7 @@ def read_finger(path: Path) -> Finger:
 
 
 def with_finger(path: Path, finger: Finger) -> str:
-    """The text of a finger file with the numbers of another finger; comments and everything else are kept.
-
-    Raises:
-        InputError: if the result is not a valid finger file.
-    """
+    """The text of a finger file with the numbers of another finger; comments and everything else are kept."""
     text = read_text(path)
     robot = parse_xml(path, text)
     element = robot.find("finger")
@@ -331,11 +327,7 @@ def fit_remarks(confidence: Confidence) -> list[str]:
 
 
 def write_fitted(initial: Path, path: Path, model: Model, remarks: Sequence[str] = ()) -> None:
-    """Writes a fitted finger, by the file of its initial guess, and its set-up beside it; each file is always whole.
-
-    Raises:
-        InputError: if a file cannot be written, or the finger's would not be valid.
-    """
+    """Writes a fitted finger, by the file of its initial guess, and its set-up beside it; each file is always whole."""
     text = with_finger(initial, model.finger)
     SETUP.write(path, model.setup, remarks)
     with atomic_file(path) as partial:

@@ -111,18 +111,16 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     names = config.markers.bodies.get(_TIP_BODY, []) if config.markers else []
     if len(names) < 2:
         expected = "name at least two markers that are glued to the tip, to measure its rotation"
-        if config.poses:
-            expected = f"{expected}; of a pose, write points that are fixed to its body as columns"
+        expected += "; of a pose, write points that are fixed to its body as columns" if config.poses else ""
         raise InputError(recording.name, "markers.bodies.tip", names, expected)
     if config.event not in ("release", "step"):
         expected = 'give the cause of the motion: "release" or "step"'
-        if recording.pressures is not None:
-            expected = f"{expected}, with one constant pressure in a file"
+        expected += "" if recording.pressures is None else ", with one constant pressure in a file"
         raise InputError(recording.name, "event", config.event, expected)
     if config.event == "step" and recording.commanded_pressure is None:
         expected = "the file name does not give the pressure as described by commanded_pressure"
-        if recording.pressures is not None:
-            expected = f"{expected}; a column is not read instead: write a file for each constant pressure"
+        remedy = "; a column is not read instead: write a file for each constant pressure"
+        expected += "" if recording.pressures is None else remedy
         raise InputError(recording.name, "commanded_pressure", None, expected)
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
@@ -162,11 +160,7 @@ def _reference_markers(recording: HardwareRecording, markers: Planar, begin: flo
 
 
 def _check_constant(recording: HardwareRecording, opens: float, closes: float) -> None:
-    """Checks that pressures, if they were measured, are constant from a third of the time of an open valve on.
-
-    Raises:
-        InputError: if one changes by more than a fifth of the largest.
-    """
+    """Checks that pressures, if they were measured, are constant from a third of the time of an open valve on."""
     if recording.pressures is None:
         return
     begin = opens + (closes - opens) / 3
@@ -176,9 +170,8 @@ def _check_constant(recording: HardwareRecording, opens: float, closes: float) -
     if span.max() > _MAX_PRESSURE_VARIATION * np.abs(open_pressures).max(initial=0.0):
         low, high = (1e-3 * extreme(open_pressures[:, span.argmax()]) for extreme in (np.min, np.max))
         changes = f"{low:.3g} to {high:.3g} kPa from {begin:.2f} to {closes:.2f} s"
-        expected = (
-            "one constant pressure is read, that of the file's name: write a file for each, with a rest before it"
-        )
+        expected = "one constant pressure is read, that of the file's name: write a file for each,"
+        expected += " with a rest before it"
         raise InputError(recording.name, "pressures", changes, expected)
 
 

@@ -156,9 +156,6 @@ def zero_geometry(
     """Finds the offsets that place the bodies best in the first seconds of a recording, in which their pose is known.
 
     `std` is that of the bodies about their places along an axis, (S,) m.
-
-    Raises:
-        InputError: if the recording is not longer, or no row of these shows all bodies.
     """
     rows = first_rows(recording.name, recording.time, seconds)
     measured_positions, measured_headings = (values[rows] for values in measured_poses(recording, geometry.delay))

@@ -81,11 +81,7 @@ class Replayed:
 
 
 def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
-    """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section.
-
-    Raises:
-        InputError: if there is none of that name.
-    """
+    """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section."""
     chosen = list(names or SHAPE_FUNCTIONS)
     for name in chosen:
         find_estimator(name, field="--estimator")
