@@ -82,7 +82,7 @@ Recordings = dict[str, HardwareRecording]
 
 
 def published_recordings(data: Path | None) -> dict[str, Recordings]:
-    """All recordings by description and name, read before anything is computed.
+    """Reads the recordings by description and name, before anything is computed.
 
     Args:
         data: the folder with a folder for each description; None: the environment variable SOFT_GRIPPER_DATA.

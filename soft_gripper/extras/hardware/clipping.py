@@ -58,15 +58,16 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
 def _continues(reading: Array, end: float, other: Array) -> bool:
     """Whether a signal that a reading follows, by a line, goes on while the reading stays at an end of its range."""
     is_known = np.isfinite(reading) & np.isfinite(other)
-    at_end, free = is_known & (reading == end), is_known & (reading != end)
-    if at_end.sum() < _MIN_SAMPLES or free.sum() < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
+    is_at_end, free = is_known & (reading == end), is_known & (reading != end)
+    counts = is_at_end.sum(), free.sum()
+    if min(counts) < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
         return False
     correlation = float(np.corrcoef(reading[free], other[free])[0, 1])
     if not abs(correlation) >= _MIN_CORRELATION:
         return False
     slope = correlation * np.std(reading[free]) / np.std(other[free])
     std = float(np.std(reading[free] - slope * other[free]))
-    expected = np.mean(reading[free]) + slope * (other[at_end] - np.mean(other[free]))
+    expected = np.mean(reading[free]) + slope * (other[is_at_end] - np.mean(other[free]))
     size = _range(reading[is_known])
     min_motion = max(_MIN_MOTION_STDS * std, _MIN_MOTION_STEPS * float(np.abs(reading[free] - end).min()))
     outward = np.sign(end - np.median(reading[free]))

@@ -37,11 +37,9 @@ class LeftOut(NamedTuple):
 def regions_left_out(
     regions: Sequence[NDArray[np.int_]], leave_out: Callable[[NDArray[np.bool_]], LeftOut]
 ) -> Iterator[LeftOut]:
-    """Leaves out every region of every division of the samples once.
+    """Leaves out every region of every division of the samples, (n,), once.
 
-    Args:
-        regions: of n samples, (n,) each.
-        leave_out: errors in the samples that are left out, (n,), of a fit to the others.
+    `leave_out` gives errors in the samples of a mask, (n,), of a fit to the others.
     """
     for region in regions:
         for number in range(region.max() + 1) if region.any() else ():
@@ -54,11 +52,8 @@ def learned_widths(fitted: Array, left_out: Sequence[LeftOut]) -> Widths:
     """Widths that hold COVERAGE of the errors where the model was fitted, and in regions that were left out.
 
     Errors of a region go together, however long it was stayed in: every region counts the same. Further away than any
-    sample that was left out nothing is known: there, the distance makes more of a band than all else.
-
-    Args:
-        fitted: absolute errors of the model that was fitted to all, (n, K).
-        left_out: regions; none of them: the distance is not taken to matter.
+    sample that was left out nothing is known: there, the distance makes more of a band than all else. Without a
+    region, the distance is not taken to matter. `fitted` are absolute errors of the fit to all samples, (n, K).
     """
     floor = np.quantile(fitted, COVERAGE, axis=0)
     if not left_out:
@@ -83,11 +78,8 @@ def _needed_growths(region: LeftOut, floor: Array) -> Array:
 def disagreement(fitted: FittedStates, states: Array, shape: int) -> float:
     """Distance of states from the fitted ones where their drive is known: all but NEAREST of them; 0: it never is.
 
-    Sensors that were set anew are wrong all the time; other recordings come near what was fitted.
-
-    Args:
-        fitted: states whose first `shape` numbers are read; the others are those of the drive.
-        states: (T, D).
+    Sensors that were set anew are wrong all the time; other recordings come near what was fitted. Of the states,
+    (T, D), the first `shape` numbers are read; the others are those of the drive.
     """
     drive = fitted.part(slice(shape, None)).distance(states[:, shape:])
     return nearest_distance(np.where(drive < KNOWN_DRIVE, fitted.distance(states), np.nan))

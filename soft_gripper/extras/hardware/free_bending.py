@@ -132,7 +132,8 @@ class _Predicted(NamedTuple):
 
     def slope(self, reference: "_Predicted", step: float) -> "_Predicted":
         """Difference quotient by a number that is larger by `step` here than in `reference`."""
-        return _Predicted(*((own - other) / step for own, other in zip(self, reference, strict=True)))
+        strain, lag, tip = self.strain - reference.strain, self.lag - reference.lag, self.tip - reference.tip
+        return _Predicted(strain / step, lag / step, tip / step)
 
     def extrapolated(self, slope: "_Predicted", change: Array, holds: "_Holds") -> "_Predicted":
         """Predictions after a change of a number, or one for each recording, by the derivative with respect to it."""

@@ -81,12 +81,10 @@ class Fit(Generic[M]):
     def change_without(
         self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: Array | float = 1.0
     ) -> Array:
-        """First-order change of the unknowns if only some of the residuals count, (P,).
+        """First-order change of the unknowns, (P,), if only the residuals of a mask count, (R,), a prior's included.
 
-        Args:
-            kept: mask of those that count, (R,), a prior's included.
-            unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
-            scales: typical changes of the unknowns, by which changes are compared.
+        Unknowns stay that change these residuals less than a share `unobservable` of the strongest change, compared by
+        `scales`, typical changes of the unknowns; None: rounding.
         """
         slopes = self.weights[:, None] * self.slopes * scales
         residuals = self.weights * self.residuals

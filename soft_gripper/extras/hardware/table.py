@@ -41,12 +41,12 @@ class Columns:
 
     @property
     def fields(self) -> dict[str, str]:
-        """All columns of numbers with the field that names each, the time first."""
+        """Columns of numbers with the field that names each, the time first."""
         return {self.time: "time", **{name: field_name for name, field_name in self.names.items() if name != self.time}}
 
     @property
     def all_fields(self) -> dict[str, str]:
-        """All columns with the field that names each, that of the label at the end."""
+        """Columns with the field that names each, that of the label at the end."""
         return self.fields if self.label is None else {**self.fields, self.label: "labels.column"}
 
     def places(self, path: Path, file_names: Sequence[str]) -> list[int]:

@@ -105,14 +105,11 @@ class KeptFit(NamedTuple):
 def weigh(
     model: Model, states: SettledStates, window: float, tare: SettledStates | None = None, fitted: KeptFit | None = None
 ) -> list[Weighing]:
-    """Weighs the load on the tip in every window of a recording, and in the last row over all of it.
+    """Weighs the load on the tip in every window of a recording, s, and in the last row over all of it.
 
-    Args:
-        model: the identified finger, without a load, in its set-up.
-        states: of the recording; its stated load is not used but named in the result.
-        window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
-        tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
-        fitted: kept fit; None: the finger is exact.
+    The stated load is not used but named in the result. A rest that is shorter than half a window belongs to the last.
+    In the states of a tare, without a load, tendons are pulled much as in this recording. Without a kept fit, the
+    finger is exact.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
     offset = np.zeros(states.markers.shape) if tare is None else _tare_errors(model, tare, states)
@@ -124,10 +121,11 @@ def weigh(
     window_numbers = np.minimum((elapsed / window).astype(int), count - 1)
     note_unbalanced(states, error + slope)
     balanced = balanced_rows(error + slope)
-    rows_count = len(balanced)
-    is_far, band_growth, deviations = np.full(rows_count, np.nan), np.zeros(rows_count), np.zeros((rows_count, 0))
+    row_count = len(balanced)
+    terms: tuple[Array, Array, Array] = np.full(row_count, np.nan), np.zeros(row_count), np.zeros((row_count, 0))
     if fitted is not None:
-        is_far, band_growth, deviations = _fit_terms(fitted, model, replace(states, load=mass), slope)
+        terms = _fit_terms(fitted, model, replace(states, load=mass), slope)
+    is_far, band_growth, deviations = terms
     weighings = []
     for rows in [*(balanced & (window_numbers == i) for i in range(count)), balanced]:
         expected = f"a window needs at least {_MIN_ROWS} rows: make it longer"

@@ -70,14 +70,9 @@ class Confidence:
 
 
 def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Array, lasting: float) -> Confidence:
-    """The confidence in a vector (P,) that follows from its residuals and their Jacobian.
+    """The confidence in a vector (P,) that follows from its residuals, (R,), and their Jacobian, (R, P).
 
-    Args:
-        free: the parameters.
-        x: their values.
-        residuals: (R,).
-        jacobian: (R, P).
-        lasting: number of samples over which residuals are correlated.
+    `lasting` is the number of samples over which residuals are correlated.
     """
     names, units, values = free.names, free.units, free.values(x)
     slopes, determined, dropped = jacobian * free.scales, list(range(len(names))), list[Undetermined]()

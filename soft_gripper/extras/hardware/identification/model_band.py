@@ -141,13 +141,9 @@ def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfi
 def band_rows(
     kept: FittedStatesConfig, tested: Tested | TestedStates, confidence: ConfidenceConfig | None = None, run: Run = map
 ) -> list[BandRow]:
-    """Positions of the markers of recordings in their bands.
+    """Positions of the markers of recordings in the kept bands, which a confidence in the keys widens in motions.
 
-    Args:
-        kept: states and band of the fit.
-        tested: recordings that are compared with the finger.
-        confidence: in its keys, which counts in motions; None: they are exact.
-        run: calls a function with every one of its arguments, as `map` does, or that of an executor.
+    `run` calls a function with every one of its arguments, as `map` does, or that of an executor.
     """
     fitted, widths = kept.fitted, kept.widths
     scores: Sequence[MotionScore | StateScore] = tested.scores

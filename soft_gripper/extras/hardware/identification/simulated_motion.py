@@ -264,8 +264,8 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
     """
     mount, angle = in_plane(setup.mounting_x, setup.mounting_z), setup.mounting_angle
     tip = tip_motion(finger, setup, motion)
-    in_tip = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
-    markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)
+    tip_offsets = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
+    markers = mount + rotated(tip.tip[:, None] + rotated(tip_offsets, tip.heading[:, None]), angle)
     time = motion.time - motion.events[0]
     return np.array([np.interp(time, tip.time, marker) for marker in markers.T]).T
 
@@ -280,26 +280,26 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
     load = _hanging_load(setup, motion)
     hung_load = HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
-    in_plant = _add_finger(builder, loaded, gravity, step, hung_load)
+    plant_finger = _add_finger(builder, loaded, gravity, step, hung_load)
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
-    command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
-    held_pose = _held_pose(in_plant, motion.hold)
-    in_chamber = builder.AddSystem(TrajectorySource(_chamber_pressure(finger, setup, motion, duration)))
-    builder.Connect(in_chamber.get_output_port(), command)
+    command = add_pressure_drive(builder, [plant_finger], limits).commands[plant_finger.name]
+    held_pose = _held_pose(plant_finger, motion.hold)
+    chamber_source = builder.AddSystem(TrajectorySource(_chamber_pressure(finger, setup, motion, duration)))
+    builder.Connect(chamber_source.get_output_port(), command)
     if motion.pressure is None:
         hand = builder.AddSystem(TrajectorySource(_hand_force(held_pose.force, motion)))
-        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
-    log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _LOG_PERIOD)
+        builder.Connect(hand.get_output_port(), plant_finger.plant.get_applied_generalized_force_input_port())
+    log = LogVectorOutput(plant_finger.plant.get_state_output_port(), builder, _LOG_PERIOD)
     simulator = Simulator(builder.Build())
-    _set_state(in_plant, held_pose, simulator)
+    _set_state(plant_finger, held_pose, simulator)
     try:
         simulator.AdvanceTo(duration)
     except RuntimeError as error:
         raise SimulationDivergedError(f"{motion.name}: {error}") from None
     data = log.FindLog(simulator.get_context())
-    q = (in_plant.position_selector() @ data.data()).T
-    shear = (in_plant.position_selector("shear") @ data.data()).T if finger.shear_factor > 0 else None
+    q = (plant_finger.position_selector() @ data.data()).T
+    shear = (plant_finger.position_selector("shear") @ data.data()).T if finger.shear_factor > 0 else None
     chain = forward_kinematics(q, finger.segment_length, shear)
     if not np.isfinite(q).all():
         raise SimulationDivergedError(f"{motion.name}: joint angles are not finite")

@@ -60,7 +60,7 @@ _LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leave
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedArm:
     """A fitted arm, its geometry, and the band of its bodies."""
 
     arm: NominalArm
@@ -74,7 +74,7 @@ class Replayed:
 
     name: str
     fitted_on: tuple[str, ...]
-    fitted: Fitted
+    fitted: FittedArm
     signals: Recording
     warnings: tuple[str, ...]  # where it is far from what was fitted, and disagrees with it
     first: int  # sample that is scored: those before are not estimated, or zeroed
@@ -179,7 +179,7 @@ def replay_recordings(
 
 
 def _replayed(
-    recording: ArmRecording, fitted: Fitted, fitted_on: tuple[str, ...], rows: Rows, finger: Finger, zero: float
+    recording: ArmRecording, fitted: FittedArm, fitted_on: tuple[str, ...], rows: Rows, finger: Finger, zero: float
 ) -> Replayed:
     geometry, variants, first = fitted.geometry, tuple[ArmGeometry, ...](), 1
     if zero > 0:
@@ -200,7 +200,7 @@ def _replayed(
     return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(bands)), tuple(warnings), first)
 
 
-def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
+def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> FittedArm:
     """The nominal model of an arm, fitted to recordings of it."""
     fitted = fit_geometry(recordings, finger)
     geometry = fitted.model
@@ -210,7 +210,7 @@ def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) 
     noise = _noise(recordings)
     uncertainty = Uncertainty(reading=noise, angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load))
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
-    return Fitted(arm, geometry, learn_band(fitted, recordings, finger))
+    return FittedArm(arm, geometry, learn_band(fitted, recordings, finger))
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
