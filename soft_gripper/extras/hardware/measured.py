@@ -54,8 +54,8 @@ def instrument_violations(
     measured: Mapping[str, Measured], described: object, length: float, prefix: str = ""
 ) -> Iterator[Violation]:
     """Yields what is wrong with measurements along a finger of a length, m; fields begin with a prefix."""
-    for kind, config in instruments(described).items():
-        field, instrument = f"{prefix}measured_{kind}", measured[kind]
+    for kind, instrument in measured.items():
+        field, config = f"{prefix}measured_{kind}", getattr(described, f"measured_{kind}")
         largest = float(np.nanmax(np.abs(instrument.value), initial=0.0))
         if not np.isfinite(instrument.value).any():
             yield f"{field}.column", config.column, "is empty, or NaN, everywhere"

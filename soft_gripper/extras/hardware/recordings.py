@@ -33,7 +33,6 @@ from soft_gripper.extras.hardware.recording_schema import (
 from soft_gripper.extras.hardware.table import Columns, Table, drop_zero_stamps, split_runs
 from soft_gripper.extras.hardware.table_files import is_bag_folder, read_table
 from soft_gripper.extras.hardware.text_pattern import find, plain_number_pattern
-from soft_gripper.files.document import require, require_value
 from soft_gripper.files.notes import LEFT_OUT, READ, Note, collect_notes, note
 from soft_gripper.quantity import Violation
 
@@ -468,20 +467,26 @@ def _tendon_violations(pulled: dict[str, Array], config: RecordingConfig) -> Ite
         yield "tendons.unit", config.tendons.unit, f"{expected}: is it right?"
 
 
+def _number_in_name(path: Path, pattern: str) -> str | None:
+    """Number that a pattern finds in a file's name, as text."""
+    match = find(plain_number_pattern(pattern), path.stem)
+    return None if match is None else match[1]
+
+
 def _named_pressure(path: Path, config: RecordingConfig) -> float | None:
     """Commanded pressure in a file's name, Pa; None if there is none."""
-    for pattern in config.commanded_pressure:
-        if match := find(plain_number_pattern(pattern.pattern), path.stem):
-            return float(match[1]) * PRESSURE[pattern.unit]
+    for named in config.commanded_pressure:
+        if number := _number_in_name(path, named.pattern):
+            return float(number) * PRESSURE[named.unit]
     return None
 
 
 def _named_load(path: Path, config: RecordingConfig) -> float:
     """Mass at the tip according to a file name, kg; 0 if it gives none."""
-    match = find(plain_number_pattern(config.load.pattern), path.stem) if config.load else None
-    if config.load is None or match is None:
+    number = None if config.load is None else _number_in_name(path, config.load.pattern)
+    if config.load is None or number is None:
         return 0.0
-    return config.load.masses.get(match[1], float(match[1]) * _KG_PER_GRAM)
+    return config.load.masses.get(number, float(number) * _KG_PER_GRAM)
 
 
 def find_recordings(
@@ -506,7 +511,8 @@ def recording_paths(files: Sequence[str], described_as: str | None = None, data:
         data: folder of recordings; None: the environment variable SOFT_GRIPPER_DATA.
     """
     folder = data or (Path(os.environ[DATA_FOLDER]) if os.environ.get(DATA_FOLDER) else None)
-    require(len(files) > 0, "recording", "FILE", [], "give at least one file")
+    if not files:
+        raise InputError("recording", "FILE", [], "give at least one file")
     return [_find(file, described_as, folder) for file in files]
 
 
@@ -522,9 +528,10 @@ def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
 
 
 def _description(path: Path, described_as: str | None) -> RecordingConfig:
-    if described_as is not None:
-        return load_description(described_as)
     candidates = path.with_suffix(".yaml"), path.with_name("recording.yaml")
-    description = next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
-    expected = f"no description: give --as NAME, or put {candidates[0].name} or {candidates[1].name} next to it"
-    return load_description(require_value(description, path, "description", expected))
+    neighbour = next((candidate for candidate in candidates if os.path.isfile(candidate)), None)
+    description = neighbour if described_as is None else described_as
+    if description is None:
+        expected = f"no description: give --as NAME, or put {candidates[0].name} or {candidates[1].name} next to it"
+        raise InputError(path, "description", None, expected)
+    return load_description(description)

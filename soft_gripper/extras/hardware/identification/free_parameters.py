@@ -23,7 +23,6 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.least_squares import Fit
-from soft_gripper.files.document import require
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import PressureLaw
@@ -353,5 +352,6 @@ def free_parameters(
                 expected = "the finger file has no initial guess for it; add one there"
                 raise InputError("identify", "--free", name, expected)
         keys |= named_keys
-    require(len(keys) > 0, "identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
+    if not keys:
+        raise InputError("identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
     return FreeParameters(model, keys)
