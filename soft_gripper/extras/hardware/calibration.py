@@ -153,9 +153,9 @@ def _instrument_run(log: FingerLog, force: Measured) -> InstrumentRun:
 def _to_press(log: FingerLog, force: Array, measured: Measured) -> FacePress:
     """A force at its place; NaN where it presses at an unknown one."""
     place = latest(log.time, measured.place)
-    pressing = np.where(np.abs(force) <= _MIN_CONTACT_FORCE, 0.0, force + 0 * place)
+    contact_force = np.where(np.abs(force) <= _MIN_CONTACT_FORCE, 0.0, force + 0 * place)
     axis = None if measured.along is None else complex(measured.along[1], measured.along[0])
-    return FacePress(pressing, np.nan_to_num(place), None if axis is None else axis / abs(axis))
+    return FacePress(contact_force, np.nan_to_num(place), None if axis is None else axis / abs(axis))
 
 
 def _nominal_layout(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:

@@ -133,14 +133,14 @@ def kept_states(
 
     `sizes` are those of the errors in the states, (n, K).
     """
-    chosen = fitted.thinned(most)
+    rows = fitted.thinned(most)
     growth, noise, limit = _round([widths.growth, noise, disagreement if np.isfinite(disagreement) else 0.0])
     return FittedStatesConfig(
         names=list(names),
         spread=_round(fitted.spread),
-        states=[_round(state) for state in fitted.states[chosen]],
+        states=[_round(state) for state in fitted.states[rows]],
         floor=_round(widths.floor),
-        sizes=[] if sizes is None else [_round(size) for size in sizes[chosen]],
+        sizes=[] if sizes is None else [_round(size) for size in sizes[rows]],
         growth=growth,
         noise=noise,
         disagreement=limit if np.isfinite(disagreement) else None,

@@ -309,21 +309,21 @@ def _calibrated_states(
     whole = np.isfinite(states).all(axis=-1) & ~holds.pressed
     if not whole.any():
         return None
-    spread = state_spreads(states[whole, :R], states[whole, R:])
+    units = state_spreads(states[whole, :R], states[whole, R:])
 
     def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         left_out = whole.copy()
         left_out[whole] = region
-        nearby = replace(reference, fitted=FittedStates(states[whole & ~left_out], spread))
+        nearby = replace(reference, fitted=FittedStates(states[whole & ~left_out], units))
         remaining = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
         is_kept = np.append(remaining, np.ones(len(fit.residuals) - len(remaining), bool))
         distance = distance_stds(nearby.state_distances(states[left_out]), layout.paths)
         return LeftOut(errors(fit.change_without(is_kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
 
-    def errors(moved: Array) -> Array:
+    def errors(change: Array) -> Array:
         """Errors of the strains if the unknowns move, (M, R), NaN where a reading is missing."""
         residuals = np.full(measured.shape, np.nan)
-        residuals[measured] = np.abs(fit.residuals + fit.slopes @ moved)[: measured.sum()]
+        residuals[measured] = np.abs(fit.residuals + fit.slopes @ change)[: measured.sum()]
         return residuals[:, :-2]
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
@@ -332,13 +332,13 @@ def _calibrated_states(
         rows[np.isfinite(rows).all(axis=-1) & is_free] for (rows, _), is_free in zip(pairs, free, strict=True)
     ]
     groups = free_states if len(free_states) > 1 else np.array_split(free_states[0], 2)
-    disagreement = fitted_disagreement(groups, spread, R) + np.sqrt(2) * KNOWN_DRIVE
-    fitted = FittedStates(states[whole], spread)
+    disagreement = fitted_disagreement(groups, units, R) + np.sqrt(2) * KNOWN_DRIVE
+    fitted = FittedStates(states[whole], units)
     reference = CalibratedStates(fitted, Widths(np.zeros(1), 0.0), disagreement, layout.sections)
     errors_ = errors(np.zeros(len(x)))[whole].reshape(-1, 1)  # sensors are alike, and holds too few for widths of each
     widths = learned_widths(errors_, [*regions_left_out([space.regions() for space in reference.spaces], leave_out)])
     holds_ = [run.hold for run in recordings]
-    return replace(reference, widths=widths, noise=_noise(recording_states, holds_, layout.paths) / spread[0])
+    return replace(reference, widths=widths, noise=_noise(recording_states, holds_, layout.paths) / units[0])
 
 
 def _weighted_std(stds: Array, strain: Array) -> float:

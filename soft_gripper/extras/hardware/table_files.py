@@ -80,8 +80,8 @@ def _read_netcdf(path: Path, columns: Columns) -> Table:
             indices = [",".join(map(str, index)) for index in np.ndindex(*sizes)]
             names += [f"{name}[{index}]" if index else str(name) for index in indices]
             values.append(flat)
-    chosen = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
-    return Table(path, tuple(columns.fields), chosen, np.arange(count) + 1)
+    needed = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
+    return Table(path, tuple(columns.fields), needed, np.arange(count) + 1)
 
 
 _MAX_RATE = 1e6  # Hz

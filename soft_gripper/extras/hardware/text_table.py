@@ -107,15 +107,15 @@ def _read_rows(path: Path, columns: Columns) -> _Rows:
 
 
 def _cell_rows(path: Path, lines: list[str], columns: Columns) -> _Rows:
-    chosen = _SEPARATORS if columns.text.separator is None else (columns.text.separator,)
+    separators = _SEPARATORS if columns.text.separator is None else (columns.text.separator,)
     if columns.header is None:
-        separator, begin, names = _named_separator(lines, set(columns.all_fields), chosen)
+        separator, begin, names = _named_separator(lines, set(columns.all_fields), separators)
         if (form := foreign_text(lines)) and not columns.all_fields.keys() <= set(names):
             raise InputError(path, "file", path.name, form)
         head_lines = begin - 1
     else:
         names = list(columns.header)
-        separator, begin = _counted_separator(lines, len(names), columns.places(path, names)[0], chosen)
+        separator, begin = _counted_separator(lines, len(names), columns.places(path, names)[0], separators)
         head_lines = begin
     places = columns.places(path, names)
     rows = _Rows([], [], {})

@@ -277,8 +277,8 @@ class FreeParameters:
     def steps(self, x: Array, fraction: float) -> Array:
         """Steps for finite differences, a fraction of the typical changes; backward if the model is impossible."""
         steps, (_, upper) = fraction * self.scales, self.bounds
-        for i, moved in enumerate(x + np.diag(steps)):
-            if moved[i] > upper[i] or not self._is_possible(moved):
+        for i, point in enumerate(x + np.diag(steps)):
+            if point[i] > upper[i] or not self._is_possible(point):
                 steps[i] *= -1
         return steps
 

@@ -120,17 +120,17 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
     if config.blocks > 1 and config.labels is None:
         families = np.array([f"block {block}" for block in number * config.blocks // len(number) + 1])
     is_wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WINDING_INSTANTS, 1) == 0)
-    chosen = is_whole & (number % config.every == 0)
+    is_used = is_whole & (number % config.every == 0)
     return SettledStates(
         name=name,
-        pulled=pulled[chosen],
-        markers=points[chosen],
+        pulled=pulled[is_used],
+        markers=points[is_used],
         places=np.array(list(markers.places.values())),
-        families=families[chosen],
+        families=families[is_used],
         gravity=np.zeros(3) if recording.gravity is None else recording.gravity,
         marker_stations=np.array([markers.at.get(name, 1.0) for name in markers.places]),
         load=recording.load_mass,
-        time=recording.time[chosen],
+        time=recording.time[is_used],
         names=tuple(markers.places),
         winding=(recording.time[is_wound], pulled[is_wound]),
     )
@@ -279,11 +279,11 @@ def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: N
     markers, joint_slopes = predicted_markers(model.finger, states, q)
     columns = []
     for step in np.diag(free.steps(x, _DIFFERENCE_STEP)):
-        moved = free.build_model(x + step)
-        if moved.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
-            change = predicted_markers(moved.finger, states, resting_positions(moved, states))[0] - markers
+        changed = free.build_model(x + step)
+        if changed.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
+            change = predicted_markers(changed.finger, states, resting_positions(changed, states))[0] - markers
         else:
-            change = np.einsum("rj,rjmi->rmi", resting_positions(moved, states) - q, joint_slopes)
+            change = np.einsum("rj,rjmi->rmi", resting_positions(changed, states) - q, joint_slopes)
         change = change[rows] / step.sum()
         columns.append(np.nan_to_num(_center(change, change)).ravel())
     return np.stack(columns, axis=-1)

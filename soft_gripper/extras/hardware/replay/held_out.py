@@ -243,12 +243,12 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     The first sample, which is logged before the sensors are read, is omitted, and so are those that zero the wires.
     """
     table = []
-    far = _with_all({one.name: one.signals[FAR].values[one.first :] for one in replayed})
+    far = _with_all({run.name: run.signals[FAR].values[run.first :] for run in replayed})
     for row, (estimator, sections) in rows.items():
-        errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][one.first :] for one in replayed}
+        errors = {run.name: 1e3 * run.signals[f"{row}.body_error"][run.first :] for run in replayed}
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
-            bands = _with_all({one.name: 1e3 * one.signals[BAND].values[one.first :, i] for one in replayed})
+            bands = _with_all({run.name: 1e3 * run.signals[BAND].values[run.first :, i] for run in replayed})
             for name, values in _with_all({name: error.values[:, i] for name, error in errors.items()}).items():
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
                 shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
@@ -284,11 +284,11 @@ def replay_figure(replay: ArmReplay) -> Figure:
         figure = Figure(figsize=(1.2 + 2.5 * len(replayed), 8.2), layout="constrained")
         heights = {"height_ratios": [1, 0.8, 1.9]}
         panels = figure.subplots(3, len(replayed), sharex="row", sharey="row", squeeze=False, gridspec_kw=heights)
-        for column, one in zip(panels.T, replayed, strict=True):
-            column[0].set_title(one.name.replace("_", " "), fontsize=10, loc="left")
-            _draw_tip(column[0], one, colors)
-            _draw_errors(column[1], one, colors)
-            _draw_shape(column[2], one, colors)
+        for column, run in zip(panels.T, replayed, strict=True):
+            column[0].set_title(run.name.replace("_", " "), fontsize=10, loc="left")
+            _draw_tip(column[0], run, colors)
+            _draw_errors(column[1], run, colors)
+            _draw_shape(column[2], run, colors)
         panels[0, 0].set_ylabel("tip, across the arm [mm]")
         panels[1, 0].set_ylabel("error of the tip,\n1 s means [mm]")
         panels[2, 0].set_ylabel("down [mm]")
@@ -297,32 +297,32 @@ def replay_figure(replay: ArmReplay) -> Figure:
     return figure
 
 
-def _draw_tip(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
-    tip = 1e3 * one.signals["measured_bodies"][1:, -1, 0]
+def _draw_tip(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
+    tip = 1e3 * run.signals["measured_bodies"][1:, -1, 0]
     for row, color in colors.items():
-        estimated = 1e3 * one.signals[f"{row}.body_positions"][1:, -1, 0]
+        estimated = 1e3 * run.signals[f"{row}.body_positions"][1:, -1, 0]
         axes.plot(tip["time"], estimated, color=color, lw=1.0, label=f"{row} per side".replace(" ", ", ", 1))
     axes.plot(tip["time"], tip, color=_MEASURED, lw=1.4, ls=(0, (4, 2)), label="motion capture")
 
 
-def _draw_errors(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+def _draw_errors(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     for row, color in colors.items():
-        error = 1e3 * one.signals[f"{row}.body_error"][1:, -1]
+        error = 1e3 * run.signals[f"{row}.body_error"][1:, -1]
         axes.plot(error["time"], error.rolling(time=_SMOOTHED, center=True, min_periods=1).mean(), color=color, lw=1.2)
     axes.set(yscale="log", ylim=(1, 100), xlabel="time [s]")
     axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"])
     axes.minorticks_off()
 
 
-def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+def _draw_shape(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     """Draws the shape at the sample with the largest spread of the bodies across the arm."""
-    bodies = one.signals["measured_bodies"].values[1:]
+    bodies = run.signals["measured_bodies"].values[1:]
     place = 1 + int(np.argmax(np.abs(np.diff(bodies[:, :, 0], axis=1, prepend=0.0)).sum(axis=1)))
     for row, color in colors.items():
-        x, _, z = 1e3 * arm_corners(one.signals, row, place).T
+        x, _, z = 1e3 * arm_corners(run.signals, row, place).T
         axes.plot(x, z, color=color, lw=1.6, marker="o", ms=2)
     axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED, ls="", marker="s", mfc="none", ms=8, mew=1.5)
-    time = float(one.signals.data["time"][place])
+    time = float(run.signals.data["time"][place])
     axes.set_title(f"at {time:.1f} s; squares: motion capture", fontsize=8, loc="left")
     axes.set(aspect="equal", xlabel="across [mm]")
     axes.margins(0.15)
