@@ -71,13 +71,13 @@ def _section_key(name: str, unit: str) -> Key:
 
 
 _Parts = tuple[Callable[[Model], Sequence[Any]], Callable[[Model, list[Any]], Model]]  # gets and puts them
-_FINGER: _Parts = (lambda model: [model.finger], lambda model, parts: replace(model, finger=parts[0]))
-_SETUP: _Parts = (lambda model: [model.setup], lambda model, parts: replace(model, setup=parts[0]))
-_CREEP: _Parts = (
+_FINGER_PARTS: _Parts = (lambda model: [model.finger], lambda model, parts: replace(model, finger=parts[0]))
+_SETUP_PARTS: _Parts = (lambda model: [model.setup], lambda model, parts: replace(model, setup=parts[0]))
+_CREEP_PARTS: _Parts = (
     lambda model: model.finger.creep,
     lambda model, parts: replace(model, finger=replace(model.finger, creep=tuple(parts))),
 )
-_TENDONS: _Parts = (
+_TENDON_PARTS: _Parts = (
     lambda model: model.finger.tendons,
     lambda model, parts: replace(model, finger=replace(model.finger, tendons=tuple(parts))),
 )
@@ -88,7 +88,7 @@ def _field_key(parts: _Parts, name: str, unit: str, **fit: Any) -> Key:
     get_parts, put_parts = parts
 
     def put(model: Model, values: Sequence[float]) -> Model:
-        cleared = values if parts in (_FINGER, _CREEP) else _clear_small(np.array(values))
+        cleared = values if parts in (_FINGER_PARTS, _CREEP_PARTS) else _clear_small(np.array(values))
         pairs = zip(get_parts(model), cleared, strict=True)
         return put_parts(model, [replace(part, **{name: value}) for part, value in pairs])
 
@@ -96,7 +96,7 @@ def _field_key(parts: _Parts, name: str, unit: str, **fit: Any) -> Key:
 
 
 def _setup_key(name: str, unit: str, positive: bool, scale: float, room: Room = (-np.inf, np.inf)) -> Key:
-    return _field_key(_SETUP, name, unit, positive=positive, scale=scale, room=room)
+    return _field_key(_SETUP_PARTS, name, unit, positive=positive, scale=scale, room=room)
 
 
 def _angles(model: Model) -> Sequence[float]:
@@ -182,11 +182,11 @@ KEYS = {
     "chamber_width": _section_key("chamber_width", "m"),
     "chamber_thickness": _section_key("chamber_thickness", "m"),
     "layer_shear_modulus": _section_key("layer_shear_modulus", "Pa"),
-    "relaxation_time": _field_key(_FINGER, "relaxation_time", "s"),
-    "length": _field_key(_FINGER, "length", "m"),
-    "shear_factor": _field_key(_FINGER, "shear_factor", "1"),
-    "creep.share": _field_key(_CREEP, "share", "1", room=(1e-3, 0.6)),
-    "creep.time": _field_key(_CREEP, "time", "s", room=(5e-3, 100.0)),
+    "relaxation_time": _field_key(_FINGER_PARTS, "relaxation_time", "s"),
+    "length": _field_key(_FINGER_PARTS, "length", "m"),
+    "shear_factor": _field_key(_FINGER_PARTS, "shear_factor", "1"),
+    "creep.share": _field_key(_CREEP_PARTS, "share", "1", room=(1e-3, 0.6)),
+    "creep.time": _field_key(_CREEP_PARTS, "time", "s", room=(5e-3, 100.0)),
     "mounting_x": _setup_key("mounting_x", "m", False, 1e-3),
     "mounting_z": _setup_key("mounting_z", "m", False, 1e-3),
     "mounting_angle": _setup_key("mounting_angle", "rad", False, 0.01),
@@ -203,8 +203,8 @@ KEYS = {
     "delay": _setup_key("delay", "s", False, 0.05, (-2.0, 2.0)),
     "tendon.angle": Key("rad", _angles, _turn_tendons, positive=False),
     "tendon.lever": Key("m", _lever, _set_lever, room=_lever_room),
-    "tendon.slack": _field_key(_TENDONS, "slack", "m", positive=False, scale=3e-4),
-    "tendon.stiffness": _field_key(_TENDONS, "stiffness", "N/m", scale=0.3),
+    "tendon.slack": _field_key(_TENDON_PARTS, "slack", "m", positive=False, scale=3e-4),
+    "tendon.stiffness": _field_key(_TENDON_PARTS, "stiffness", "N/m", scale=0.3),
 }
 
 

@@ -52,9 +52,9 @@ STATES = CompanionFile(
     "The states that a finger was fitted to, and how its errors grow away from them, for `--test`",
     FittedStatesConfig,
 )
-_LOAD = 0.1  # kg, unit of loads: recordings often have a single one
+_LOAD_UNIT = 0.1  # kg, unit of loads: recordings often have a single one
 _MAX_KEPT = 2000  # states: a dozen tendons make a space in which few states are all far from each other
-_STRIDE = 5  # one sample of a motion in so many counts
+_SAMPLE_STRIDE = 5  # one sample of a motion in so many counts
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfi
         states = np.concatenate([np.repeat(one.states, one.errors.shape[1], axis=0) for one in recordings])
         residual_scales, parts = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]), 2
     is_seen, count = np.isfinite(errors).all(axis=1), errors.shape[1] * parts
-    units = np.append(np.full(states.shape[-1] - 1, spread_of(states[:, :-1])), _LOAD)
+    units = np.append(np.full(states.shape[-1] - 1, spread_of(states[:, :-1])), _LOAD_UNIT)
     floor = np.nanquantile(errors, COVERAGE)
 
     def local_sizes(rows: NDArray[np.bool_]) -> Array:
@@ -152,7 +152,7 @@ def band_rows(
     if isinstance(tested, TestedStates):
         recordings, dimensions = map(_state_errors, tested.states, tested.errors), 3
     else:
-        recordings, dimensions = _motion_errors(tested, _STRIDE, confidence, run), 2
+        recordings, dimensions = _motion_errors(tested, _SAMPLE_STRIDE, confidence, run), 2
     rows = []
     for name, states, errors, scale, key_widths in recordings:
         expected = f"its states have {states.shape[-1]} numbers: is it of another finger?"

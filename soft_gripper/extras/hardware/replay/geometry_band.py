@@ -39,9 +39,9 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 
-_STEP = 1e-3  # m, of a wire, for differences
-_STRIDE = 3  # one in so many samples counts as a fitted state
-_SHAPE = 2  # numbers of a state that are read, first; the others are the drive's
+_WIRE_STEP = 1e-3  # m, of a wire, for differences
+_SAMPLE_STRIDE = 3  # one in so many samples counts as a fitted state
+_SHAPE_COUNT = 2  # numbers of a state that are read, first; the others are the drive's
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class GeometryBand:
 
 def _shape_distances(sections: Sequence[FittedStates], states: Sequence[Array]) -> Array:
     """Distance of every section from fitted states by length and bend, (T, S), in spreads."""
-    shape, pairs = slice(_SHAPE), zip(sections, states, strict=True)
+    shape, pairs = slice(_SHAPE_COUNT), zip(sections, states, strict=True)
     return np.stack([fitted.part(shape).distance(section[:, shape]) for fitted, section in pairs], axis=-1)
 
 
@@ -88,10 +88,10 @@ def learn_band(fitted: Fit[ArmGeometry], recordings: Sequence[ArmRecording], fin
         return _left_out(fitted, recordings, finger, sections, region)
 
     errors = np.concatenate([_errors(fitted.model, recording, finger) for recording in recordings])
-    regions = [section.part(slice(_SHAPE)).regions() for section in sections]
+    regions = [section.part(slice(_SHAPE_COUNT)).regions() for section in sections]
     widths = learned_widths(errors[np.isfinite(errors).all(axis=-1)], [*regions_left_out(regions, leave_out)])
     limits = [
-        fitted_disagreement([states[i] for states in recording_states], section.spread, _SHAPE)
+        fitted_disagreement([states[i] for states in recording_states], section.spread, _SHAPE_COUNT)
         for i, section in enumerate(sections)
     ]
     return GeometryBand(sections, widths, max(limits))
@@ -111,7 +111,7 @@ def _left_out(
     nothing: Array = np.zeros((0, len(sections)))
     errors, widths = [nothing], [nothing]
     for recording, mask in zip(recordings, masks, strict=True):
-        rows = np.flatnonzero(mask & np.isfinite(recording.positions).all(axis=-1))[::_STRIDE]
+        rows = np.flatnonzero(mask & np.isfinite(recording.positions).all(axis=-1))[::_SAMPLE_STRIDE]
         if len(rows):
             distances = _shape_distances(kept, [states[rows] for states in section_states(fitted.model, recording)])
             errors.append(_errors(geometry, recording, finger)[rows])
@@ -123,9 +123,9 @@ def _left_out(
 
 def _units(sections: Sequence[Array]) -> list[Array]:
     """Units of the states of every section: those of lengths, bends and pressures of the whole arm."""
-    length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE))
-    pressure = spread_of(np.concatenate([states[:, _SHAPE:] for states in sections], axis=-1))
-    return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE)]) for states in sections]
+    length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE_COUNT))
+    pressure = spread_of(np.concatenate([states[:, _SHAPE_COUNT:] for states in sections], axis=-1))
+    return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE_COUNT)]) for states in sections]
 
 
 def _errors(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
@@ -144,12 +144,12 @@ def _growth_widths(
     """Radius of every body, (T, S), that a growth of 1 gives at distances (T, S)."""
     theta, length = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     positions, _ = body_poses(geometry, finger, theta, length)
-    steps, shifted = _STEP * np.sqrt(distances), []
+    steps, shifted = _WIRE_STEP * np.sqrt(distances), []
     for mask in np.eye(distances.shape[-1]):
         bends = theta + np.sqrt(2) * mask * steps / geometry.wires.spacing
         shifted += [body_poses(geometry, finger, bends, length)[0]]
         shifted += [body_poses(geometry, finger, theta, length + mask * steps / np.sqrt(2))[0]]
-    return ball_radius(as_points(np.stack(shifted) - positions)) / _STEP
+    return ball_radius(as_points(np.stack(shifted) - positions)) / _WIRE_STEP
 
 
 @dataclass(frozen=True)
@@ -199,6 +199,6 @@ def disagreements(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecor
     """Sections whose readings and pressures disagree more than in any fitted recording, as text."""
     warnings: list[str] = []
     for section, (fitted, states) in enumerate(zip(band.sections, section_states(geometry, recording), strict=True)):
-        distance = disagreement(fitted, states, _SHAPE)
+        distance = disagreement(fitted, states, _SHAPE_COUNT)
         warnings += disagreement_warnings(f"wires and pressures of section {section + 1}", distance, band.disagreement)
     return warnings

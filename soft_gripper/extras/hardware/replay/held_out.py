@@ -265,15 +265,15 @@ def _with_all(values: dict[str, Array]) -> dict[str, Array]:
     return {**values, ALL: np.concatenate([*values.values()])}
 
 
-_PREFERRED = ("arcs", "gaussian")
-_MEASURED = "0.1"
-_SMOOTHED = 50  # samples, over which errors are averaged
+_PREFERRED_ESTIMATORS = ("arcs", "gaussian")
+_MEASURED_COLOR = "0.1"
+_SMOOTHED_SAMPLES = 50  # samples, over which errors are averaged
 _MAX_DRAWN = 4  # estimators in a figure, so that each can be seen
 
 
 def drawn_rows(rows: Rows) -> dict[str, str]:
     """The rows to draw, with their colours."""
-    drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED] or list(rows)
+    drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED_ESTIMATORS] or list(rows)
     return dict(zip(drawn[:_MAX_DRAWN], ESTIMATOR_COLORS[1:], strict=False))
 
 
@@ -302,13 +302,15 @@ def _draw_tip(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     for row, color in colors.items():
         estimated = 1e3 * run.signals[f"{row}.body_positions"][1:, -1, 0]
         axes.plot(tip["time"], estimated, color=color, lw=1.0, label=f"{row} per side".replace(" ", ", ", 1))
-    axes.plot(tip["time"], tip, color=_MEASURED, lw=1.4, ls=(0, (4, 2)), label="motion capture")
+    axes.plot(tip["time"], tip, color=_MEASURED_COLOR, lw=1.4, ls=(0, (4, 2)), label="motion capture")
 
 
 def _draw_errors(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     for row, color in colors.items():
         error = 1e3 * run.signals[f"{row}.body_error"][1:, -1]
-        axes.plot(error["time"], error.rolling(time=_SMOOTHED, center=True, min_periods=1).mean(), color=color, lw=1.2)
+        axes.plot(
+            error["time"], error.rolling(time=_SMOOTHED_SAMPLES, center=True, min_periods=1).mean(), color=color, lw=1.2
+        )
     axes.set(yscale="log", ylim=(1, 100), xlabel="time [s]")
     axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"])
     axes.minorticks_off()
@@ -321,7 +323,7 @@ def _draw_shape(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     for row, color in colors.items():
         x, _, z = 1e3 * arm_corners(run.signals, row, place).T
         axes.plot(x, z, color=color, lw=1.6, marker="o", ms=2)
-    axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED, ls="", marker="s", mfc="none", ms=8, mew=1.5)
+    axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED_COLOR, ls="", marker="s", mfc="none", ms=8, mew=1.5)
     time = float(run.signals.data["time"][place])
     axes.set_title(f"at {time:.1f} s; squares: motion capture", fontsize=8, loc="left")
     axes.set(aspect="equal", xlabel="across [mm]")
