@@ -33,7 +33,7 @@ from soft_gripper.extras.hardware.replay.arm_estimation import (
     estimate_recording,
 )
 from soft_gripper.extras.hardware.replay.geometry_band import body_band
-from soft_gripper.extras.hardware.replay.held_out import Fitted, fit_arm
+from soft_gripper.extras.hardware.replay.held_out import FittedArm, fit_arm
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
@@ -71,7 +71,7 @@ _RADIUS_95 = 2.448  # deviations along an axis, within which 95 % of a planar no
 
 
 @lru_cache(maxsize=1)
-def _fitted_arm(paths: tuple[Path, ...]) -> tuple[Fitted, ArmRecording]:
+def _fitted_arm(paths: tuple[Path, ...]) -> tuple[FittedArm, ArmRecording]:
     """Arm fitted to recordings, and the first recording."""
     description = load_description(_ARM_NAME)
     recordings = [read_recording(path, description) for path in paths]

@@ -10,7 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, measured_motion, turned
+from soft_gripper.extras.hardware.identification.simulated_motion import (
+    MeasuredMotion,
+    marker_rotation,
+    measured_motion,
+)
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 from soft_gripper.files.row_table import read_csv
@@ -155,7 +159,7 @@ def tip_motion(description: str, path: Path) -> tuple[MeasuredMotion, np.ndarray
 
 def _beam_turn(path: Path) -> tuple[MeasuredMotion, np.ndarray, np.ndarray]:
     motion, displacement = tip_motion("clamped_beam", path)
-    return motion, turned(motion.markers, motion.reference)[:, None], displacement
+    return motion, marker_rotation(motion.markers, motion.reference)[:, None], displacement
 
 
 def _read_beam_tip(path: Path) -> Recorded:

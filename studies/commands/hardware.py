@@ -4,8 +4,7 @@ import argparse
 from concurrent.futures import Executor
 from pathlib import Path
 
-from soft_gripper.extras.hardware.commands.fit_progress import FitProgress
-from soft_gripper.extras.hardware.commands.printing import print_identified, print_replay
+from soft_gripper.extras.hardware.commands.printing import FitProgress, print_identified, print_replay
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, fit_remarks, write_fitted
 from soft_gripper.extras.hardware.replay.held_out import replay
 from soft_gripper.extras.paper.commands.printing import print_claims

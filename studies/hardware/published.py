@@ -21,9 +21,9 @@ from soft_gripper.extras.hardware.identification.identified_finger import (
 )
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     MeasuredMotion,
+    marker_rotation,
     measured_motion,
     simulated_markers,
-    turned,
 )
 from soft_gripper.extras.hardware.least_squares import Report
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings
@@ -82,7 +82,7 @@ Recordings = dict[str, HardwareRecording]
 
 
 def published_recordings(data: Path | None) -> dict[str, Recordings]:
-    """All recordings by description and name, read before anything is computed.
+    """Reads the recordings by description and name, before anything is computed.
 
     Args:
         data: the folder with a folder for each description; None: the environment variable SOFT_GRIPPER_DATA.
@@ -92,10 +92,8 @@ def published_recordings(data: Path | None) -> dict[str, Recordings]:
     """
     if data is not None:
         require(data.is_dir(), "hardware", "--data", str(data), "there is no such folder")
-    wanted = {of.description: of.fitted + of.tested for of in (BEAM, SEGMENT)} | {ARM: TRIALS}
-    return {
-        description: {name: _find(description, name, data) for name in names} for description, names in wanted.items()
-    }
+    names = {one.description: one.fitted + one.tested for one in (BEAM, SEGMENT)} | {ARM: TRIALS}
+    return {description: {name: _find(description, name, data) for name in names[description]} for description in names}
 
 
 def identify_published(
@@ -119,101 +117,101 @@ def _find(description: str, name: str, data: Path | None) -> HardwareRecording:
 
 
 _PUBLISHED_MODULUS = 263.8e3  # Pa, fitted with finite elements by the authors of the beam's recordings
-
-
-def hardware_claims(beam: Identified, segment: Identified, arm: Sequence[ReplayRow]) -> list[Claim]:
-    """All of them."""
-    return _of_beam(beam) + _of_segment(segment) + _of_arm(arm)
-
-
-def _of_beam(found: Identified) -> list[Claim]:
-    claims = []
-    roles = {TESTED: "101 g, held out", UNHELD: "101 g, held out, hold unknown", FITTED: "fitted"}
-    for role, text in roles.items():
-        settled = _worst(found, lambda row: row.settled_error_mm, role)
-        claims += [
-            _within(f"beam, {text}: settled markers", settled, 1.5, "mm", 2),
-            _within(f"beam, {text}: settled turn", _off(found, "settled_turn_deg", role), 10, "%", 1),
-            _within(f"beam, {text}: frequency", _off(found, "frequency_hz", role), 2, "%", 1),
-            _decrement(found, role, text),
-        ]
-    finger = found.model.finger
-    relaxed = float(finger.base.youngs_modulus) * (1 - sum(branch.share for branch in finger.creep))
-    off, known = 100 * abs(relaxed / _PUBLISHED_MODULUS - 1), f", {1e-3 * relaxed:.0f} kPa"
-    modulus = _within("beam: modulus once creep is over", off, 10, "%", 1, " of the published")
-    return [*claims, replace(modulus, number=modulus.number + known)]
-
-
 # Logarithmic decrement at 101 g in a repetition that the source recorded too, which is not among the recordings here
 _REPEATED_DECREMENT = 0.46
 
 
-def _decrement(found: Identified, role: str, text: str) -> Claim:
-    """A held-out decrement counts as off by what it is beyond those of the recording and of its repetition."""
+def hardware_claims(beam: Identified, segment: Identified, arm: Sequence[ReplayRow]) -> list[Claim]:
+    """Claims on the beam, the segment and the arm."""
+    return _beam_claims(beam) + _segment_claims(segment) + _arm_claims(arm)
+
+
+def _beam_claims(identified: Identified) -> list[Claim]:
+    claims = []
+    roles = {TESTED: "101 g, held out", UNHELD: "101 g, held out, hold unknown", FITTED: "fitted"}
+    for role, text in roles.items():
+        settled = _largest(identified, lambda row: row.settled_error_mm, role)
+        claims += [
+            _bound_claim(f"beam, {text}: settled markers", settled, 1.5, "mm", 2),
+            _bound_claim(f"beam, {text}: settled turn", _deviation(identified, "settled_turn_deg", role), 10, "%", 1),
+            _bound_claim(f"beam, {text}: frequency", _deviation(identified, "frequency_hz", role), 2, "%", 1),
+            _decrement_claim(identified, role, text),
+        ]
+    finger = identified.model.finger
+    relaxed = float(finger.base.youngs_modulus) * (1 - sum(branch.share for branch in finger.creep))
+    deviation = 100 * abs(relaxed / _PUBLISHED_MODULUS - 1)
+    modulus = _bound_claim("beam: modulus once creep is over", deviation, 10, "%", 1, " of the published")
+    return [*claims, replace(modulus, number=f"{modulus.number}, {1e-3 * relaxed:.0f} kPa")]
+
+
+def _decrement_claim(identified: Identified, role: str, text: str) -> Claim:
+    """Claim on a decrement, which if held out deviates only beyond those of the recording and of its repetition."""
     if role == FITTED:
-        return _within(f"beam, {text}: decrement", _off(found, "decrement", role), 15, "%", 1)
-    (row,) = (row for row in found.scores if row.role == role)
-    least, most = sorted((row.decrement, _REPEATED_DECREMENT))
-    off = 100 * abs(row.simulated_decrement / float(np.clip(row.simulated_decrement, least, most)) - 1)
-    spread = f" of two repetitions, {row.decrement:.2f} and {_REPEATED_DECREMENT}"
-    return _within(f"beam, {text}: decrement", off, 15, "%", 1, spread)
+        return _bound_claim(f"beam, {text}: decrement", _deviation(identified, "decrement", role), 15, "%", 1)
+    (row,) = (row for row in identified.scores if row.role == role)
+    low, high = sorted((row.decrement, _REPEATED_DECREMENT))
+    deviation = 100 * abs(row.simulated_decrement / float(np.clip(row.simulated_decrement, low, high)) - 1)
+    repetitions = f" of two repetitions, {row.decrement:.2f} and {_REPEATED_DECREMENT}"
+    return _bound_claim(f"beam, {text}: decrement", deviation, 15, "%", 1, repetitions)
 
 
-def _of_segment(found: Identified) -> list[Claim]:
-    fitted = 100 * found.fit.error
-    rise = float(np.max([_off(found, name) for name in ("t50_ms", "t63_ms")]))
-    tip = _worst(found, lambda row: row.tip_error_percent)
+def _segment_claims(identified: Identified) -> list[Claim]:
+    fitted = 100 * identified.fit.error
+    rise = float(np.max([_deviation(identified, name) for name in ("t50_ms", "t63_ms")]))
+    tip = _largest(identified, lambda row: row.tip_error_percent)
     return [
         Claim("ours", "segment: fit better than 4 %", fitted <= 4, f"{fitted:.2f} %"),
-        _within("segment: settled turn", _off(found, "settled_turn_deg"), 8, "%", 1),
-        _within("segment: times to 50 and 63 % of it", rise, 20, "%", 0),
-        _within("segment: creep", _off(found, "creep_deg"), 35, "%", 0),
-        _within("segment: recovery", _recovery_off(found), 15, "%", 0, " where it was recorded"),
-        _within("segment: tip", tip, 5, "%", 1, " of the length at all times"),
+        _bound_claim("segment: settled turn", _deviation(identified, "settled_turn_deg"), 8, "%", 1),
+        _bound_claim("segment: times to 50 and 63 % of it", rise, 20, "%", 0),
+        _bound_claim("segment: creep", _deviation(identified, "creep_deg"), 35, "%", 0),
+        _bound_claim("segment: recovery", _recovery_deviation(identified), 15, "%", 0, " where it was recorded"),
+        _bound_claim("segment: tip", tip, 5, "%", 1, " of the length at all times"),
     ]
 
 
-def _of_arm(table: Sequence[ReplayRow]) -> list[Claim]:
-    of = {(row.estimator, row.sections, row.recording): row for row in table if row.body == table[-1].body}
-    arcs, longest, gaussian = of["arcs", 2, ALL], of["arcs", 2, _LONGEST_TRIAL], of["gaussian", 1, ALL].mean_mm
-    ratio = max(of["gaussian", count, ALL].mean_mm / of["arcs", count, ALL].mean_mm for count in (1, 2))
-    far, inside = " (mean) where a section is longer than fitted", longest.within_band_percent
+def _arm_claims(table: Sequence[ReplayRow]) -> list[Claim]:
+    rows = {(row.estimator, row.sections, row.recording): row for row in table if row.body == table[-1].body}
+    arcs, longest, gaussian = rows["arcs", 2, ALL], rows["arcs", 2, _LONGEST_TRIAL], rows["gaussian", 1, ALL].mean_mm
+    ratio = max(rows["gaussian", count, ALL].mean_mm / rows["arcs", count, ALL].mean_mm for count in (1, 2))
+    condition, coverage = " (mean) where a section is longer than fitted", longest.within_band_percent
     return [
-        _within("arm: two arcs find the tip", arcs.mean_mm, 3, "mm", 2, " (mean)"),
-        _within("arm: two arcs find the tip", arcs.percentile_95_mm, 6, "mm", 2, " (95th percentile)"),
-        _within("arm: the same", longest.mean_mm, 5, "mm", 2, far),
-        Claim("ours", "arm: there, the band holds 90 % of the samples", inside >= 90, f"{inside:.1f} %"),
-        _within("arm: gaussian, one sensor per side,", gaussian, 10, "mm", 2, " (mean)"),
+        _bound_claim("arm: two arcs find the tip", arcs.mean_mm, 3, "mm", 2, " (mean)"),
+        _bound_claim("arm: two arcs find the tip", arcs.percentile_95_mm, 6, "mm", 2, " (95th percentile)"),
+        _bound_claim("arm: the same", longest.mean_mm, 5, "mm", 2, condition),
+        Claim("ours", "arm: there, the band holds 90 % of the samples", coverage >= 90, f"{coverage:.1f} %"),
+        _bound_claim("arm: gaussian, one sensor per side,", gaussian, 10, "mm", 2, " (mean)"),
         Claim("ours", "arm: gaussian never worse than arcs (mean)", ratio <= 1, f"{ratio:.2f} times"),
     ]
 
 
-def _worst(found: Identified, error: Callable[[MotionScore], float], role: str = TESTED) -> float:
-    """Over the recordings of a role; NaN if one is."""
-    return float(np.max([error(row) for row in found.scores if row.role == role]))
+def _largest(identified: Identified, error: Callable[[MotionScore], float], role: str = TESTED) -> float:
+    """Largest error in the recordings of a role; NaN if one is."""
+    return float(np.max([error(row) for row in identified.scores if row.role == role]))
 
 
-def _off(found: Identified, column: str, role: str = TESTED) -> float:
+def _deviation(identified: Identified, column: str, role: str = TESTED) -> float:
     """The largest difference of a simulated number from the measured one in the recordings of a role, %."""
-    return _worst(found, lambda row: 100 * abs(getattr(row, f"simulated_{column}") / getattr(row, column) - 1), role)
+    return _largest(
+        identified, lambda row: 100 * abs(getattr(row, f"simulated_{column}") / getattr(row, column) - 1), role
+    )
 
 
-def _recovery_off(found: Identified) -> float:
-    """As `_off` of the recovery, in recordings that go on for long enough after the valve closes; NaN if none does."""
-    rows = [row for row in found.scores if row.role == TESTED and np.isfinite(row.recovery_deg)]
+def _recovery_deviation(identified: Identified) -> float:
+    """Deviation of the recovery, in recordings that go on long enough after the valve closes; NaN if none does."""
+    rows = [row for row in identified.scores if row.role == TESTED and np.isfinite(row.recovery_deg)]
     return float(np.max([100 * abs(row.simulated_recovery_deg / row.recovery_deg - 1) for row in rows] or [np.nan]))
 
 
-def _within(what: str, value: float, bar: float, unit: str, decimals: int, on: str = "") -> Claim:
-    """A claim that a number is not above its bar; `on` continues its text."""
-    return Claim("ours", f"{what} within {bar:g} {unit}{on}", value <= bar, f"{value:.{decimals}f} {unit}")
+def _bound_claim(what: str, value: float, bound: float, unit: str, decimals: int, suffix: str = "") -> Claim:
+    """A claim that a number is not above a bound."""
+    return Claim("ours", f"{what} within {bound:g} {unit}{suffix}", value <= bound, f"{value:.{decimals}f} {unit}")
 
 
 _COLORS = {FITTED: "#2166ac", TESTED: "#b2182b", UNHELD: "#e08214"}
 _LABELS = {FITTED: "simulated, fitted to it", TESTED: "simulated, held out", UNHELD: "held out, hold unknown"}
-_TRIAL = "trial_2"  # its sections bend in opposite directions
-_DRAWN = {"arcs 2": "arcs, 2 sensors per side", "gaussian 1": "gaussian, 1 sensor per side"}
-_TURNS = (1, 2, 5, 10, 20, 50, 100)  # degrees
+_DRAWN_TRIAL = "trial_2"  # its sections bend in opposite directions
+_ROW_LABELS = {"arcs 2": "arcs, 2 sensors per side", "gaussian 1": "gaussian, 1 sensor per side"}
+_TURN_TICKS = (1, 2, 5, 10, 20, 50, 100)  # degrees
 
 
 def hardware_figure(beam: Identified, segment: Identified, arm: ArmReplay) -> Figure:
@@ -233,23 +231,26 @@ def hardware_figure(beam: Identified, segment: Identified, arm: ArmReplay) -> Fi
     return figure
 
 
-def _draw_beam(axes: Axes, found: Identified) -> None:
+def _draw_beam(axes: Axes, identified: Identified) -> None:
     def mass(motion: MeasuredMotion) -> str:
         return "own weight" if motion.load is None else f"{1e3 * motion.load.mass:.0f} g"
 
-    _draw(axes, found, lambda markers, motion: 1e3 * displacement(markers, motion), mass, 1.45)
+    _draw(axes, identified, lambda markers, motion: 1e3 * displacement(markers, motion), mass, 1.45)
     axes.set(xlim=(-0.1, 2.0), ylim=(-2, 58), xlabel="time since release [s]")
     axes.set_ylabel("displacement of the tip [mm]")
     axes.set_title("Silicone beam, released", loc="left")
 
 
-def _draw_segment(axes: Axes, found: Identified) -> None:
+def _draw_segment(axes: Axes, identified: Identified) -> None:
     def pressure(motion: MeasuredMotion) -> str:
         return f"{1e-3 * (motion.pressure or 0.0):.0f} kPa"
 
-    _draw(axes, found, lambda markers, motion: np.degrees(turned(markers, motion.reference)), pressure, 1.2)
-    axes.set(yscale="log", ylim=(_TURNS[0], _TURNS[-1]), xlim=(-0.1, 5.0), xlabel="time since the valve opened [s]")
-    axes.set_yticks(_TURNS, [str(turn) for turn in _TURNS])
+    def turn(markers: Planar, motion: MeasuredMotion) -> Array:
+        return np.degrees(marker_rotation(markers, motion.reference))
+
+    _draw(axes, identified, turn, pressure, 1.2)
+    axes.set(yscale="log", ylim=(1, 100), xlim=(-0.1, 5.0), xlabel="time since the valve opened [s]")
+    axes.set_yticks(_TURN_TICKS, [*map(str, _TURN_TICKS)])
     axes.minorticks_off()
     axes.set_ylabel("turn of the tip [degrees]")
     axes.set_title("Pneumatic segment, pressure steps", loc="left")
@@ -257,28 +258,28 @@ def _draw_segment(axes: Axes, found: Identified) -> None:
 
 def _draw(
     axes: Axes,
-    found: Identified,
+    identified: Identified,
     value: Callable[[Planar, MeasuredMotion], Array],
     text: Callable[[MeasuredMotion], str],
-    at: float,
+    text_time: float,
 ) -> None:
     """A value of every recording since its event, measured and simulated, with a text at a time, s."""
-    for motion, row in zip(found.motions, found.scores, strict=True):
+    for motion, row in zip(identified.motions, identified.scores, strict=True):
         time, labelled = motion.time - motion.events[0], axes.get_legend_handles_labels()[1]
-        simulated = value(simulated_markers(found.model.finger, found.model.setup, motion), motion)
+        simulated = value(simulated_markers(identified.model.finger, identified.model.setup, motion), motion)
         measured, color, label = value(motion.markers, motion), _COLORS[row.role], _LABELS[row.role]
         axes.plot(time, measured, **{**MEASURED, "label": "" if labelled else MEASURED["label"]})
         axes.plot(time, simulated, color=color, lw=1.2, label="" if label in labelled else label)
-        place = (at, float(np.interp(at, time, measured)))
-        axes.annotate(text(motion), place, (0, 9), textcoords="offset points", color=color, fontsize=8)
+        position = text_time, float(np.interp(text_time, time, measured))
+        axes.annotate(text(motion), position, (0, 9), textcoords="offset points", color=color, fontsize=8)
 
 
 def _draw_arm(axes: Axes, arm: ArmReplay) -> None:
     """The position of the tip across the arm."""
-    signals = next(one.signals for one in arm.replayed if one.name == _TRIAL)
+    signals = next(one.signals for one in arm.replayed if one.name == _DRAWN_TRIAL)
     tip = 1e3 * signals["measured_bodies"][1:, -1, 0]
     axes.plot(tip["time"], tip, **MEASURED)
-    for (row, label), color in zip(_DRAWN.items(), ESTIMATOR_COLORS[1:], strict=False):
+    for (row, label), color in zip(_ROW_LABELS.items(), ESTIMATOR_COLORS[1:], strict=False):
         axes.plot(tip["time"], 1e3 * signals[f"{row}.body_positions"][1:, -1, 0], color=color, lw=1.2, label=label)
     axes.set(xlabel="time [s]", ylabel="tip, across the arm [mm]")
     axes.set_title("Arm of two segments, estimated (trial 2)", loc="left")

@@ -12,7 +12,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.estimators.calibration_range import DISAGREEMENT, FAR
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.endpoints import print_out
-from soft_gripper.extras.hardware.left_out_regions import NEAREST
+from soft_gripper.extras.hardware.fitted_range import NEAREST
 
 _REST_TIME = 0.5  # s without a change of the drive of a finger at rest
 _STILL_PRESSURE_FRACTION = 0.01  # of the range of the supply

@@ -106,9 +106,6 @@ def bag_columns(path: Path, time: str, columns: Iterable[str], hold: float, unit
         columns: other columns; NaN in rows for which there is none.
         hold: age, s, up to which a message of one topic is used in the rows of another.
         unit: of a stamp in the table, s.
-
-    Raises:
-        InputError: if there is no such topic or field, or it has several meanings.
     """
     with ExitStack() as stack:
         bag = (_mcap if path.suffix == ".mcap" else _ros_bag)(path, stack)
@@ -130,13 +127,13 @@ def bag_columns(path: Path, time: str, columns: Iterable[str], hold: float, unit
     if rows.is_clock:
         _sort(path, rows)
     values = np.array(rows.values, dtype=float)
-    by_name = {column.name: values[:, i] for i, column in enumerate(rows.columns)}
+    named_columns = {column.name: values[:, i] for i, column in enumerate(rows.columns)}
     if rows.is_clock:
-        by_name[clock.name] = np.array([stamp - rows.clock[0] for stamp in rows.clock]) / (_NS_PER_S * unit)
+        named_columns[clock.name] = np.array([stamp - rows.clock[0] for stamp in rows.clock]) / (_NS_PER_S * unit)
     for entry in series.values():
         row_values = _row_values(entry, rows.clock, hold)
-        by_name |= {column.name: row_values[:, i] for i, column in enumerate(entry.columns)}
-    return np.column_stack([by_name[column.name] for column in (clock, *others)])
+        named_columns |= {column.name: row_values[:, i] for i, column in enumerate(entry.columns)}
+    return np.column_stack([named_columns[column.name] for column in (clock, *others)])
 
 
 def _read(path: Path, bag: Bag, series: Mapping[tuple[str, EntryName | None], Series], clock: Column) -> None:
@@ -168,8 +165,8 @@ def _check_meaning(path: Path, series: Series, name: str) -> None:
     if series.lacking and not series.clock:
         raise InputError(path, "column", name, f"no message has it; named are: {_shorten(sorted(series.other_names))}")
     spans = sorted((span, origin) for origin, span in series.spans.items())
-    for ((_, ended), first), ((begun, _), second) in pairwise(spans):
-        if begun < ended:
+    for ((_, end_time), first), ((begin_time, _), second) in pairwise(spans):
+        if begin_time < end_time:
             expected = f"its messages are mixed, of '{first}' and '{second}': filter the bag to have those of one"
             raise InputError(path, "column", name, expected)
 
@@ -246,12 +243,12 @@ def _number_error(path: Path, column: Column, message: Any) -> InputError:
 
 def _resolve(message: Any, path: Iterable[Part]) -> tuple[Any, str]:
     """Part of a message, and the name of a list entry given by its index; "" if it has no name."""
-    beside, entry = message, ""
+    parent, entry = message, ""
     for part in path:
         if isinstance(part, str):
-            beside, message = message, _field(message, part)
+            parent, message = message, _field(message, part)
             continue
-        names = _entry_names(message, beside)
+        names = _entry_names(message, parent)
         if isinstance(part, EntryName):
             if names is None:
                 raise LookupError(part.name)
@@ -268,12 +265,12 @@ def _field(message: Any, name: str) -> Any:
     return message[name] if isinstance(message, dict) else getattr(message, name)
 
 
-def _entry_names(entries: Any, beside: Any) -> list[str] | None:
+def _entry_names(entries: Any, parent: Any) -> list[str] | None:
     """Names of the entries of a list, from the entries or from a list beside it; None: they have none."""
     name_field = next((name for name in _NAME_FIELDS if len(entries) and _has(entries[0], name)), None)
     if name_field is not None:
         return [str(_field(entry, name_field)) for entry in entries]
-    lists = (_field(beside, name) for name in _NAME_LIST_FIELDS if _has(beside, name))
+    lists = (_field(parent, name) for name in _NAME_LIST_FIELDS if _has(parent, name))
     return next(([*map(str, names)] for names in lists if isinstance(names, list)), None if len(entries) else [])
 
 

@@ -112,11 +112,7 @@ def _line_violations(field_: str, address: str, form: str) -> Iterator[Violation
 
 
 def load_bench(file: Path) -> BenchConfig:
-    """Reads the description in a YAML file.
-
-    Raises:
-        InputError: if there is no such file, or a field does not fit.
-    """
+    """Reads the description in a YAML file."""
     require(file.is_file(), file, "bench", str(file), "there is no such file")
     return load_config(file, read_yaml(file), BenchConfig)
 

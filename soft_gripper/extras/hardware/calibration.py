@@ -9,7 +9,6 @@ that are no larger than at the beginning. It may be late: of each hold of the pr
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +18,11 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.plane import planar_gravity
 from soft_gripper.extras.hardware.clipping import stuck_readings
-from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, read_finger_logs, steady
+from soft_gripper.extras.hardware.finger_logs import FingerLog, Log, load_run, read_finger_logs, read_signal, steady
+from soft_gripper.extras.hardware.fitted_range import kept_states
 from soft_gripper.extras.hardware.free_bending import Calibration, FreeBending, calibrate
 from soft_gripper.extras.hardware.instrument import InstrumentRun, find_instrument
-from soft_gripper.extras.hardware.kept_states import kept_states
 from soft_gripper.extras.hardware.measured import Measured, latest
-from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.statics import FacePress
@@ -41,24 +39,6 @@ _MIN_CONTACT_FORCE = 0.05  # N; a larger measured force is a contact; scales dri
 _MIN_RANGE = 0.01  # extension ratio: smallest range of the most stretched sensor
 _MIN_GAIN = 0.5  # or its inverse; values further from 1 are rejected as errors
 _MAX_RESIDUAL_SHARE = 0.05  # share of that range; larger residuals indicate contact or a different finger
-
-
-class _Measured(NamedTuple):
-    """Measurements of a finger, T samples."""
-
-    time: Array  # (T) s
-    pressure: Array  # (T) Pa
-    gravity: Planar  # (T) see FreeBending
-    ratios: Array  # (T, R) extension ratios
-    tip: Planar | None = None  # (T) m
-    press: FacePress | None = None  # (T) measured by an instrument; 0 N without contact, NaN: unknown
-
-
-class _FingerRecording(NamedTuple):
-    """A recording of one finger: its nominal layout and its samples."""
-
-    layout: SensorLayout
-    samples: FreeBending
 
 
 def calibrate_recordings(
@@ -89,8 +69,9 @@ def calibrate_recordings(
     friction = {} if declared is None else {"friction": declared}
     for name, layout in layouts.items():
         calibration = calibrate(layout, samples_by_finger[name], sought, **friction)
-        at_rest = np.concatenate([samples.ratios[samples.hold >= 0] for samples in samples_by_finger[name]])
-        _check_fit(name, calibration, _largest_strain_range(at_rest[np.isfinite(at_rest).all(axis=1)]))
+        ratios = np.concatenate([samples.ratios[samples.hold >= 0] for samples in samples_by_finger[name]])
+        whole = ratios[np.isfinite(ratios).all(axis=1)]
+        _check_fit(name, calibration, float(_strain_ranges(whole).max()))
         doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
         fingers[name] = as_config(layout, calibration, doubtful)
     return CalibrationConfig(ASSUMED, fingers)
@@ -101,18 +82,9 @@ def as_config(layout: SensorLayout, calibration: Calibration, doubtful: Sequence
 
     `doubtful` are holds that do not fit, in words.
     """
-    reading_fields = "gains", "offsets", "gain_stds", "offset_stds", "drifts"
     length, spacing, one_sided, sections = layout_identity(layout)
-    lists = {name: getattr(calibration, name).tolist() for name in reading_fields}
-    single = {
-        name: getattr(calibration, name)
-        for name in (
-            *("bend_ratio", "residual", "bend_ratio_std", "hysteresis", "tip_measured"),
-            *("response_curvature", "response_curvature_std", "pressure_offset", "pressure_offset_std"),
-            *("bend_variation", "bend_variation_std", "strength", "strength_std", "friction", "bend_gain_std"),
-        )
-    }
-    numbers = {**lists, **single}
+    numbers = {name: value for name, value in calibration._asdict().items() if name not in ("doubtful", "states")}
+    numbers = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in numbers.items()}
     config = FingerCalibrationConfig(length, spacing, one_sided, sections, **numbers, doubtful=list(doubtful))
     if calibration.states is not None:
         readings = [f"{path} {section}" for path in layout.path_names for section in range(layout.sections)]
@@ -128,8 +100,8 @@ def save_calibration(calibration: CalibrationConfig, path: Path) -> None:
         partial.write_text(yaml_dump(asdict(calibration)), encoding="utf-8")
 
 
-def _run_recordings(file: Path) -> Iterator[_FingerRecording]:
-    """Yields the fingers of a recording of this project."""
+def _run_recordings(file: Path) -> Iterator[tuple[SensorLayout, FreeBending]]:
+    """Yields the nominal layout and the samples of each finger of a recording of this project."""
     recording, scenario, fingers = load_run(file)
     for finger in fingers:
         layout, name = _nominal_layout(scenario, finger, file), finger.name
@@ -139,35 +111,35 @@ def _run_recordings(file: Path) -> Iterator[_FingerRecording]:
         time = scenario.sensor.period * np.arange(len(pressure))
         ratios = layout.response.ratio(strain.reshape(len(strain), layout.readings))
         gravity = planar_gravity(X_WB, np.array(scenario.gravity))
-        samples = _free_bending(file, layout, _Measured(time, pressure, gravity, ratios))
+        samples = _free_bending(file, layout, time, pressure, gravity, ratios)
         contact = f"{name}.contact"
         if contact in recording.data and np.any(read_signal(file, recording, contact)[_is_resting(time, pressure)] > 0):
             expected = "contact was detected; record free bending, or omit the threshold if that was noise"
             raise InputError(file, contact, True, expected)
-        yield _FingerRecording(layout, samples)
+        yield layout, samples
 
 
-def _log_recordings(file: Path, log: Log) -> Iterator[_FingerRecording]:
-    """Yields the fingers of a log."""
+def _log_recordings(file: Path, log: Log) -> Iterator[tuple[SensorLayout, FreeBending]]:
+    """Yields the nominal layout and the samples of each finger of a log."""
     logs = read_finger_logs(file, log)
     for finger_log, press in zip(logs, _presses(logs), strict=True):
         layout = _nominal_layout(log.scenario, finger_log.finger, file)
         gravity = planar_gravity(finger_log.X_WB, finger_log.gravity)
         ratios = layout.response.ratio(finger_log.readings)
-        measured = _Measured(finger_log.time, finger_log.pressure, gravity, ratios, finger_log.tip, press)
-        yield _FingerRecording(layout, _free_bending(file, layout, measured))
+        measured = finger_log.time, finger_log.pressure, gravity, ratios, finger_log.tip, press
+        yield layout, _free_bending(file, layout, *measured)
 
 
 def _presses(logs: Sequence[FingerLog]) -> list[FacePress | None]:
     """Measured forces in the runs of a file, without zero and drift of the instrument."""
-    forces = [log.measured.get("force") for log in logs]
-    runs = [_instrument_run(log, force) for log, force in zip(logs, forces, strict=True) if force is not None]
+    measured = [(i, log.measured["force"]) for i, log in enumerate(logs) if "force" in log.measured]
+    runs = [_instrument_run(logs[i], force) for i, force in measured]
+    presses: list[FacePress | None] = [None] * len(logs)
     scale = find_instrument(runs, _MIN_CONTACT_FORCE, max_delay=0.0) if runs else None
-    corrected = iter([scale.corrected(i, run) for i, run in enumerate(runs)] if scale else [])
-    return [
-        None if force is None else _to_press(log, next(corrected), force)
-        for log, force in zip(logs, forces, strict=True)
-    ]
+    for number, (i, force) in enumerate(measured):
+        assert scale is not None
+        presses[i] = _to_press(logs[i], scale.corrected(number, runs[number]), force)
+    return presses
 
 
 def _instrument_run(log: FingerLog, force: Measured) -> InstrumentRun:
@@ -181,9 +153,9 @@ def _instrument_run(log: FingerLog, force: Measured) -> InstrumentRun:
 def _to_press(log: FingerLog, force: Array, measured: Measured) -> FacePress:
     """A force at its place; NaN where it presses at an unknown one."""
     place = latest(log.time, measured.place)
-    pressing = np.where(np.abs(force) <= _MIN_CONTACT_FORCE, 0.0, force + 0 * place)
+    contact_force = np.where(np.abs(force) <= _MIN_CONTACT_FORCE, 0.0, force + 0 * place)
     axis = None if measured.along is None else complex(measured.along[1], measured.along[0])
-    return FacePress(pressing, np.nan_to_num(place), None if axis is None else axis / abs(axis))
+    return FacePress(contact_force, np.nan_to_num(place), None if axis is None else axis / abs(axis))
 
 
 def _nominal_layout(scenario: Scenario, finger: PlantFinger, file: Path) -> SensorLayout:
@@ -193,9 +165,17 @@ def _nominal_layout(scenario: Scenario, finger: PlantFinger, file: Path) -> Sens
     return replace(layout, finger=replace(layout.finger, name=finger.name))
 
 
-def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> FreeBending:
-    """Checks the samples of a recording and thins them out."""
-    time, pressure, gravity, ratios, tip, press = measured
+def _free_bending(
+    file: Path,
+    layout: SensorLayout,
+    time: Array,
+    pressure: Array,
+    gravity: Planar,
+    ratios: Array,
+    tip: Planar | None = None,
+    press: FacePress | None = None,
+) -> FreeBending:
+    """Checks the samples of a recording and thins them out; forces of the press are NaN where they are unknown."""
     name, is_resting = layout.finger.name, _is_resting(time, pressure)
     if press is not None:
         is_resting = _steady_ends(is_resting, press.force, time)
@@ -207,11 +187,11 @@ def _free_bending(file: Path, layout: SensorLayout, measured: _Measured) -> Free
     if press is not None and not np.nan_to_num(press.force).any():
         press = None
     count = _MAX_SAMPLES if press is None else _MAX_PRESSED_SAMPLES
-    chosen = np.unique(np.linspace(0, len(time) - 1, min(count, len(time))).astype(int))
-    tips = None if tip is None else tip[chosen]
+    rows = np.unique(np.linspace(0, len(time) - 1, min(count, len(time))).astype(int))
+    tips = None if tip is None else tip[rows]
     if press is not None:
-        press = press._replace(force=np.nan_to_num(press.force[chosen]), place=press.place[chosen])
-    return FreeBending(time[chosen], pressure[chosen], gravity[chosen], ratios[chosen], hold[chosen], tips, press)
+        press = press._replace(force=np.nan_to_num(press.force[rows]), place=press.place[rows])
+    return FreeBending(time[rows], pressure[rows], gravity[rows], ratios[rows], hold[rows], tips, press)
 
 
 def _is_resting(time: Array, pressure: Array) -> NDArray[np.bool_]:
@@ -234,12 +214,8 @@ def _steady_ends(is_resting: NDArray[np.bool_], force: Array, time: Array) -> ND
     return ends
 
 
-def _largest_strain_range(ratios: Array) -> float:
-    """Range of the most stretched sensor, 1st to 99th percentile, extension ratio."""
-    return float(_strain_ranges(ratios).max())
-
-
 def _strain_ranges(ratios: Array) -> Array:
+    """Ranges of the sensors, 1st to 99th percentile, extension ratio."""
     low, high = np.percentile(ratios, [1, 99], axis=0)
     ranges: Array = high - low
     return ranges
@@ -267,12 +243,12 @@ def _check_motion(file: Path, name: str, ratios: Array) -> None:
         raise InputError(file, f"{name}.strain", round(float(ranges[section]), 6), expected)
 
 
-def _check_fit(name: str, calibration: Calibration, moved: float) -> None:
+def _check_fit(name: str, calibration: Calibration, strain_range: float) -> None:
     because = "something was touched, or it is a different finger"
     for gain in (calibration.bend_ratio, *calibration.gains):
         if not _MIN_GAIN <= gain <= 1 / _MIN_GAIN:
             expected = f"no finger differs that much from its nominal model; {because}"
             raise InputError("calibrate", f"gain or bend per pressure of '{name}'", round(float(gain), 4), expected)
-    if not calibration.residual <= _MAX_RESIDUAL_SHARE * moved:
-        expected = f"is more than {_MAX_RESIDUAL_SHARE * moved:.2g}; {because}"
+    if not calibration.residual <= _MAX_RESIDUAL_SHARE * strain_range:
+        expected = f"is more than {_MAX_RESIDUAL_SHARE * strain_range:.2g}; {because}"
         raise InputError("calibrate", f"residual of '{name}'", round(calibration.residual, 6), expected)

@@ -42,9 +42,8 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
         if np.ptp(values_) == 0:
             levels = (len(np.unique(other[np.isfinite(other)])) for other in readings.values())
             if max(levels) > _MAX_FLICKER:  # another does more than flicker by the steps of its converter
-                questions.append(
-                    StuckReading(name, float(values_[0]), "never changes, and others do: is it connected?")
-                )
+                question = "never changes, and others do: is it connected?"
+                questions.append(StuckReading(name, float(values_[0]), question))
             continue
         low, high = map(float, np.percentile(values_, [_GLITCH_PERCENT, 100 - _GLITCH_PERCENT], method="nearest"))
         inside = np.where((reading >= low) & (reading <= high), reading, np.nan)
@@ -59,24 +58,24 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
 def _continues(reading: Array, end: float, other: Array) -> bool:
     """Whether a signal that a reading follows, by a line, goes on while the reading stays at an end of its range."""
     is_known = np.isfinite(reading) & np.isfinite(other)
-    at_end, free = is_known & (reading == end), is_known & (reading != end)
-    if at_end.sum() < _MIN_SAMPLES or free.sum() < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
+    is_at_end, free = is_known & (reading == end), is_known & (reading != end)
+    counts = is_at_end.sum(), free.sum()
+    if min(counts) < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
         return False
     correlation = float(np.corrcoef(reading[free], other[free])[0, 1])
     if not abs(correlation) >= _MIN_CORRELATION:
         return False
     slope = correlation * np.std(reading[free]) / np.std(other[free])
     std = float(np.std(reading[free] - slope * other[free]))
-    expected = np.mean(reading[free]) + slope * (other[at_end] - np.mean(other[free]))
-    size, least_motion = (
-        _spread(reading[is_known]),
-        max(_MIN_MOTION_STDS * std, _MIN_MOTION_STEPS * float(np.abs(reading[free] - end).min())),
-    )
+    expected = np.mean(reading[free]) + slope * (other[is_at_end] - np.mean(other[free]))
+    size = _range(reading[is_known])
+    min_motion = max(_MIN_MOTION_STDS * std, _MIN_MOTION_STEPS * float(np.abs(reading[free] - end).min()))
     outward = np.sign(end - np.median(reading[free]))
-    moves, excess = _spread(expected), float(outward * (np.median(expected) - end))
-    return moves > max(_MIN_MOTION_SHARE * size, least_motion) or excess > max(_MIN_EXCESS_SHARE * size, least_motion)
+    excess = float(outward * (np.median(expected) - end))
+    is_moving = _range(expected) > max(_MIN_MOTION_SHARE * size, min_motion)
+    return is_moving or excess > max(_MIN_EXCESS_SHARE * size, min_motion)
 
 
-def _spread(values: Array) -> float:
+def _range(values: Array) -> float:
     low, high = np.percentile(values, [10, 90])
     return float(high - low)

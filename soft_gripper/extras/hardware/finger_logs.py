@@ -1,36 +1,44 @@
-"""Reads logs of fingers with strain sensors, by a bench or a recording description: a file -> T samples a finger."""
+"""Reads logs of fingers with strain sensors: a file, and a bench or a recording description -> T samples a finger.
 
-from collections.abc import Iterator, Mapping, Sequence
+A recording of this project needs no description: it has its scenario.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, load_bench
-from soft_gripper.extras.hardware.measured import Measured, check_places, read_instruments
+from soft_gripper.extras.hardware.measured import Measured, instrument_violations, place_violations, read_instruments
 from soft_gripper.extras.hardware.recording_schema import RecordingConfig, instrument_columns, load_description
 from soft_gripper.extras.hardware.recordings import (
     HardwareRecording,
-    check_interval,
-    check_relative,
+    absolute_violations,
+    interval_violations,
     note_stuck,
     read_recordings,
 )
-from soft_gripper.extras.hardware.table import Columns, Table, drop_zero_stamps, split_runs
+from soft_gripper.extras.hardware.table import Columns, drop_zero_stamps, split_runs
 from soft_gripper.extras.hardware.table_files import read_table
 from soft_gripper.files.document import require, require_value
+from soft_gripper.fingers.kinematics import as_planar
 from soft_gripper.fingers.plant_finger import PlantFinger
+from soft_gripper.quantity import Violation
 from soft_gripper.scenario.nominal_model import read_nominal_model
-from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.scenario_file import load_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.sensors.measurement import MeasurementModel
 
 _MIN_INTERVAL, _MAX_INTERVAL = 5e-4, 60.0  # s
+_MAX_SIZE = 1e9  # largest absolute value of any recorded signal, in SI units
 _REST_TIME = 0.3  # s at the beginning, in which a pressure against vacuum is noticed
 
 
@@ -45,11 +53,7 @@ class Log:
 def load_log(
     scenario: str | None, bench: Path | None, described_as: str | None, command: str, changes: Sequence[str] = ()
 ) -> Log | None:
-    """Log that the options --scenario, --bench, --as and --set of a command describe; None if none is given.
-
-    Raises:
-        InputError: if they do not go together, or a file does not fit.
-    """
+    """Log that the options --scenario, --bench, --as and --set of a command describe; None if none is given."""
     option_values = {"--scenario": scenario, "--bench": bench, "--as": described_as}
     given_options = [name for name, value in option_values.items() if value is not None]
     if not given_options:
@@ -78,22 +82,22 @@ class FingerLog:
 
 
 def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
-    """Reads the runs of the fingers in a file.
-
-    Raises:
-        InputError: if it does not fit its description, or the scenario's fingers and sensors.
-    """
+    """Reads the runs of the fingers in a file."""
     scenario = log.scenario
-    scene = add_plant(DiagramBuilder(), scenario, visuals=False)
-    fingers = {log_.name: log_ for log_ in scene.fingers}
+    fingers = {finger.name: finger for finger in _scenario_fingers(scenario)}
     gravity = np.array(scenario.gravity)
     if isinstance(log.described, BenchConfig):
         finger_logs = [*_bench_logs(file, log.described, fingers, gravity, scenario.sensor.period)]
     else:
         finger_logs = [*_recording_logs(file, log.described, fingers, gravity)]
     for log_ in finger_logs:
-        _check(file, log_, nominal_layout(scenario, log_.finger))
+        _check(file, _log_violations(log_, nominal_layout(scenario, log_.finger)))
     return finger_logs
+
+
+def _check(file: Path, violations: Iterable[Violation]) -> None:
+    for violation in violations:
+        raise InputError(file, *violation)
 
 
 def steady(value: Array, window: int, max_range: float) -> NDArray[np.bool_]:
@@ -111,18 +115,18 @@ def nominal_layout(scenario: Scenario, finger: PlantFinger) -> MeasurementModel:
     return read_nominal_model(scenario.nominal).layout(finger.finger, scenario.sensor)
 
 
-def _check(file: Path, log: FingerLog, layout: MeasurementModel) -> None:
+def _log_violations(log: FingerLog, layout: MeasurementModel) -> Iterator[Violation]:
+    """Yields what does not fit the sensors of a finger in a log."""
     name, readings = log.finger.name, log.readings.shape[1]
     if readings != layout.readings:
-        expected = f"give {layout.readings}, as many as the scenario's sensors have"
-        raise InputError(file, f"readings of {name}", readings, expected)
+        yield f"readings of {name}", readings, f"give {layout.readings}, as many as the scenario's sensors have"
     unread = np.flatnonzero(np.isnan(log.pressure))
     if len(unread):
         loss = f"at {log.time[unread[0]]:g} s, and in {len(unread)} of {len(log.time)} samples"
         remedy = "give a pressure; `hold` in the description is the age, s, up to which the last one counts"
-        raise InputError(file, f"pressure of {name}", np.nan, f"{loss}: {remedy}")
+        yield f"pressure of {name}", np.nan, f"{loss}: {remedy}"
     for kind, measured in log.measured.items():
-        check_places(file, f"measured_{kind}.place", measured.place, layout.finger.length)
+        yield from place_violations(f"measured_{kind}.place", measured.place, layout.finger.length)
 
 
 def _bench_logs(
@@ -130,37 +134,49 @@ def _bench_logs(
 ) -> Iterator[FingerLog]:
     """Yields the fingers of a log with the fields of a bench; `period` of the scenario's sensors, s."""
     time_column = require_value(bench.time, file, "bench.time", "a log needs the time of every row")
-    log_table = _table(file, bench, time_column)
-    log_table = drop_zero_stamps(log_table, time_column, 1.0)
+    log_table = drop_zero_stamps(read_table(file, _bench_columns(bench, time_column)), time_column, 1.0)
     runs = [log_table] if bench.pause is None else split_runs(log_table, time_column, bench.pause)
     for number, table in enumerate(runs, 1):
         time = table.columns([time_column])[:, 0]
-        backward = np.flatnonzero(~(np.diff(time) > 0))
-        if len(backward):
-            raise InputError(file, time_column, float(time[backward[0] + 1]), "times must increase from row to row")
-        require(len(time) > 1, file, time_column, len(time), "needs at least 2 samples")
-        limits = min(_MIN_INTERVAL, 0.5 * period), max(_MAX_INTERVAL, 2 * period)
-        check_interval(file, time_column, time, *limits, "is the time in s?")
+        _check(file, _bench_violations(bench, time_column, time, fingers, period))
         run_name = file.stem if len(runs) == 1 else f"{file.stem}_{number}"
         for name, config in bench.fingers.items():
-            field = f"bench.fingers.{name}"
-            if name not in fingers:
-                finger_names = ", ".join(fingers)
-                raise InputError(file, "bench.fingers", name, f"the scenario has no such finger; it has {finger_names}")
-            _check_one_pressure(file, f"{field}.pressures", config.pressures)
+            field, finger = f"bench.fingers.{name}", fingers[name]
             pressure = bench.relative(table.columns(config.pressures)[:, 0])
             if bench.pressure_ambient is None:
                 remedy = "give `pressure_ambient`, what it has in open air; if it is not, `pressure_ambient: 0`"
-                check_relative(file, f"{field}.pressures", pressure, time <= time[0] + _REST_TIME, remedy)
-            X_WB = np.tile(fingers[name].X_WB.GetAsMatrix34(), (len(time), 1, 1))
+                reference = time <= time[0] + _REST_TIME
+                _check(file, absolute_violations(f"{field}.pressures", pressure, reference, remedy))
+            X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(time), 1, 1))
             if config.base_pose is not None:
                 X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)
             readings = table.columns(config.readings)
             note_stuck(file, {f"reading {i} of {name}": row for i, row in enumerate(readings.T)}, {"p": pressure})
-            x, z = (None, None) if config.tip is None else table.columns(config.tip).T
-            tip = None if x is None else z + 1j * x
-            measured = read_instruments(table, config, fingers[name].finger.length, f"{field}.")
-            yield FingerLog(run_name, fingers[name], time, pressure, X_WB, gravity, readings, tip, measured)
+            tip = None if config.tip is None else as_planar(table.columns(config.tip))
+            measured = read_instruments(table, config)
+            _check(file, instrument_violations(measured, config, finger.finger.length, f"{field}."))
+            yield FingerLog(run_name, finger, time, pressure, X_WB, gravity, readings, tip, measured)
+
+
+def _bench_violations(
+    bench: BenchConfig, time_column: str, time: Array, fingers: Mapping[str, PlantFinger], period: float
+) -> Iterator[Violation]:
+    """Yields what is wrong with the times, (T,) s, of a run, and with the fingers of its bench."""
+    for later in time[1:][~(np.diff(time) > 0)]:
+        yield time_column, float(later), "times must increase from row to row"
+    if len(time) < 2:
+        yield time_column, len(time), "needs at least 2 samples"
+    limits = min(_MIN_INTERVAL, 0.5 * period), max(_MAX_INTERVAL, 2 * period)
+    yield from interval_violations(time_column, time, *limits, "is the time in s?")
+    for name, config in bench.fingers.items():
+        if name not in fingers:
+            yield "bench.fingers", name, f"the scenario has no such finger; it has {', '.join(fingers)}"
+        yield from _pressure_violations(f"bench.fingers.{name}.pressures", config.pressures)
+
+
+def _pressure_violations(field: str, columns: Sequence[str]) -> Iterator[Violation]:
+    if len(columns) != 1:
+        yield field, [*columns], "give the one pressure that bends the finger"
 
 
 def _recording_logs(
@@ -174,7 +190,8 @@ def _recording_logs(
     for run in read_recordings(file, described):
         readings = require_value(run.readings, file, "readings", "name the columns of the strain sensors")
         pressures = require_value(run.pressures, file, "pressures", "name the column of the pressure")
-        _check_one_pressure(file, "pressures.columns", described.pressures.columns if described.pressures else [])
+        columns = described.pressures.columns if described.pressures else []
+        _check(file, _pressure_violations("pressures.columns", columns))
         # Gravity is that of the scenario in the world, or that of the recording in B.
         X_WB, g = (finger.X_WB.GetAsMatrix34(), gravity) if run.gravity is None else (np.eye(3, 4), run.gravity)
         poses = np.tile(X_WB, (len(run.time), 1, 1))
@@ -188,25 +205,70 @@ def _tip(recording: HardwareRecording) -> Planar | None:
     points = [recording.poses["tip"].p] if "tip" in recording.poses else []
     if not points and described is not None:
         points = [recording.markers[name] for name in described.bodies.get("tip", [])]
-    if not points:
-        return None
-    p = np.mean(points, axis=0)
-    tip: Planar = p[:, 2] + 1j * p[:, 0]
-    return tip
+    return as_planar(np.mean(points, axis=0)[:, ::2]) if points else None
 
 
-def _check_one_pressure(file: Path, field: str, columns: Sequence[str]) -> None:
-    if len(columns) != 1:
-        raise InputError(file, field, [*columns], "give the one pressure that bends the finger")
-
-
-def _table(file: Path, bench: BenchConfig, time: str) -> Table:
-    """The rows of a log."""
+def _bench_columns(bench: BenchConfig, time: str) -> Columns:
     names: dict[str, str] = {}
     for name, finger in bench.fingers.items():
         for kind in ("readings", "pressures", "base_pose", "tip"):
             names |= dict.fromkeys(getattr(finger, kind) or (), f"bench.fingers.{name}.{kind}")
         names |= instrument_columns(finger, f"bench.fingers.{name}.")
-    return read_table(
-        file, Columns(names, time, header=bench.fields or None, points="{marker}_{axis}", hold=bench.hold)
-    )
+    return Columns(names, time, header=bench.fields or None, points="{marker}_{axis}", hold=bench.hold)
+
+
+class RecordedRun(NamedTuple):
+    """A recording, with its station and fingers."""
+
+    recording: Recording
+    scenario: Scenario
+    fingers: Sequence[PlantFinger]
+
+
+def load_run(file: Path) -> RecordedRun:
+    """Reads a recording written by `soft-gripper run` or `play`."""
+    recording = Recording.load(file)
+    text = recording.data.attrs.get("scenario")
+    if not isinstance(text, str):
+        raise InputError(file, "scenario", text, "is not a recording of a scenario: it has no such attribute")
+    scenario = parse_scenario(file, text)
+    _check_time(file, recording, scenario.sensor.period)
+    fingers = _scenario_fingers(scenario)
+    require(len(fingers) > 0, file, "fingers", [], "there is no finger in the recording")
+    return RecordedRun(recording, scenario, fingers)
+
+
+def _check_time(file: Path, recording: Recording, period: float) -> None:
+    """Checks that samples are a period apart, because they are addressed by index."""
+    time = recording.data.get("time")
+    if time is None or time.dims != ("time",) or time.dtype.kind != "f" or not len(time):
+        variable = None if time is None else f"{time.dtype} {time.dims}"
+        raise InputError(file, "time", variable, "give the time of every sample, s")
+    steps = np.diff(time.values, prepend=-period)
+    wrong = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
+    if len(wrong):
+        value, expected = float(time[wrong[0]]), f"times must start at 0 s and increase by {period:g} s"
+        raise InputError(file, f"time[{wrong[0]}]", value, expected)
+
+
+def read_signal(file: object, recording: Recording, name: str, *shape: int, allow_nan: bool = False) -> Array:
+    """A signal of the recording in `file`, (T, *shape).
+
+    With `allow_nan`, samples may be NaN, as from a sensor with dropouts.
+    """
+    if name not in recording.data:
+        raise InputError(file, "signal", name, "is not in the recording")
+    values: Array = recording[name].values
+    expected = (recording.data.sizes["time"], *shape)
+    if values.shape != expected or values.dtype.kind != "f":
+        raise InputError(
+            file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected}"
+        )
+    wrong = values[~((np.abs(values) < _MAX_SIZE) | (allow_nan & np.isnan(values)))]
+    if len(wrong):
+        raise InputError(file, name, float(wrong[0]), f"give finite numbers with absolute values below {_MAX_SIZE:g}")
+    return values
+
+
+def _scenario_fingers(scenario: Scenario) -> Sequence[PlantFinger]:
+    return add_plant(DiagramBuilder(), scenario, visuals=False).fingers

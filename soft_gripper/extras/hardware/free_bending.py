@@ -37,14 +37,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
-from soft_gripper.extras.hardware.left_out_regions import (
+from soft_gripper.extras.hardware.fitted_range import (
     COVERAGE,
     LeftOut,
     fitted_disagreement,
     learned_widths,
     regions_left_out,
 )
+from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics, gravity_torque
 from soft_gripper.fingers.statics import FacePress, resting_angles, softened, strengthened
@@ -63,13 +63,7 @@ STRENGTH = 0.2  # of the logarithm of f
 _MAX_FRICTION_STDS = 3.0  # prior standard deviations in the largest coefficient of friction
 PLACE = 2e-3  # m, standard deviation of the position of the presses of a recording
 _FIXED_STD_SHARE = 1e-6  # share of the prior deviations, for numbers that are not sought
-_DIFFERENCE_STEPS = {
-    "ratio": 1e-4,
-    "pressure": 100.0,
-    "variation": 1e-3,
-    "strength": 1e-3,
-    "friction": 1e-3,
-}  # for differences
+_DIFFERENCE_STEPS = {"ratio": 1e-4, "pressure": 100.0, "variation": 1e-3, "strength": 1e-3, "friction": 1e-3}
 _RATIO_BOUNDS = (0.2, 5.0)
 _FIRST_STD, _MIN_STD = 1e-3, 2e-5  # extension ratio, standard deviations of a median: first guess, least
 _UNKNOWNS_PER_READING, _SHARED_HOLDS = 3.0, 4.0  # of a reading, on average; observations that readings share
@@ -143,11 +137,10 @@ class _Predicted(NamedTuple):
 
     def extrapolated(self, slope: "_Predicted", change: Array, holds: "_Holds") -> "_Predicted":
         """Predictions after a change of a number, or one for each recording, by the derivative with respect to it."""
-        by_hold = change[holds.recording] if np.ndim(change) else change
-        column = np.reshape(by_hold, (-1, 1))
-        return _Predicted(
-            self.strain + column * slope.strain, self.lag + column * slope.lag, self.tip + by_hold * slope.tip
-        )
+        hold_change = change[holds.recording] if np.ndim(change) else change
+        column = np.reshape(hold_change, (-1, 1))
+        strain, lag = self.strain + column * slope.strain, self.lag + column * slope.lag
+        return _Predicted(strain, lag, self.tip + hold_change * slope.tip)
 
 
 class _Linearized(NamedTuple):
@@ -241,13 +234,9 @@ class Calibration(NamedTuple):
 def calibrate(
     layout: SensorLayout, recordings: Sequence[FreeBending], sought: Collection[str] = (), friction: float = 0.9
 ) -> Calibration:
-    """Fits all numbers to recordings, robustly.
+    """Fits all numbers to recordings of a finger with a nominal layout, robustly.
 
-    Args:
-        layout: nominal.
-        recordings: of the finger.
-        sought: names of those of SOUGHT to fit as well.
-        friction: largest coefficient between the finger and the instrument.
+    `sought` names those of SOUGHT to fit as well; `friction` is the largest coefficient between finger and instrument.
     """
     holds = _holds(recordings)
     fitted = {*sought, *(("strength", "friction", "places") if holds.pressed.any() else ())}
@@ -287,20 +276,14 @@ def calibrate(
         return (float(x[index]), float(stds[index])) if name in fitted else (0.0, 0.0)
 
     strength, strength_std = with_std("strength")
+    residual = float(np.sqrt(np.nanmean(misfits[:, : layout.readings] ** 2)))
+    doubtful = np.flatnonzero(weights < _HUBER_DEVIATIONS / _DOUBTFUL_DEVIATIONS)
     return Calibration(
-        *(
-            float(np.exp(x[0])),
-            gains,
-            x[indices.offsets],
-            float(np.sqrt(np.nanmean(misfits[:, : layout.readings] ** 2))),
-        ),
+        *(float(np.exp(x[0])), gains, x[indices.offsets], residual),
         *(float(np.exp(x[0]) * stds[0]), gains * np.sqrt(np.diagonal(gain_covariance)), stds[indices.offsets]),
         *(float(x[indices.lag]), x[indices.drifts].reshape(-1, layout.readings).mean(axis=0)),
         bool(is_measured[:, -1].any()),
-        tuple(
-            (int(holds.recording[i]), float(holds.time[i]))
-            for i in np.flatnonzero(weights < _HUBER_DEVIATIONS / _DOUBTFUL_DEVIATIONS)
-        ),
+        tuple((int(holds.recording[i]), float(holds.time[i])) for i in doubtful),
         *(*with_std("pressure"), *with_std("response"), *with_std("variation")),
         *(float(np.exp(strength)), float(np.exp(strength) * strength_std), with_std("friction")[0]),
         _weighted_std(stds[indices.bends], holds.strain - x[indices.offsets]),
@@ -319,48 +302,43 @@ def _calibrated_states(
     R, finger = layout.readings, indices.model(x).finger(layout.finger)
     gains, offsets = (tuple(run.tolist()) for run in (indices.gains(x), x[indices.offsets]))
     response = CalibratedResponse(ResponseCurve(), gains, offsets, float(x[indices.response]))
-    by_recording = [np.hstack([response.ratio(run.ratios - 1) - 1, _drive(finger, run)]) for run in recordings]
-    states = np.array(
-        [
-            _median(rows[run.hold == hold])
-            for rows, run in zip(by_recording, recordings, strict=True)
-            for hold in range(run.hold.max() + 1)
-        ]
-    )
+    recording_states = [np.hstack([response.ratio(run.ratios - 1) - 1, _drive(finger, run)]) for run in recordings]
+    pairs = [*zip(recording_states, recordings, strict=True)]
+    medians = [_median(rows[run.hold == hold]) for rows, run in pairs for hold in range(run.hold.max() + 1)]
+    states = np.array(medians)
     whole = np.isfinite(states).all(axis=-1) & ~holds.pressed
     if not whole.any():
         return None
-    spread = state_spreads(states[whole, :R], states[whole, R:])
+    units = state_spreads(states[whole, :R], states[whole, R:])
 
     def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         left_out = whole.copy()
         left_out[whole] = region
-        nearby = replace(reference, fitted=FittedStates(states[whole & ~left_out], spread))
+        nearby = replace(reference, fitted=FittedStates(states[whole & ~left_out], units))
         remaining = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
         is_kept = np.append(remaining, np.ones(len(fit.residuals) - len(remaining), bool))
         distance = distance_stds(nearby.state_distances(states[left_out]), layout.paths)
         return LeftOut(errors(fit.change_without(is_kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
 
-    def errors(moved: Array) -> Array:
+    def errors(change: Array) -> Array:
         """Errors of the strains if the unknowns move, (M, R), NaN where a reading is missing."""
         residuals = np.full(measured.shape, np.nan)
-        residuals[measured] = np.abs(fit.residuals + fit.slopes @ moved)[: measured.sum()]
+        residuals[measured] = np.abs(fit.residuals + fit.slopes @ change)[: measured.sum()]
         return residuals[:, :-2]
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
     free = [run.press is None or (run.hold >= 0) & ~run.pressed for run in recordings]
     free_states = [
-        rows[np.isfinite(rows).all(axis=-1) & is_free] for rows, is_free in zip(by_recording, free, strict=True)
+        rows[np.isfinite(rows).all(axis=-1) & is_free] for (rows, _), is_free in zip(pairs, free, strict=True)
     ]
     groups = free_states if len(free_states) > 1 else np.array_split(free_states[0], 2)
-    disagreement = fitted_disagreement(groups, spread, R) + np.sqrt(2) * KNOWN_DRIVE
-    reference = CalibratedStates(
-        FittedStates(states[whole], spread), Widths(np.zeros(1), 0.0), disagreement, layout.sections
-    )
+    disagreement = fitted_disagreement(groups, units, R) + np.sqrt(2) * KNOWN_DRIVE
+    fitted = FittedStates(states[whole], units)
+    reference = CalibratedStates(fitted, Widths(np.zeros(1), 0.0), disagreement, layout.sections)
     errors_ = errors(np.zeros(len(x)))[whole].reshape(-1, 1)  # sensors are alike, and holds too few for widths of each
     widths = learned_widths(errors_, [*regions_left_out([space.regions() for space in reference.spaces], leave_out)])
     holds_ = [run.hold for run in recordings]
-    return replace(reference, widths=widths, noise=_noise(by_recording, holds_, layout.paths) / spread[0])
+    return replace(reference, widths=widths, noise=_noise(recording_states, holds_, layout.paths) / units[0])
 
 
 def _weighted_std(stds: Array, strain: Array) -> float:
@@ -376,10 +354,10 @@ def _median(values: Array) -> Array:
         return np.asarray(np.nanmedian(values, axis=0))
 
 
-def _noise(by_recording: Sequence[Array], holds: Sequence[NDArray[np.int_]], paths: int) -> float:
+def _noise(recording_states: Sequence[Array], holds: Sequence[NDArray[np.int_]], paths: int) -> float:
     """95th percentile of the distance of a section's readings from their medians at rest, strain."""
     distances = []
-    for states, hold in zip(by_recording, holds, strict=True):
+    for states, hold in zip(recording_states, holds, strict=True):
         for number in range(hold.max() + 1):
             readings = states[hold == number, :-DRIVE]
             deviations = (readings - _median(readings)).reshape(len(readings), paths, -1)
@@ -474,11 +452,7 @@ def _response_strains(x: Array, predicted: _Predicted, indices: _UnknownIndices)
 
 
 def _linearize_holds(
-    layout: SensorLayout,
-    recordings: Sequence[FreeBending],
-    holds: _Holds,
-    model: _Model,
-    fitted: Collection[str],
+    layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds, model: _Model, fitted: Collection[str]
 ) -> _Linearized:
     """Linearizes predictions about a model in the numbers that are fitted."""
 

@@ -22,12 +22,8 @@ MAX_DELAY = 2.0  # s
 _MAX_FREE_SHARE = 0.1  # of the 95th percentile of the estimate, below which nothing touches
 _MIN_ZERO_SAMPLES = 10  # samples from which a zero is found
 _MIN_DRIFT_SPAN = 10.0  # s between the first and the last of them from which a drift is found
-_LINE_ITERATIONS, _HUBER_DEVIATIONS, _STD_PER_MEDIAN = (
-    8,
-    1.5,
-    1.4826,
-)  # of the robust lines; standard deviations; of a normal variable
-_MIN_SPREAD = 1e-9  # smallest spread of residuals
+_LINE_ITERATIONS, _HUBER_DEVIATIONS = 8, 1.5  # of the robust lines; standard deviations
+_STD_PER_MEDIAN, _MIN_RESIDUAL = 1.4826, 1e-9  # of absolute values of a normal variable; smallest residual
 _MAX_DELAY_SAMPLES = 4000  # samples of a run that the delay is sought in
 
 
@@ -57,9 +53,8 @@ class Instrument:
 
 def find_instrument(runs: Sequence[InstrumentRun], minimum: float, max_delay: float = MAX_DELAY) -> Instrument:
     """Finds delay, zeros and drift; nothing touches where the estimate is below `minimum`."""
-    steps = range(int(max_delay / _period(runs[0])) + 1)
-    spread = [float(np.nanstd(run.estimate)) for run in runs]
-    costs = [sum(_line_misfit(run, shift) for run in runs) for shift in steps] if max(spread) > 0 else [0.0]
+    steps, changes = range(int(max_delay / _period(runs[0])) + 1), max(np.nanstd(run.estimate) for run in runs) > 0
+    costs = [sum(_line_misfit(run, shift) for run in runs) for shift in steps] if changes else [0.0]
     delay = _period(runs[0]) * int(np.argmin(costs))
     zeros, drift = _fit_zeros(runs, delay, minimum)
     return Instrument(delay, zeros, drift)
@@ -105,7 +100,7 @@ def _fit_zeros(runs: Sequence[InstrumentRun], delay: float, minimum: float) -> t
     for _ in range(_LINE_ITERATIONS):
         coefficients = np.linalg.lstsq(basis * weight[:, None], value * weight, rcond=None)[0]
         residuals = np.abs(value - basis @ coefficients)
-        spread = max(_HUBER_DEVIATIONS * _STD_PER_MEDIAN * float(np.median(residuals)), resolution, _MIN_SPREAD)
+        spread = max(_HUBER_DEVIATIONS * _STD_PER_MEDIAN * float(np.median(residuals)), resolution, _MIN_RESIDUAL)
         weight = np.sqrt(spread / np.maximum(residuals, spread))
     zeros = dict(zip(usable, coefficients.tolist(), strict=False))
     return tuple(zeros.get(i, np.nan) for i in range(len(runs))), float(coefficients[-1]) if drifts else np.nan

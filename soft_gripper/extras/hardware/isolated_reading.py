@@ -36,11 +36,7 @@ sys.stdout.buffer.write(pickle.dumps(answer))
 
 
 def read_isolated(read: Callable[..., _Result], path: Path, *arguments: Any) -> _Result:
-    """Result of `read`, a function of a module, for a path and further arguments.
-
-    Raises:
-        InputError: if it raises one, or ends with any other error, a crash, or not in time.
-    """
+    """Result of `read`, a function of a module, for a path and further arguments."""
     memory = _memory()
     # Without -P, modules of the current folder would be imported in the place of Python's own.
     command = [sys.executable, "-P", "-c", _READER_SCRIPT, str(memory)]
@@ -69,3 +65,17 @@ def _memory() -> int:
     """Address space of a reader, bytes: no more than this process may take."""
     limits = [limit for limit in resource.getrlimit(resource.RLIMIT_AS) if limit != resource.RLIM_INFINITY]
     return min([_MAX_MEMORY, *limits])
+
+
+def c3d_points(path: Path) -> dict[str, Any]:
+    """Points (3, markers, frames), analog channels (channels, samples), and attributes of both, of a C3D file.
+
+    It calls ezc3d for the format of https://www.c3d.org, in a separate process.
+    """
+    import ezc3d
+
+    file = ezc3d.c3d(str(path))
+    points, analogs = file["data"]["points"][:3], file["data"]["analogs"][0]
+    attributes = {name: file["parameters"]["POINT"][name]["value"] for name in ("RATE", "LABELS", "UNITS")}
+    channels = file["parameters"]["ANALOG"].get("LABELS", {"value": []})["value"]
+    return {**attributes, "points": points, "analogs": analogs, "CHANNELS": channels}

@@ -81,21 +81,15 @@ class Fit(Generic[M]):
     def change_without(
         self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: Array | float = 1.0
     ) -> Array:
-        """First-order change of the unknowns if only some of the residuals count, (P,).
+        """First-order change of the unknowns, (P,), if only the residuals of a mask count, (R,), a prior's included.
 
-        Args:
-            kept: mask of those that count, (R,), a prior's included.
-            unobservable: share of the strongest change of these residuals, up to which unknowns stay; None: rounding.
-            scales: typical changes of the unknowns, by which changes are compared.
+        Unknowns stay that change these residuals less than a share `unobservable` of the strongest change, compared by
+        `scales`, typical changes of the unknowns; None: rounding.
         """
         slopes = self.weights[:, None] * self.slopes * scales
         residuals = self.weights * self.residuals
         change: Array = np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
         return scales * change
-
-    def model_without(self, kept: NDArray[np.bool_]) -> M:
-        """First-order model that is fitted to some of the residuals, (R,)."""
-        return self.build_model(self.x + self.change_without(kept))
 
     def profile(self, count: int) -> "Fit[M]":
         """The fit of the first unknowns, which the others follow: their best values are taken out of the slopes."""
@@ -106,11 +100,7 @@ class Fit(Generic[M]):
 
 
 def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> Fit[M]:
-    """Fit with the least cost among those from the starts, (K, P), that come near the measurements.
-
-    Raises:
-        InputError: if none does.
-    """
+    """Fit of least cost among those from the starts, (K, P), that come near the measurements; an InputError: none."""
     fits = list[Fit[M]]()
     for start in np.atleast_2d(starts):
         try:
@@ -125,12 +115,9 @@ def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> F
 def _search(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
     weights, last, step = np.asarray(problem.weights), dict[str, Array](), 0
 
-    def fill_missing(residuals: Array) -> Array:
-        return np.nan_to_num(residuals, nan=problem.missing)
-
     def residuals(x: Array) -> Array:
         last["residuals"] = problem.residuals(x)
-        return weights * fill_missing(last["residuals"])
+        return weights * np.nan_to_num(last["residuals"], nan=problem.missing)
 
     def slopes(x: Array) -> Array:
         """Slopes, which the search asks for where it has computed residuals last."""
@@ -156,19 +143,10 @@ def _search(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
     misfits: Array = solution.fun / weights
     error = np.nan if problem.error is None else problem.error(misfits)
     expected = "no fit comes near the measurements: start closer, or free fewer keys"
-    require(
-        not error > 1 and bool(np.isfinite(solution.cost)), "identify", "residual", f"{100 * error:.3g} %", expected
-    )
+    is_near = not error > 1 and bool(np.isfinite(solution.cost))
+    require(is_near, "identify", "residual", f"{100 * error:.3g} %", expected)
     ratio = 0.0 if problem.outlier is None else misfits / problem.outlier
     equal_weights = np.broadcast_to(weights * (1 + ratio**2) ** -0.25, misfits.shape)
     jacobian = last.get("slopes", solution.jac / weights[..., None])
-    return Fit(
-        problem.build_model,
-        solution.x,
-        misfits,
-        jacobian,
-        equal_weights,
-        float(solution.cost),
-        error,
-        bool(solution.success),
-    )
+    model, cost, converged = problem.build_model, float(solution.cost), bool(solution.success)
+    return Fit(model, solution.x, misfits, jacobian, equal_weights, cost, error, converged)

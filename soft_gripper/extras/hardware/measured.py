@@ -4,13 +4,12 @@ Positive are a force on the inner side, and a torque and an angle that close. A 
 table of units (`UNITS`), its unit (`SI`) and its largest plausible value (`MOST`).
 """
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recording_schema import (
     ANGLE,
     FORCE,
@@ -21,7 +20,7 @@ from soft_gripper.extras.hardware.recording_schema import (
     instruments,
 )
 from soft_gripper.extras.hardware.table import Table
-from soft_gripper.files.document import require
+from soft_gripper.quantity import Violation
 
 UNITS = FORCE | TORQUE | ANGLE
 SI = {"force": "N", "torque": "N m", "angle": "rad"}
@@ -38,37 +37,32 @@ class Measured:
     along: tuple[float, float] | None = None  # direction of a force, x and z in B; None: across the finger
 
 
-def read_instruments(table: Table, described: object, length: float, prefix: str = "") -> dict[str, Measured]:
-    """Measurements of the instruments of a description, by "force", "torque" and "angle".
-
-    Args:
-        table: with their columns.
-        described: has the fields `measured_force` and so on; messages put `prefix` before these.
-        length: of the finger, m.
-
-    Raises:
-        InputError: if a column has no numbers or implausible ones, or a place is not on the finger.
-    """
-    return {
-        kind: _read_instrument(table, kind, config, length, f"{prefix}measured_{kind}")
-        for kind, config in instruments(described).items()
-    }
+def read_instruments(table: Table, described: object) -> dict[str, Measured]:
+    """Measurements by "force", "torque" and "angle", of a description with the fields `measured_force` and so on."""
+    measured = {}
+    for kind, config in instruments(described).items():
+        value = factor(config) * table.columns([config.column])[:, 0]
+        place = np.full(len(value), config.place)
+        if config.place_column is not None:
+            place = table.columns([config.place_column])[:, 0] * LENGTH[config.place_unit]
+        direction = config.along if isinstance(config, MeasuredForceConfig) else None
+        measured[kind] = Measured(value, place, None if direction is None else (direction[0], direction[1]))
+    return measured
 
 
-def _read_instrument(table: Table, kind: str, config: AnyInstrument, length: float, field: str) -> Measured:
-    value = factor(config) * table.columns([config.column])[:, 0]
-    largest = float(np.nanmax(np.abs(value), initial=0.0))
-    require(
-        bool(np.isfinite(value).any()), table.path, f"{field}.column", config.column, "is empty, or NaN, everywhere"
-    )
-    expected = f"the largest is then {largest:.3g} {SI[kind]}: is it right?"
-    require(largest < MOST[kind], table.path, f"{field}.unit", config.unit, expected)
-    place = np.full(len(value), config.place)
-    if config.place_column is not None:
-        place = table.columns([config.place_column])[:, 0] * LENGTH[config.place_unit]
-    check_places(table.path, f"{field}.place" + ("" if config.place_column is None else "_column"), place, length)
-    direction = config.along if isinstance(config, MeasuredForceConfig) else None
-    return Measured(value, place, None if direction is None else (direction[0], direction[1]))
+def instrument_violations(
+    measured: Mapping[str, Measured], described: object, length: float, prefix: str = ""
+) -> Iterator[Violation]:
+    """Yields what is wrong with measurements along a finger of a length, m; fields begin with a prefix."""
+    for kind, instrument in measured.items():
+        field, config = f"{prefix}measured_{kind}", getattr(described, f"measured_{kind}")
+        largest = float(np.nanmax(np.abs(instrument.value), initial=0.0))
+        if not np.isfinite(instrument.value).any():
+            yield f"{field}.column", config.column, "is empty, or NaN, everywhere"
+        if not largest < MOST[kind]:
+            yield f"{field}.unit", config.unit, f"the largest is then {largest:.3g} {SI[kind]}: is it right?"
+        place_field = f"{field}.place" if config.place_column is None else f"{field}.place_column"
+        yield from place_violations(place_field, instrument.place, length)
 
 
 def factor(config: AnyInstrument) -> float:
@@ -76,16 +70,10 @@ def factor(config: AnyInstrument) -> float:
     return config.sign * UNITS[config.unit]
 
 
-def check_places(path: Path, field: str, place: Array, length: float) -> None:
-    """Checks places along a finger, m.
-
-    Raises:
-        InputError: if one is not on it.
-    """
-    outside = ~((place >= 0) & (place <= length)) & np.isfinite(place)
-    if outside.any():
-        worst = float(place[outside][0])
-        raise InputError(path, field, round(worst, 6), f"must be on the finger: 0 to {length:g} m from its base")
+def place_violations(field: str, place: Array, length: float) -> Iterator[Violation]:
+    """Yields places, m, that are not on a finger of a length, m."""
+    for outside in place[~((place >= 0) & (place <= length)) & np.isfinite(place)]:
+        yield field, round(float(outside), 6), f"must be on the finger: 0 to {length:g} m from its base"
 
 
 def latest(time: Array, value: Array) -> Array:

@@ -11,6 +11,7 @@ from math import radians
 from operator import mul
 from pathlib import Path
 
+from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.text_pattern import (
     MAX_LENGTH,
     fill_pattern,
@@ -18,7 +19,7 @@ from soft_gripper.extras.hardware.text_pattern import (
     pattern_problem,
     plain_number_pattern,
 )
-from soft_gripper.files.document import load_config, require
+from soft_gripper.files.document import load_config
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.models import DIRECTORY
 from soft_gripper.quantity import Violation, quantity
@@ -388,9 +389,10 @@ def load_description(name_or_path: str | Path) -> RecordingConfig:
     path = Path(name_or_path)
     if path.suffix not in (".yaml", ".yml"):
         path = SHIPPED / f"{name_or_path}.yaml"
-        shipped_names = ", ".join(description_names())
-        shipped = str(name_or_path) in description_names()
-        require(shipped, "recording", "--as", str(name_or_path), f"not shipped; known: {shipped_names}; or give a path")
+        shipped_names = description_names()
+        if str(name_or_path) not in shipped_names:
+            expected = f"not shipped; known: {', '.join(shipped_names)}; or give a path"
+            raise InputError("recording", "--as", str(name_or_path), expected)
     config = load_config(path, read_yaml(path), RecordingConfig)
     if config.finger is not None and not config.finger.startswith("package://"):
         config.finger = os.path.realpath(path.parent / config.finger)

@@ -70,18 +70,13 @@ def error_columns(errors: Array, *columns: str) -> dict[str, float]:
 
 
 def ball_radius(deviations: Array) -> Array:
-    """Radius of a ball that holds 95 % of the sum of independent normal deviations.
+    """Radius of a ball that holds 95 % of the sum of K independent normal deviations, by its longest axis, (...).
 
-    Args:
-        deviations: one standard deviation of each of K, (K, ..., D) in D dimensions.
-
-    Returns:
-        (...), by the longest axis of their sum.
+    Given are one standard deviation of each in D dimensions, (K, ..., D).
     """
     covariance = np.einsum("k...i,k...j->...ij", deviations, deviations)
-    radius: Array = np.sqrt(
-        _squared_radius(deviations.shape[-1]) * np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1])
-    )
+    largest = np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1])
+    radius: Array = np.sqrt(_squared_radius(deviations.shape[-1]) * largest)
     return radius
 
 
@@ -93,10 +88,7 @@ def ball_std(radius: Array, dimensions: int) -> Array:
 def ball_rms_z(errors: Array, radius: Array, dimensions: int) -> float:
     """Root mean square of errors along an axis over their standard deviations; 1 if the 95 % balls are right.
 
-    Args:
-        errors: distances; NaN does not count.
-        radius: of the balls, of the same shape.
-        dimensions: of space.
+    Errors are distances, of which NaN does not count; `dimensions` are those of space.
     """
     along = errors / (np.sqrt(dimensions) * ball_std(radius, dimensions))
     return float(np.sqrt(np.nanmean(along**2)))

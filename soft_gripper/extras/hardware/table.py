@@ -41,20 +41,16 @@ class Columns:
 
     @property
     def fields(self) -> dict[str, str]:
-        """All columns of numbers with the field that names each, the time first."""
+        """Columns of numbers with the field that names each, the time first."""
         return {self.time: "time", **{name: field_name for name, field_name in self.names.items() if name != self.time}}
 
     @property
     def all_fields(self) -> dict[str, str]:
-        """All columns with the field that names each, that of the label at the end."""
+        """Columns with the field that names each, that of the label at the end."""
         return self.fields if self.label is None else {**self.fields, self.label: "labels.column"}
 
     def places(self, path: Path, file_names: Sequence[str]) -> list[int]:
-        """Indices of the columns of `needed` among those of a file.
-
-        Raises:
-            InputError: naming the field whose column is missing, with the nearest, or is there several times.
-        """
+        """Indices of the columns of `needed` among those of a file."""
         all_fields = self.all_fields
         places: dict[str, list[int]] = {name: [] for name in all_fields}
         for i, name in enumerate(file_names):
@@ -108,11 +104,7 @@ class Table:
 
 
 def split_runs(table: Table, time: str, pause: float) -> list[Table]:
-    """Runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another.
-
-    Raises:
-        InputError: if no sample has a time, or a run has a single row.
-    """
+    """Runs in a table: a gap of time longer than `pause`, in its unit, or time that begins anew, begins another."""
     t = table.columns([time])[:, 0]
     table, t = table.select(np.isfinite(t)), t[np.isfinite(t)]
     step = np.diff(t, prepend=t[:1])

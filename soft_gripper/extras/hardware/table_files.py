@@ -18,13 +18,11 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.bag_messages import bag_columns
-from soft_gripper.extras.hardware.c3d_points import c3d_points
-from soft_gripper.extras.hardware.isolated_reading import read_isolated
+from soft_gripper.extras.hardware.isolated_reading import c3d_points, read_isolated
 from soft_gripper.extras.hardware.recording_schema import LENGTH
 from soft_gripper.extras.hardware.table import DEFAULT_HOLD, Columns, Table, hold_values, leave_out_start, note_missing
 from soft_gripper.extras.hardware.text_pattern import fill_pattern
 from soft_gripper.extras.hardware.text_table import read_text_table
-from soft_gripper.files.document import require
 from soft_gripper.files.text import check_regular
 
 BAGS = (".bag", ".db3", ".mcap")
@@ -32,15 +30,12 @@ OTHER_THAN_TEXT = (*BAGS, ".nc", ".c3d")
 
 
 def read_table(path: Path, columns: Columns) -> Table:
-    """Reads a file; its name says which kind it is.
-
-    Raises:
-        InputError: if it cannot be read, has no samples, or lacks a column.
-    """
+    """Reads a file; its name says which kind it is."""
     for part in path.iterdir() if is_bag_folder(path) else (path,):
         check_regular(part)
     is_text = not is_bag_folder(path) and path.suffix.lower() not in OTHER_THAN_TEXT
-    require(is_text or columns.label is None, path, "labels.column", columns.label, "is read of files of text alone")
+    if columns.label is not None and not is_text:
+        raise InputError(path, "labels.column", columns.label, "is read of files of text alone")
     hold = columns.hold
     if is_text:
         table = hold_values(read_text_table(path, columns), columns)
@@ -72,7 +67,8 @@ def _read_netcdf(path: Path, columns: Columns) -> Table:
         raise InputError(path, "time", time, f"is not a variable with one dimension; these are: {candidates}")
     (time_axis,) = data[time].dims
     count = data.sizes[time_axis]
-    require(count > 0, path, "file", path.name, "is empty: it has no samples")
+    if not count:
+        raise InputError(path, "file", path.name, "is empty: it has no samples")
     names, values = list[str](), list[Array]()
     for name in data.variables:
         variable = data[name]
@@ -84,8 +80,8 @@ def _read_netcdf(path: Path, columns: Columns) -> Table:
             indices = [",".join(map(str, index)) for index in np.ndindex(*sizes)]
             names += [f"{name}[{index}]" if index else str(name) for index in indices]
             values.append(flat)
-    chosen = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
-    return Table(path, tuple(columns.fields), chosen, np.arange(count) + 1)
+    needed = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
+    return Table(path, tuple(columns.fields), needed, np.arange(count) + 1)
 
 
 _MAX_RATE = 1e6  # Hz
@@ -98,22 +94,23 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
     points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
     labels = [str(label).strip() for label in data["LABELS"]][: points.shape[1]] if columns.points else []
     channels = [str(label).strip() for label in data["CHANNELS"]][: len(data["analogs"])]
-    require(points.shape[2] > 0, path, "file", path.name, "is empty: it has no points")
-    require(bool(labels or channels), path, "markers", None, "it has no analog channels: describe its markers")
-    require(0 < rate <= _MAX_RATE, path, "POINT:RATE", rate, f"must be above 0, and at most {_MAX_RATE:g} Hz")
     unit = str((data["UNITS"] or ["mm"])[0]).strip() or "mm"
-    require(unit in LENGTH, path, "POINT:UNITS", unit, f"one of {', '.join(LENGTH)}")
+    for fits, name, value, expected in (
+        (points.shape[2] > 0, "file", path.name, "is empty: it has no points"),
+        (labels or channels, "markers", None, "it has no analog channels: describe its markers"),
+        (0 < rate <= _MAX_RATE, "POINT:RATE", rate, f"must be above 0, and at most {_MAX_RATE:g} Hz"),
+        (unit in LENGTH, "POINT:UNITS", unit, f"one of {', '.join(LENGTH)}"),
+    ):
+        if not fits:
+            raise InputError(path, name, value, expected)
     frames = np.arange(points.shape[2])
-
-    def point_columns(label: str) -> list[str]:
-        return [fill_pattern(columns.points, {"marker": label, "axis": axis}) for axis in "xyz"]
-
     scale = LENGTH[unit] / columns.point_unit
     flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * scale
     analogs = data["analogs"][: len(channels)].T
     stride = max(len(analogs) // len(frames), 1) if channels else 1
     synchronous = analogs[::stride][: len(frames)] if channels else np.empty((len(frames), 0))
-    names = [*(name for label in labels for name in point_columns(label)), *channels]
+    names = [fill_pattern(columns.points, {"marker": label, "axis": axis}) for label in labels for axis in "xyz"]
+    names += channels
     values = np.column_stack((flat, synchronous))
     # A label has its subject in front, and may be given without.
     prefixed = [i for i, name in enumerate(names) if ":" in name]

@@ -66,11 +66,7 @@ class _Rows(NamedTuple):
 
 
 def read_text_table(path: Path, columns: Columns) -> Table:
-    """Reads a file of text: cells with separators between them, or objects of JSON.
-
-    Raises:
-        InputError: if it is not text, lacks a column, has two of one name, or no row of it holds numbers.
-    """
+    """Reads a file of text: cells with separators between them, or objects of JSON."""
     rows = _read_rows(path, columns)
     names = tuple(columns.fields)
     time = [str(row[0]) for row in rows.cells]
@@ -111,15 +107,15 @@ def _read_rows(path: Path, columns: Columns) -> _Rows:
 
 
 def _cell_rows(path: Path, lines: list[str], columns: Columns) -> _Rows:
-    chosen = _SEPARATORS if columns.text.separator is None else (columns.text.separator,)
+    separators = _SEPARATORS if columns.text.separator is None else (columns.text.separator,)
     if columns.header is None:
-        separator, begin, names = _named_separator(lines, set(columns.all_fields), chosen)
+        separator, begin, names = _named_separator(lines, set(columns.all_fields), separators)
         if (form := foreign_text(lines)) and not columns.all_fields.keys() <= set(names):
             raise InputError(path, "file", path.name, form)
         head_lines = begin - 1
     else:
         names = list(columns.header)
-        separator, begin = _counted_separator(lines, len(names), columns.places(path, names)[0], chosen)
+        separator, begin = _counted_separator(lines, len(names), columns.places(path, names)[0], separators)
         head_lines = begin
     places = columns.places(path, names)
     rows = _Rows([], [], {})
@@ -252,11 +248,7 @@ class _Numbers(NamedTuple):
 
 
 def _parse_numbers(path: Path, rows: _Rows, names: Sequence[str], decimal: str | None) -> _Numbers:
-    """Parses rows of numbers with the decimal sign with which most are numbers.
-
-    Raises:
-        InputError: if a sign in them may separate decimals or thousands.
-    """
+    """Parses rows of numbers with the decimal sign with which most are numbers."""
     cells = [cell for row in rows.cells for cell in row[: len(names)] if isinstance(cell, str)]
     commas = [cell for cell in cells if "," in cell]
     signs = (".", ",") if decimal is None and commas else (decimal or ".",)

@@ -48,16 +48,17 @@ from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.hardware.fitted_range import LeftOut, learned_widths, regions_left_out
 from soft_gripper.extras.hardware.identification.confidence import (
     UNOBSERVABLE,
+    ConfidenceConfig,
     confidence_of,
     correlation_time,
     mean_correlation_time,
     square_root,
 )
 from soft_gripper.extras.hardware.identification.free_parameters import Model
-from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
-from soft_gripper.extras.hardware.identification.model_band import are_far
+from soft_gripper.extras.hardware.identification.model_band import far_rows
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
@@ -67,7 +68,6 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     note_unbalanced,
     state_errors,
 )
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths, regions_left_out
 from soft_gripper.files.document import require
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
@@ -105,18 +105,11 @@ class KeptFit(NamedTuple):
 def weigh(
     model: Model, states: SettledStates, window: float, tare: SettledStates | None = None, fitted: KeptFit | None = None
 ) -> list[Weighing]:
-    """Weighs the load on the tip in every window of a recording, and in the last row over all of it.
+    """Weighs the load on the tip in every window of a recording, s, and in the last row over all of it.
 
-    Args:
-        model: the identified finger, without a load, in its set-up.
-        states: of the recording; its stated load is not used but named in the result.
-        window: span of time, s; a rest of the recording that is shorter than half of one belongs to the last.
-        tare: states without a load, in which tendons were pulled much as in this recording; None: there are none.
-        fitted: kept fit; None: the finger is exact.
-
-    Raises:
-        InputError: if the rows have no times, those in which the finger finds a balance are too few for a window, or
-            the fit is that of another finger.
+    The stated load is not used but named in the result. A rest that is shorter than half a window belongs to the last.
+    In the states of a tare, without a load, tendons are pulled much as in this recording. Without a kept fit, the
+    finger is exact.
     """
     require(window > 0, states.name, "--window", window, "give a span of time, s")
     offset = np.zeros(states.markers.shape) if tare is None else _tare_errors(model, tare, states)
@@ -128,12 +121,11 @@ def weigh(
     window_numbers = np.minimum((elapsed / window).astype(int), count - 1)
     note_unbalanced(states, error + slope)
     balanced = balanced_rows(error + slope)
-    loaded_states = replace(states, load=mass)
-    is_far, band_growth, deviations = (
-        (np.full(len(balanced), np.nan), np.zeros(len(balanced)), np.zeros((len(balanced), 0)))
-        if fitted is None
-        else _fit_terms(fitted, model, loaded_states, slope)
-    )
+    row_count = len(balanced)
+    terms: tuple[Array, Array, Array] = np.full(row_count, np.nan), np.zeros(row_count), np.zeros((row_count, 0))
+    if fitted is not None:
+        terms = _fit_terms(fitted, model, replace(states, load=mass), slope)
+    is_far, band_growth, deviations = terms
     weighings = []
     for rows in [*(balanced & (window_numbers == i) for i in range(count)), balanced]:
         expected = f"a window needs at least {_MIN_ROWS} rows: make it longer"
@@ -150,7 +142,7 @@ def weigh(
 def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Array) -> tuple[Array, Array, Array]:
     """Mask of the rows far from the fitted states, growth^2 d, (R,), and deviations of the mass, (R, P)."""
     confidence, name = fitted.confidence, states.name
-    free = confidence.free(model)
+    free = confidence.parameters(model)
     expected = f"the finger has {len(free.names)} numbers of these keys: is it another one's?"
     require(len(free.names) == len(confidence.std), name, "confidence", len(confidence.std), expected)
     parameter_slopes = marker_slopes(free, free.start, states, np.full(len(states.pulled), True))
@@ -158,12 +150,8 @@ def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Arra
     loads = kept_states.states[:, -1]
     load_distance = abs(states.load - np.clip(states.load, loads.min(), loads.max())) / kept_states.spread[-1]
     distance = np.hypot(kept_states.part(slice(-1)).distance(states.pulled), load_distance)
-    band_growth = confidence.load_growth**2 * distance
-    return (
-        are_far(fitted.states, states).astype(float),
-        band_growth,
-        _mass_deviations(parameter_slopes, confidence.covariance, slope),
-    )
+    is_far, band_growth = far_rows(fitted.states, states).astype(float), confidence.load_growth**2 * distance
+    return is_far, band_growth, _mass_deviations(parameter_slopes, confidence.covariance, slope)
 
 
 def _mass_deviations(parameter_slopes: Array, covariance: Array, slope: Array) -> Array:
@@ -187,13 +175,11 @@ def learned_growth(identified: IdentifiedStates) -> float:
         return 0.0
     slope = np.concatenate([_mass_slope(identified.model, run, run.load)[1] for run in states])
     size, balanced = slope[0].size, balanced_rows(slope)
-    residuals, by_parameter = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
+    residuals, parameter_slopes = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
     recording = np.repeat(np.arange(count), [len(run.pulled) for run in states])
     pulled = np.concatenate([run.pulled for run in states])
-    shapes, lasting = (
-        FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled))),
-        mean_correlation_time(balanced_series(errors)),
-    )
+    shapes = FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled)))
+    lasting = mean_correlation_time(balanced_series(errors))
 
     def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         is_kept = np.repeat(~region, size)
@@ -202,7 +188,7 @@ def learned_growth(identified: IdentifiedStates) -> float:
         recording_rows = [np.flatnonzero(region & balanced & (recording == i)) for i in range(count)]
         masses, distances = [], []
         for rows in [rows for rows in recording_rows if len(rows) >= _MIN_ROWS]:
-            mass_slopes, key_slopes = _center(slope[rows]), _center(by_parameter[rows])
+            mass_slopes, key_slopes = _center(slope[rows]), _center(parameter_slopes[rows])
             deviations = _mass_deviations(key_slopes.reshape(-1, len(change)), covariance, mass_slopes)
             masses.append(_weigh_rows(_center(residuals[rows]) + key_slopes @ change, mass_slopes, deviations))
             distances.append(shapes.leave_out(region).distance(pulled[rows]).mean())
@@ -224,9 +210,8 @@ def _tare_errors(model: Model, tare: SettledStates, states: SettledStates) -> Ar
     error, pulled = state_errors(model, replace(tare, load=0.0)), cKDTree(tare.pulled)
     distances, nearest = pulled.query(states.pulled)
     reach = float(np.ptp(tare.pulled, axis=0).max())
-    expected = (
-        f"pulls no tendons as this recording does: rows are {100 * _PULL_TOLERANCE:.0f} % of the range apart, or more"
-    )
+    percent = f"{100 * _PULL_TOLERANCE:.0f} %"
+    expected = f"pulls no tendons as this recording does: rows are {percent} of the range apart, or more"
     require(float(np.median(distances)) <= _PULL_TOLERANCE * reach, states.name, "--tare", tare.name, expected)
     return error[nearest]
 
@@ -263,22 +248,14 @@ def weighing_figure(weighings: Sequence[Weighing]) -> Figure:
     """Plots the mass in every window with its band, and the mass in the file's name, a panel for each recording."""
     names = list(dict.fromkeys(row.recording for row in weighings))
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(names), figsize=(1.2 + 2.6 * len(names), 2.8), sharey=True, squeeze=False, constrained_layout=True
-        )
+        figure = plt.figure(figsize=(1.2 + 2.6 * len(names), 2.8), constrained_layout=True)
+        axes = figure.subplots(1, len(names), sharey=True, squeeze=False)
         for panel, name in zip(axes[0], names, strict=True):
             *windows, whole = [row for row in weighings if row.recording == name]
             middles = [(row.begin_s + row.end_s) / 2 for row in windows]
-            panel.errorbar(
-                middles,
-                [row.load_g for row in windows],
-                [row.band_g for row in windows],
-                fmt="o",
-                ms=4,
-                capsize=3,
-                color=ESTIMATOR_COLORS[5],
-                label="estimated, 95 %",
-            )
+            loads, bands = [row.load_g for row in windows], [row.band_g for row in windows]
+            style = {"fmt": "o", "ms": 4, "capsize": 3, "color": ESTIMATOR_COLORS[5], "label": "estimated, 95 %"}
+            panel.errorbar(middles, loads, bands, **style)
             panel.axhline(whole.named_g, color="0.35", lw=1, ls="--", label="hung on the tip")
             panel.set(title=name, xlabel="time [s]", xlim=(0, None))
         axes[0, 0].set_ylabel("load at the tip [g]")

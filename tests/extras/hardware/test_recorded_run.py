@@ -11,7 +11,7 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.calibration import calibrate_recordings
-from soft_gripper.extras.hardware.recorded_run import load_run, read_signal
+from soft_gripper.extras.hardware.finger_logs import load_run, read_signal
 from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ("pressure.steps.all=[0, 180e3]", "pressure.settle=0.6", "pressure.hold_samples=10", "sensor.sections=2")

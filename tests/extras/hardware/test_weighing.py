@@ -8,10 +8,14 @@ from hardware_files import published
 from here_executor import HereExecutor
 from refusals import refused
 
-from soft_gripper.extras.hardware.identification.confidence import confidence_of
+from soft_gripper.extras.hardware.identification.confidence import (
+    CONFIDENCE,
+    ConfidenceConfig,
+    confidence_of,
+    kept_confidence,
+)
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, Model, free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
-from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, ConfidenceConfig, kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,

@@ -6,7 +6,7 @@ from hardware_files import published
 from scipy.signal import find_peaks
 from synthetic_hardware import write_beam
 
-from soft_gripper.extras.hardware.identification.fit import _along, _vertex
+from soft_gripper.extras.hardware.identification.fit import _settling_share, _vertex
 from soft_gripper.extras.hardware.identification.free_parameters import free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.simulated_motion import simulated_markers
@@ -74,7 +74,7 @@ def test_the_beam_is_fitted_as_well_as_the_documentation_says():
 
 def late_decrement(motion, markers):
     """Logarithmic decrement of the 9th to the 14th half-swing."""
-    away = (_along(motion, markers) * motion.largest)[motion.time >= motion.events[0]]
+    away = (_settling_share(motion, markers) * motion.largest)[motion.time >= motion.events[0]]
     extrema = np.sort(np.concatenate([find_peaks(side, prominence=1e-4)[0] for side in (away, -away)]))[8:15]
     swings = np.abs(np.diff([_vertex(away[k - 1 : k + 2])[1] for k in extrema]))
     return -2 * np.polyfit(range(len(swings)), np.log(swings), 1)[0]

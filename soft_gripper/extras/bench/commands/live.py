@@ -24,7 +24,7 @@ from soft_gripper.extras.bench.live_view import LiveView
 from soft_gripper.extras.bench.recorder import Recorder, free_name, recording_layout
 from soft_gripper.extras.bench.tally import StatusLine
 from soft_gripper.extras.hardware.bench_schema import BenchConfig, load_bench
-from soft_gripper.extras.hardware.measured import check_places
+from soft_gripper.extras.hardware.measured import place_violations
 from soft_gripper.extras.hardware.recording_schema import instruments
 from soft_gripper.extras.hardware.table import Columns
 from soft_gripper.extras.page.session import Session, serve_session
@@ -229,7 +229,9 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
     for name, finger in config.fingers.items():
         for kind, instrument in instruments(finger).items():
             place = np.array([np.nan if instrument.place is None else instrument.place])
-            check_places(file, f"fingers.{name}.measured_{kind}.place", place, bench.layouts[name].finger.length)
+            field = f"fingers.{name}.measured_{kind}.place"
+            for violation in place_violations(field, place, bench.layouts[name].finger.length):
+                raise InputError(file, *violation)
     for field, chosen in (("send", config.send), ("record", config.record)):
         names = [name for name in chosen or () if name not in bench.signals]
         if names:

@@ -2,30 +2,33 @@
 
 import argparse
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from pathlib import Path
 
-from soft_gripper.extras.hardware.commands.fit_progress import FitProgress
-from soft_gripper.extras.hardware.commands.printing import print_bands, print_identified, print_identified_states
+from soft_gripper.extras.hardware.commands.printing import (
+    FitProgress,
+    print_bands,
+    print_identified,
+    print_identified_states,
+)
+from soft_gripper.extras.hardware.identification.confidence import CONFIDENCE, kept_confidence
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import (
+    SETUP,
     Identified,
     Tested,
-    compared,
+    compare_motions,
     fit_remarks,
     identify,
     identify_figure,
     read_finger,
     read_setup,
-    setup_file,
     write_fitted,
 )
-from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE, ConfidenceConfig, kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     TestedStates,
-    compared_states,
+    compare_states,
     identify_states,
     settled_states,
     states_figure,
@@ -38,16 +41,15 @@ from soft_gripper.files.output import check_file
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
 from soft_gripper.runs.executor import open_executor
-from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    _check_chosen(options)
+    _check_options(options)
     opened = open_executor(options.jobs, options.scheduler)
     file = model_path(options.finger)
-    setup = setup_file(file)
+    setup = SETUP.file(file)
     paths = recording_paths([*options.file, *options.test], options.described_as, options.data)
     outputs = _outputs(options.out, fits=bool(options.file)) if options.out else []
     for output in outputs:
@@ -57,38 +59,46 @@ def run(options: argparse.Namespace) -> None:
         find_recordings(files, options.described_as, options.data) if files else []
         for files in (options.file, options.test)
     )
-    is_settled = _is_settled([*fitted, *tested])
+    is_settled = _are_settled([*fitted, *tested])
     with opened as executor:
-        result = (_of_states if is_settled else _of_motions)(model, fitted, tested, options, executor)
-        if isinstance(result, TestedStates):
+        report = FitProgress("fitting", lambda model, remark: write_fitted(file, options.out, model, [remark]))
+        search = executor, options.starts, options.seed, report, model.setup
+        result: Tested | TestedStates
+        if is_settled:
+            states, test_states = ([settled_states(run, model.finger) for run in runs] for runs in (fitted, tested))
+            if states:
+                result = identify_states(model.finger, options.free, states, test_states, *search)
+            else:
+                result = compare_states(model, test_states)
             print_identified_states(result)
         else:
+            motions, test_motions = ([measured_motion(run) for run in runs] for runs in (fitted, tested))
+            if motions:
+                result = identify(model.finger, options.free, motions, test_motions, *search)
+            else:
+                result = compare_motions(model, test_motions, executor)
             print_identified(result)
-        kept, known = (
-            _kept(result)
-            if isinstance(result, Identified | IdentifiedStates)
-            else (STATES.read(file), CONFIDENCE.read(file))
-        )
-        bands = [] if kept is None else band_rows(kept, result, known, executor.map)
+        kept, confidence = STATES.read(file), CONFIDENCE.read(file)
+        if isinstance(result, Identified | IdentifiedStates):
+            growth = learned_growth(result) if isinstance(result, IdentifiedStates) else 0.0
+            kept, confidence = learned_band(result), kept_confidence(result.fit.free, result.confidence, growth)
+        bands = [] if kept is None else band_rows(kept, result, confidence, executor.map)
     if kept is not None:
         print_bands(bands)
         options.console.table("bands", bands)
     if options.out:
-        _write(result, file, outputs)
-        if kept is not None and known is not None and isinstance(result, Identified | IdentifiedStates):
+        if isinstance(result, Identified | IdentifiedStates) and kept is not None and confidence is not None:
+            write_fitted(file, options.out, result.model, fit_remarks(result.confidence))
             STATES.write(options.out, kept)
-            CONFIDENCE.write(options.out, known)
+            CONFIDENCE.write(options.out, confidence)
+        write_csv(options.out.with_suffix(".csv"), result.scores)
+        figure = states_figure(result) if isinstance(result, TestedStates) else identify_figure(result)
+        save_figure(figure, options.out.with_suffix(""))
     options.console.table("scores", result.scores)
     options.console.wrote(*outputs)
 
 
-def _kept(identified: Identified | IdentifiedStates) -> tuple[FittedStatesConfig, ConfidenceConfig]:
-    """The states of a fit and the confidence in it, as they are kept beside the finger."""
-    growth = learned_growth(identified) if isinstance(identified, IdentifiedStates) else 0.0
-    return learned_band(identified), kept_confidence(identified.fit.free, identified.confidence, growth)
-
-
-def _check_chosen(options: argparse.Namespace) -> None:
+def _check_options(options: argparse.Namespace) -> None:
     """Raises an InputError if there is nothing to do, or options of a fit are given without one, or missing."""
     require(bool(options.file or options.test), "identify", "FILE", "", "give recordings to fit to, or --test ones")
     for name, value in (("--free", options.free), ("--out", options.out)) if options.file else ():
@@ -97,57 +107,14 @@ def _check_chosen(options: argparse.Namespace) -> None:
     require(bool(options.file or not options.free), "identify", "--free", " ".join(options.free), expected)
 
 
-def _of_motions(
-    model: Model,
-    fitted: Sequence[HardwareRecording],
-    tested: Sequence[HardwareRecording],
-    options: argparse.Namespace,
-    executor: Executor,
-) -> Tested:
-    motions, tests = ([measured_motion(recording) for recording in role] for role in (fitted, tested))
-    if not motions:
-        return compared(model, tests, executor)
-    chosen = executor, options.starts, options.seed, _progress(options), model.setup
-    return identify(model.finger, options.free, motions, tests, *chosen)
-
-
-def _of_states(
-    model: Model,
-    fitted: Sequence[HardwareRecording],
-    tested: Sequence[HardwareRecording],
-    options: argparse.Namespace,
-    executor: Executor,
-) -> TestedStates:
-    states, tests = ([settled_states(recording, model.finger) for recording in role] for role in (fitted, tested))
-    if not states:
-        return compared_states(model, tests)
-    chosen = executor, options.starts, options.seed, _progress(options), model.setup
-    return identify_states(model.finger, options.free, states, tests, *chosen)
-
-
-def _progress(options: argparse.Namespace) -> FitProgress:
-    """Reports a search, and writes what it has found so far."""
-    file = model_path(options.finger)
-    return FitProgress("fitting", lambda model, remark: write_fitted(file, options.out, model, [remark]))
-
-
 def _outputs(out: Path, fits: bool) -> list[Path]:
     """The files that are written: those of a fit, or of a test alone."""
     tables = [out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg")]
-    return [out, setup_file(out), STATES.file(out), CONFIDENCE.file(out), *tables] if fits else tables
+    return [out, SETUP.file(out), STATES.file(out), CONFIDENCE.file(out), *tables] if fits else tables
 
 
-def _write(found: Tested | TestedStates, file: Path, outputs: Sequence[Path]) -> None:
-    of_suffix = {output.suffix: output for output in outputs}
-    if isinstance(found, Identified | IdentifiedStates):
-        write_fitted(file, of_suffix[".urdf"], found.model, fit_remarks(found.confidence))
-    write_csv(of_suffix[".csv"], found.scores)
-    figure = states_figure(found) if isinstance(found, TestedStates) else identify_figure(found)
-    save_figure(figure, of_suffix[".csv"].with_suffix(""))
-
-
-def _is_settled(recordings: Sequence[HardwareRecording]) -> bool:
-    """Whether these are of settled states; they may not be mixed with motions."""
+def _are_settled(recordings: Sequence[HardwareRecording]) -> bool:
+    """Whether recordings are of settled states; they may not be mixed with motions."""
     settled = [recording.name for recording in recordings if recording.config.event == "settled"]
     for recording in recordings if settled else ():
         expected = f"'{settled[0]}' is of settled states: identify motions by themselves"

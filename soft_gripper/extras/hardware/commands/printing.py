@@ -1,29 +1,52 @@
-"""Tables of fits and replays, printed."""
+"""Prints tables of fits and replays, and the progress of a fit."""
 
-from collections.abc import Sequence
+import sys
+import time
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.hardware.identification.confidence import Confidence
 from soft_gripper.extras.hardware.identification.fit import MotionScore
-from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
+from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters, Model
 from soft_gripper.extras.hardware.identification.identified_finger import (
     Identified,
     Tested,
-    doubts,
-    doubts_of_states,
+    motion_doubts,
     repetitions,
 )
 from soft_gripper.extras.hardware.identification.model_band import BandRow, extrapolations
-from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates
+from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, TestedStates, state_doubts
+from soft_gripper.extras.hardware.least_squares import Progress
 from soft_gripper.extras.hardware.measured import SI
 from soft_gripper.extras.hardware.replay.held_out import ALL, ArmReplay, ReplayRow
 from soft_gripper.extras.hardware.replay.measured_scores import MeasuredReplay
 from soft_gripper.files.row_table import print_rows, print_table
 from soft_gripper.sensors.strain_errors import MINUTE
 
-_PRINTED_CORRELATION = 0.9
+_MIN_PRINTED_CORRELATION = 0.9
+
+
+class FitProgress:
+    """Prints a line for each step, and writes the finger that is the best so far.
+
+    `write` is called with the model and a remark that says how far the search has come.
+    """
+
+    def __init__(self, title: str, write: Callable[[Model, str], None]):
+        self._title, self._write = title, write
+        self._best, self._begin = np.inf, time.monotonic()
+
+    def __call__(self, progress: Progress[Model]) -> None:
+        """Reports a step."""
+        error = f"marker error {100 * progress.error:.2f} %"
+        unbalanced = f", {progress.missing // 3} markers in no balance" if progress.missing else ""
+        elapsed = f"{time.monotonic() - self._begin:.0f} s"
+        print(f"{self._title}: step {progress.step}, {error}{unbalanced}, {elapsed}", file=sys.stderr, flush=True)
+        if progress.error < self._best:
+            self._best = progress.error
+            self._write(progress.model, f"Not final: the search had come to step {progress.step}, {error}")
 
 
 def print_identified(tested: Tested) -> None:
@@ -32,9 +55,9 @@ def print_identified(tested: Tested) -> None:
         print(f"\nmarker error {100 * tested.fit.error:.2f} % of the largest displacement (root mean square)")
         _print_parameters(tested.fit.free, tested.fit.x, tested.confidence)
         finger = tested.model.finger
-        remains = 1 - sum(branch.share for branch in finger.creep)
         if finger.creep:
-            print(f"Young's modulus after all creep: {finger.base.youngs_modulus * remains:.5g} Pa")
+            modulus = finger.base.youngs_modulus * (1 - sum(branch.share for branch in finger.creep))
+            print(f"Young's modulus after all creep: {modulus:.5g} Pa")
         _print_correlations(tested.confidence)
     columns = {"recording": "", "role": "", "settled": ".2f", "motion": ".2f", "tip [%]": ".1f"}
     columns |= dict.fromkeys(("settled turn [degrees]", "creep [degrees]", "recovery [degrees]"), ">")
@@ -53,7 +76,7 @@ def print_identified(tested: Tested) -> None:
     print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
     print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
     print("times that the turn is below these shares of the settled one, all swings together.")
-    for doubt in doubts(tested):
+    for doubt in motion_doubts(tested):
         print(f"WARNING: {doubt}")
 
 
@@ -66,7 +89,7 @@ def print_identified_states(tested: TestedStates) -> None:
     print_rows(tested.scores, "marker errors, the mean offset removed, by the family of the rows")
     if isinstance(tested, IdentifiedStates):
         print("Left out: predicted by a fit to the other families; each family has a mean offset of its own.")
-        for doubt in doubts_of_states(tested):
+        for doubt in state_doubts(tested):
             print(f"WARNING: {doubt}")
 
 
@@ -88,10 +111,8 @@ def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) ->
 
 def _print_correlations(confidence: Confidence) -> None:
     names, correlation = confidence.names, confidence.correlation
-    for i in range(len(names)):
-        for j in range(i):
-            if abs(correlation[i, j]) > _PRINTED_CORRELATION:
-                print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
+    for i, j in np.argwhere(np.abs(np.tril(correlation, -1)) > _MIN_PRINTED_CORRELATION):
+        print(f"correlated: {names[j]} and {names[i]} ({correlation[i, j]:+.3f})")
 
 
 def _score_cells(row: MotionScore) -> list[str | float]:
@@ -128,8 +149,8 @@ def print_replay(replay: ArmReplay) -> None:
     print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
     for one in replay.replayed:
         creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
-        of_fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.geometry.delay:.0f} ms"
-        print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({of_fit})")
+        fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.geometry.delay:.0f} ms"
+        print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({fit})")
         for warning in one.warnings:
             print(f"WARNING: {one.name}: {warning}")
     names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
@@ -146,6 +167,6 @@ def print_replay(replay: ArmReplay) -> None:
 def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float]:
     errors = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
     band = row.within_band_percent, row.rms_z, row.band_mm, row.far_percent
-    of_row = [other for other in rows if (other.estimator, other.sections) == (row.estimator, row.sections)]
-    means = [other.mean_mm for other in of_row if other.recording != ALL]
+    key = row.estimator, row.sections
+    means = [one.mean_mm for one in rows if (one.estimator, one.sections) == key and one.recording != ALL]
     return [f"{row.estimator}, {row.sections} per side", *errors, *band, *means]

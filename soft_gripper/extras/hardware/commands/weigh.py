@@ -2,9 +2,9 @@
 
 import argparse
 
+from soft_gripper.extras.hardware.identification.confidence import CONFIDENCE
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger, read_setup
-from soft_gripper.extras.hardware.identification.kept_confidence import CONFIDENCE
 from soft_gripper.extras.hardware.identification.model_band import STATES
 from soft_gripper.extras.hardware.identification.settled_states import SettledStates, settled_states
 from soft_gripper.extras.hardware.recordings import find_recordings, recording_paths

@@ -7,21 +7,35 @@ correlation time,  1 + 2 sum of autocorrelations , up to the first that is not p
 Parameters that change the residuals alike are not determined beside each other. Of such a group the one that was named
 last keeps the value at which the search ended, where the others are optimal, and the rest is looked at again without
 it: what is said of them holds for that value.
+
+The confidence is kept beside the file of an identified finger. What is estimated with the finger is as uncertain as its
+parameters: by their covariance C, and the change g of the estimate by each, its variance is  g^T C g . Parameters that
+recordings do not determine take part with their large variance, so that an estimate that depends on them says so.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.identification.free_parameters import FreeParameters
+from soft_gripper.extras.hardware.identification.companion_file import CompanionFile
+from soft_gripper.extras.hardware.identification.free_parameters import (
+    PRESSURE_LAW,
+    FingerFit,
+    FreeParameters,
+    Model,
+    free_parameters,
+)
+from soft_gripper.quantity import Violation, quantity
 
-_INDISTINGUISHABLE = 0.98  # correlation above which two parameters cannot be distinguished
+_MAX_CORRELATION = 0.98  # correlation above which two parameters cannot be distinguished
 UNOBSERVABLE = 1e-3  # of the strongest: a direction that changes the residuals less is unobservable
-_NOTHING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
-_TAKES_PART = 0.2  # of the largest part in an unobservable direction, beyond which a parameter takes part
+_ROUNDING = 1e-12  # if even the strongest change of the residuals is smaller, it is rounding
+_MIN_PART_SHARE = 0.2  # of the largest part in an unobservable direction, beyond which a parameter takes part
+_BOUND_DISTANCE = 0.02  # typical changes, within which a value is at an end of its range
+_DIGITS, _MIN_NUMBER = 5, 1e-9  # of kept numbers; smaller ones are rounding
 
 
 class Undetermined(NamedTuple):
@@ -34,8 +48,8 @@ class Undetermined(NamedTuple):
     correlation: float  # with that parameter, if it is one; else NaN
 
     def __str__(self) -> str:
-        of_two = "" if np.isnan(self.correlation) else f" (correlation {self.correlation:+.4f})"
-        beside = f" beside {', '.join(self.beside)}{of_two}" if self.beside else ": it hardly changes anything"
+        correlation = "" if np.isnan(self.correlation) else f" (correlation {self.correlation:+.4f})"
+        beside = f" beside {', '.join(self.beside)}{correlation}" if self.beside else ": it hardly changes anything"
         unit = "" if self.unit == "1" else f" {self.unit}"
         return f"dropped {self.name}, which is not determined{beside}; kept at {self.value:.5g}{unit}"
 
@@ -56,34 +70,43 @@ class Confidence:
 
 
 def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Array, lasting: float) -> Confidence:
-    """The confidence in a vector (P,) that follows from its residuals and their Jacobian.
+    """The confidence in a vector (P,) that follows from its residuals, (R,), and their Jacobian, (R, P).
 
-    Args:
-        free: the parameters.
-        x: their values.
-        residuals: (R,).
-        jacobian: (R, P).
-        lasting: number of samples over which residuals are correlated.
+    `lasting` is the number of samples over which residuals are correlated.
     """
     names, units, values = free.names, free.units, free.values(x)
-    by_changes, left, dropped = jacobian * free.scales, list(range(len(names))), list[Undetermined]()
-    of_all, _ = _covariance(by_changes)
+    slopes, determined, dropped = jacobian * free.scales, list(range(len(names))), list[Undetermined]()
+    whole_covariance, _ = _covariance(slopes)
     while True:
-        covariance, groups = _covariance(by_changes[:, left])
+        covariance, groups = _covariance(slopes[:, determined])
         if not groups:
             break
         group, correlation = groups[0]
-        *beside, last = [left[i] for i in group]
-        undetermined = Undetermined(
-            names[last], float(values[last]), units[last], tuple(names[i] for i in beside), correlation
-        )
-        dropped.append(undetermined)
-        left.remove(last)
-    variance = np.sum(residuals**2) / max(len(residuals) - len(left), 1) * lasting
-    spread = np.sqrt(np.diag(covariance))
-    std = np.sqrt(variance) * spread * free.scales[left]
-    of_all = variance * of_all * np.outer(free.scales, free.scales)
-    return Confidence([names[i] for i in left], std, covariance / np.outer(spread, spread), tuple(dropped), of_all)
+        *others, last = [determined[i] for i in group]
+        beside = tuple(names[i] for i in others)
+        dropped.append(Undetermined(names[last], float(values[last]), units[last], beside, correlation))
+        determined.remove(last)
+    variance = np.sum(residuals**2) / max(len(residuals) - len(determined), 1) * lasting
+    std = np.sqrt(variance) * np.sqrt(np.diag(covariance)) * free.scales[determined]
+    whole_covariance = variance * whole_covariance * np.outer(free.scales, free.scales)
+    names = [names[i] for i in determined]
+    return Confidence(names, std, _correlation(covariance), tuple(dropped), whole_covariance)
+
+
+def fit_doubts(fit: FingerFit[Any], confidence: Confidence) -> list[str]:
+    """Keys that are all undetermined, or at an end of their range, and a search that was ended before it converged."""
+    free, x, (lower, upper) = fit.free, fit.x, fit.free.bounds
+    ends = np.minimum(x - lower, upper - x) < _BOUND_DISTANCE * free.scales
+    doubts = [
+        f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5"
+        for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True)
+        if name in confidence.names
+    ]
+    if not confidence.names:
+        doubts = ["no key is determined: the values at which the search ended predict what is left out, too"]
+    if not fit.converged:
+        doubts += ["the search was ended before it converged: go on from the finger that it wrote, or free fewer keys"]
+    return doubts
 
 
 _Group = tuple[Sequence[int], float]  # indices in their order, and the correlation of a pair
@@ -94,19 +117,24 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
     if not jacobian.shape[1]:
         return np.zeros((0, 0)), []
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
-    least = max(UNOBSERVABLE * strengths[0], _NOTHING)
-    covariance = (directions.T / np.maximum(strengths, least) ** 2) @ directions
-    spread = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(spread, spread)
+    min_strength = max(UNOBSERVABLE * strengths[0], _ROUNDING)
+    covariance = (directions.T / np.maximum(strengths, min_strength) ** 2) @ directions
+    correlation = _correlation(covariance)
     groups: list[_Group] = []
-    for direction in directions[strengths <= least][::-1]:
-        part = np.flatnonzero(np.abs(direction) > _TAKES_PART * np.abs(direction).max())
+    for direction in directions[strengths <= min_strength][::-1]:
+        part = np.flatnonzero(np.abs(direction) > _MIN_PART_SHARE * np.abs(direction).max())
         groups.append((part.tolist(), float(correlation[part[0], part[1]]) if len(part) == 2 else np.nan))
     above = np.triu(np.abs(correlation), 1)
-    pairs = np.argwhere(above > _INDISTINGUISHABLE)
+    pairs = np.argwhere(above > _MAX_CORRELATION)
     pairs = pairs[np.argsort(-above[tuple(pairs.T)])]
     groups += [((int(i), int(j)), float(correlation[i, j])) for i, j in pairs]
     return covariance, groups
+
+
+def _correlation(covariance: Array) -> Array:
+    stds = np.sqrt(np.diag(covariance))
+    correlation: Array = covariance / np.outer(stds, stds)
+    return correlation
 
 
 def square_root(covariance: Array) -> Array:
@@ -130,3 +158,51 @@ def correlation_time(series: Array) -> float:
     correlations = correlations / correlations[0]
     ends = np.flatnonzero(correlations <= 0)
     return float(1 + 2 * correlations[1 : ends[0] if len(ends) else None].sum())
+
+
+@dataclass
+class ConfidenceConfig:
+    """Standard deviations and correlations of P fitted numbers."""
+
+    keys: list[str] = quantity([], filled=True)  # that were free
+    std: list[float] = quantity([], least=0, filled=True)  # of every number; of logarithms where these were fitted
+    correlation: list[list[float]] = quantity([], least=-1.001, most=1.001, filled=True)
+    # Of the band of a weighed load, by the root of the distance from the fitted pulled lengths; 0: it does not grow
+    load_growth: float = quantity(0.0, least=0)
+
+    def violations(self) -> Iterator[Violation]:
+        count = len(self.std)
+        if [len(row) for row in self.correlation] != [count] * count:
+            shape = f"{len(self.correlation)} rows"
+            yield "correlation", shape, f"must be {count} rows of {count} numbers, one for every deviation"
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the vector of the free parameters, (P, P)."""
+        return np.array(self.correlation) * np.outer(self.std, self.std)
+
+    def parameters(self, model: Model) -> FreeParameters:
+        """The parameters of a finger in its set-up whose confidence this is."""
+        names = dict.fromkeys(PRESSURE_LAW if key.startswith(PRESSURE_LAW) else key for key in self.keys)
+        law_numbers = sum(key.startswith(PRESSURE_LAW) for key in self.keys)  # gain, and margin
+        pressures = [model.setup.highest_pressure / (1 + number) for number in range(law_numbers)]
+        return free_parameters(model.finger, [*names], pressures, model.setup)
+
+
+CONFIDENCE = CompanionFile(
+    ".confidence.yaml",
+    "How well the fitted numbers of a finger are known, for bands and `soft-gripper weigh`",
+    ConfidenceConfig,
+)
+
+
+def kept_confidence(free: FreeParameters, confidence: Confidence, load_growth: float = 0.0) -> ConfidenceConfig:
+    """The confidence of a fit, as its file has it."""
+    std = np.sqrt(np.diag(confidence.covariance))
+    unit = np.where(std > 0, std, 1.0)
+    rounded = [[_round(value) for value in row] for row in confidence.covariance / np.outer(unit, unit)]
+    return ConfidenceConfig(list(free.keys), [_round(value) for value in std], rounded, _round(load_growth))
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}") if abs(value) > _MIN_NUMBER else 0.0

@@ -25,9 +25,9 @@ from soft_gripper.extras.hardware.identification.free_parameters import FingerFi
 from soft_gripper.extras.hardware.identification.simulated_motion import (
     SETTLED_TIME,
     MeasuredMotion,
-    settled,
+    marker_rotation,
+    settled_mean,
     simulated_markers,
-    turned,
 )
 from soft_gripper.extras.hardware.least_squares import Problem, Report, no_report
 from soft_gripper.extras.hardware.least_squares import fit as solve
@@ -35,15 +35,13 @@ from soft_gripper.fingers.kinematics import as_points
 
 _DIFFERENCE_STEP = 0.02  # step of the finite differences, in typical changes
 _UNKNOWN_SCALES = (0.01, 0.01, 1e-3, 0.01)  # s, s, m, rad: typical changes of what was not recorded
-_OF_HAND, _OF_VALVE = 0.1, 0.05  # s, maximum difference of an event from its detected time
-_MOST_SAG, _MOST_TURN = 0.2, 0.1  # of the largest displacement, and rad: from straight, as a hand holds the tip
+_MAX_HAND_SHIFT, _MAX_VALVE_SHIFT = 0.1, 0.05  # s, maximum difference of an event from its detected time
+_MAX_SAG_SHARE, _MAX_TURN = 0.2, 0.1  # of the largest displacement, and rad: from straight, as a hand holds the tip
 _TOLERANCE = 1e-3  # relative, of the sum of squares
-_MOST_STEPS = 40
-_CREEP_BEGIN = 0.5  # s after an event, after which further motion counts as creep
+_MAX_STEPS = 40
+_CREEP_DELAY = 0.5  # s after an event, after which further motion counts as creep
 _EMPTIED_WEIGHT = 4.0  # weight of a sample of creep without pressure
 _IMPOSSIBLE_ERROR = 10.0  # largest displacements: the error assigned to an impossible or diverging finger
-
-
 Run = Callable[..., Iterable[Array]]
 
 
@@ -56,20 +54,13 @@ def fit(
 ) -> FingerFit[MeasuredMotion]:
     """Fits free parameters, and the times of events, to recordings.
 
-    Args:
-        free: the free parameters, with their initial values.
-        motions: motions of the recordings.
-        run: calls a function with every pair of a model and a motion, as `map` does, or that of an executor.
-        report: called after each step.
-        starts: initial vectors of the free parameters, (K, P); None: that of the given model.
-
-    Raises:
-        InputError: if the result comes nowhere near the markers.
+    `run` calls a function with every pair of a model and a motion, as `map` does, or that of an executor. `starts` are
+    initial vectors, (K, P); None: that of the given model.
     """
     motions, count = tuple(motions), len(free.start)
     unknowns = np.concatenate([motion.unknowns for motion in motions])
     tails = np.split(np.arange(len(unknowns)) + count, np.cumsum([len(motion.unknowns) for motion in motions])[:-1])
-    scales, room = (np.concatenate([*map(of, motions)]) for of in (_scales, _room))
+    scales, room = (np.concatenate([*map(values, motions)]) for values in (_unknown_scales, _unknown_room))
     lower, upper = free.bounds
 
     def build_model(x: Array) -> Model:
@@ -78,22 +69,22 @@ def fit(
     def with_unknowns(x: Array) -> tuple[MeasuredMotion, ...]:
         return tuple(motion.with_unknowns(x[tail]) for motion, tail in zip(motions, tails, strict=True))
 
-    def possible(x: Array) -> Model | None:
+    def possible_model(x: Array) -> Model | None:
         try:
             return build_model(x)
         except InputError:  # a step of the search may lead to an impossible finger
             return None
 
     def residuals(x: Array) -> Array:
-        return np.concatenate([*run(_residuals_or_impossible, [possible(x)] * len(motions), with_unknowns(x))])
+        return np.concatenate([*run(_residuals_or_impossible, [possible_model(x)] * len(motions), with_unknowns(x))])
 
     def slopes(x: Array, residuals: Array) -> Array:
-        """By one-sided differences; the unknowns of a recording do not affect other recordings."""
+        """One-sided differences; the unknowns of a recording do not affect other recordings."""
         steps = np.concatenate([free.steps(x[:count], _DIFFERENCE_STEP), _DIFFERENCE_STEP * scales])
-        moved = x + np.diag(steps)
+        points = x + np.diag(steps)
         calls = [(column, i) for column in range(count) for i in range(len(motions))]
         calls += [(column, i) for i, tail in enumerate(tails) for column in tail.tolist()]
-        models, changed = [*map(possible, moved)], [*map(with_unknowns, moved)]
+        models, changed = [*map(possible_model, points)], [*map(with_unknowns, points)]
         results = run(_residuals_or_impossible, [models[c] for c, _ in calls], [changed[c][i] for c, i in calls])
         ends = np.cumsum([2 * motion.markers.size for motion in motions])
         rows = np.split(np.arange(len(residuals)), ends[:-1])
@@ -109,7 +100,7 @@ def fit(
         weights=np.concatenate([*map(_weights, motions)]),
         bounds=(np.append(lower, unknowns - room), np.append(upper, unknowns + room)),
         error=(lambda residuals: float(np.sqrt(np.sum(residuals**2) / len(motions)))) if count else None,
-        options={"x_scale": np.append(free.scales, scales), "ftol": _TOLERANCE, "max_nfev": _MOST_STEPS},
+        options={"x_scale": np.append(free.scales, scales), "ftol": _TOLERANCE, "max_nfev": _MAX_STEPS},
     )
     begin = np.atleast_2d(free.start if starts is None else starts)
     solution = solve(problem, np.column_stack([begin, np.tile(unknowns, (len(begin), 1))]), report)
@@ -121,15 +112,15 @@ def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
     return fit(FreeParameters(model, {}), [motion], map).recordings[0]
 
 
-def _scales(motion: MeasuredMotion) -> Array:
-    """Typical changes of what was not recorded."""
+def _unknown_scales(motion: MeasuredMotion) -> Array:
+    """Typical changes of the unknowns."""
     return np.array(_UNKNOWN_SCALES[: len(motion.unknowns)])
 
 
-def _room(motion: MeasuredMotion) -> Array:
-    """How far what was not recorded may be from its first guess: events are near, and the held finger is straight."""
-    event = _OF_HAND if motion.pressure is None else _OF_VALVE
-    return np.array([event, event, _MOST_SAG * motion.largest, _MOST_TURN][: len(motion.unknowns)])
+def _unknown_room(motion: MeasuredMotion) -> Array:
+    """Ranges of the unknowns about their first guess: events are near, and the held finger is straight."""
+    event = _MAX_HAND_SHIFT if motion.pressure is None else _MAX_VALVE_SHIFT
+    return np.array([event, event, _MAX_SAG_SHARE * motion.largest, _MAX_TURN][: len(motion.unknowns)])
 
 
 def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
@@ -137,14 +128,14 @@ def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
 
     Their squares add up to the mean square, so that the weight of a recording does not depend on its length.
     """
-    away = (simulated_markers(model.finger, model.setup, motion) - motion.markers) / motion.largest
-    parts: Array = np.nan_to_num(away).ravel().view(float)
-    return parts / np.sqrt(away.size)
+    errors = (simulated_markers(model.finger, model.setup, motion) - motion.markers) / motion.largest
+    parts: Array = np.nan_to_num(errors).ravel().view(float)
+    return parts / np.sqrt(errors.size)
 
 
 def _weights(motion: MeasuredMotion) -> Array:
     """Weights of the residuals of a motion, by the times of its events as they were detected."""
-    emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _CREEP_BEGIN)
+    emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _CREEP_DELAY)
     return np.repeat(np.where(emptied, _EMPTIED_WEIGHT, 1.0), 2 * motion.markers.shape[1])
 
 
@@ -158,30 +149,23 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
     return np.full(2 * motion.markers.size, _IMPOSSIBLE_ERROR / np.sqrt(motion.markers.size))
 
 
-def confidence(fit: FingerFit[MeasuredMotion], kept: NDArray[np.bool_] | None = None) -> Confidence:
+def fit_confidence(fit: FingerFit[MeasuredMotion], kept: NDArray[np.bool_] | None = None) -> Confidence:
     """Confidence in a fit to motions, to the first order of one to some of the residuals, (R,)."""
     residuals, slopes = fit.weights * fit.residuals, fit.weights[:, None] * fit.slopes
     ends = np.cumsum([2 * motion.markers.size for motion in fit.recordings])
-    by_motion = zip(np.split(residuals, ends[:-1]), fit.recordings, strict=True)
-    lasting = mean_correlation_time([rows.reshape(len(motion.time), -1) for rows, motion in by_motion])
+    pairs = zip(np.split(residuals, ends[:-1]), fit.recordings, strict=True)
+    lasting = mean_correlation_time([rows.reshape(len(motion.time), -1) for rows, motion in pairs])
     counted = slice(None) if kept is None else kept
     return confidence_of(fit.free, fit.x, residuals[counted], slopes[counted], lasting)
 
 
 def marker_deviations(free: FreeParameters, covariance: Array, motion: MeasuredMotion, run: Run = map) -> Planar:
-    """Independent deviations of the markers that the covariance of a fit's keys leaves.
+    """Deviations z + i x of the markers of a recording, whose unknowns follow the keys, (P, T, M) m.
 
-    Args:
-        free: keys of the fitted model.
-        covariance: of their vector, (P, P).
-        motion: recording; what was not recorded of it follows the keys.
-        run: as for `fit`.
-
-    Returns:
-        z + i x of one standard deviation of each of P independent unknowns, (P, T, M) m.
+    They are one standard deviation of each of P independent unknowns, by the covariance of the keys, (P, P).
     """
     key_steps = np.diag(free.steps(free.start, _DIFFERENCE_STEP))
-    unknown_steps = _DIFFERENCE_STEP * np.diag(_scales(motion))
+    unknown_steps = _DIFFERENCE_STEP * np.diag(_unknown_scales(motion))
     calls = [(free.model, motion), *((free.build_model(free.start + step), motion) for step in key_steps)]
     calls += [(free.model, motion.with_unknowns(motion.unknowns + step)) for step in unknown_steps]
     markers, *changed_markers = run(motion_markers, *zip(*calls, strict=True))
@@ -199,10 +183,10 @@ def motion_markers(model: Model, motion: MeasuredMotion) -> Planar:
     return simulated_markers(model.finger, model.setup, motion)
 
 
-_SHARES = (0.5, 0.63)  # of the settled turn: the times below them say how fast a finger rises
+_RISE_SHARES = (0.5, 0.63)  # of the settled turn: the times below them say how fast a finger rises
 _MEAN_HALF_WIDTH = 0.1  # s on either side, over which that is averaged
-_EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement
-_LEAST_PROMINENCE = 0.04  # share of the settled displacement: smallest prominence of one of them
+_MAX_EXTREMA = 9  # maximum number of maxima and minima used for frequency and decrement
+_MIN_PROMINENCE = 0.04  # share of the settled displacement: smallest prominence of one of them
 
 
 UNHELD = "test, hold unknown"  # role of a recording that is tested, with a hand that is taken to hold straight
@@ -234,7 +218,7 @@ class MotionScore:
 
 
 @dataclass(frozen=True)
-class Turn:
+class TurnResponse:
     """Characteristics of the rotation of a tip."""
 
     settled: float  # rad
@@ -246,7 +230,7 @@ class Turn:
     decrement: float
 
     def columns(self, prefix: str = "") -> dict[str, float]:
-        """These as columns of a `MotionScore`, in their units; names begin with the prefix."""
+        """Columns of a `MotionScore`, in their units; names begin with the prefix."""
         numbers = {
             "settled_turn_deg": float(np.degrees(self.settled)),
             "creep_deg": float(np.degrees(self.creep)),
@@ -262,80 +246,79 @@ class Turn:
 def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
     """Compares a recording, with its fitted events, to the simulation."""
     simulated = simulated_markers(model.finger, model.setup, motion)
-    off, moving = np.abs(simulated - motion.markers), motion.time >= motion.events[0]
-    middle = np.abs(np.nanmean(simulated - motion.markers, axis=1))[moving]
-    places = [settled(motion.time, markers, motion.end) for markers in (simulated, motion.markers)]
+    errors, is_moving = simulated - motion.markers, motion.time >= motion.events[0]
+    simulated_rest, rest = (settled_mean(motion.time, markers, motion.end) for markers in (simulated, motion.markers))
     return MotionScore(
         recording=motion.name,
         role=role,
-        settled_error_mm=1e3 * float(np.nanmean(np.abs(places[0] - places[1]))),
-        motion_error_mm=1e3 * float(np.nanmean(off[moving])),
-        tip_error_percent=100 * float(np.nanmax(middle)) / model.finger.length,
-        **tip_turn(motion, motion.markers).columns(),
-        **tip_turn(motion, simulated).columns("simulated_"),
+        settled_error_mm=1e3 * float(np.nanmean(np.abs(simulated_rest - rest))),
+        motion_error_mm=1e3 * float(np.nanmean(np.abs(errors)[is_moving])),
+        tip_error_percent=100 * float(np.nanmax(np.abs(np.nanmean(errors, axis=1))[is_moving])) / model.finger.length,
+        **turn_response(motion, motion.markers).columns(),
+        **turn_response(motion, simulated).columns("simulated_"),
     )
 
 
-def tip_turn(motion: MeasuredMotion, markers: Planar) -> Turn:
+def turn_response(motion: MeasuredMotion, markers: Planar) -> TurnResponse:
     """Characteristics of the rotation of markers, measured or simulated, from a recording's first event to its end."""
-    turn, time = turned(markers, motion.reference), motion.time - motion.events[0]
+    rotation, time = marker_rotation(markers, motion.reference), motion.time - motion.events[0]
     end = motion.end - motion.events[0]
-    late = float(settled(time, turn, end))
-    emptied = np.nan
-    if motion.pressure is not None and time[-1] - end > _CREEP_BEGIN + _MEAN_HALF_WIDTH + SETTLED_TIME:
-        emptied = _early(time - end, turn) - float(settled(time, turn, time[-1]))
+    rest = float(settled_mean(time, rotation, end))
+    recovery = np.nan
+    if motion.pressure is not None and time[-1] - end > _CREEP_DELAY + _MEAN_HALF_WIDTH + SETTLED_TIME:
+        recovery = _early_rotation(time - end, rotation) - float(settled_mean(time, rotation, time[-1]))
     rising = (time >= 0) & (time <= end)
-    half, most = (_time_below(time[rising], np.abs(turn[rising]), share * abs(late)) for share in _SHARES)
-    frequency, decrement = _swing(time, _along(motion, markers), end)
-    return Turn(late, late - _early(time, turn), emptied, half, most, frequency, decrement)
+    t50, t63 = (_time_below(time[rising], np.abs(rotation[rising]), share * abs(rest)) for share in _RISE_SHARES)
+    frequency, decrement = _swing(time, _settling_share(motion, markers), end)
+    return TurnResponse(rest, rest - _early_rotation(time, rotation), recovery, t50, t63, frequency, decrement)
 
 
-def _early(time: Array, turn: Array) -> float:
+def _early_rotation(time: Array, rotation: Array) -> float:
     """A rotation half a second after time 0, mean of some samples around it."""
-    return float(np.nanmean(turn[np.abs(time - _CREEP_BEGIN) <= _MEAN_HALF_WIDTH]))
+    return float(np.nanmean(rotation[np.abs(time - _CREEP_DELAY) <= _MEAN_HALF_WIDTH]))
 
 
-def _time_below(time: Array, turn: Array, level: float) -> float:
+def _time_below(time: Array, rotation: Array, level: float) -> float:
     """The time, s, that a rotation is below a level, linear between samples; NaN if it never reaches it.
 
     Without a swing it is the time at which the level is reached. Where a swing only just crosses the level, that is a
     matter of luck: whether it is by a little jumps by a period, this does not.
     """
-    seen = np.isfinite(turn)
-    time, above = time[seen], turn[seen] - level
-    if not (above >= 0).any():
+    is_seen = np.isfinite(rotation)
+    time, excess = time[is_seen], rotation[is_seen] - level
+    if not (excess >= 0).any():
         return np.nan
-    highest, lowest = np.maximum(above[1:], above[:-1]), np.minimum(above[1:], above[:-1])
-    shares = np.clip(np.divide(-lowest, highest - lowest, out=(lowest < 0) * 1.0, where=highest > lowest), 0, 1)
+    high, low = np.maximum(excess[1:], excess[:-1]), np.minimum(excess[1:], excess[:-1])
+    shares = np.clip(np.divide(-low, high - low, out=(low < 0) * 1.0, where=high > low), 0, 1)
     return float(time[0] + shares @ np.diff(time))
 
 
-def _along(motion: MeasuredMotion, markers: Planar) -> Array:
-    """How far the middle of markers is displaced in the direction in which it settles, of that distance, (T,)."""
-    away = np.mean(markers - motion.reference, axis=1)
-    rests = as_points(settled(motion.time, away, motion.end))
-    along: Array = as_points(away) @ rests / (rests @ rests)
-    return along
+def _settling_share(motion: MeasuredMotion, markers: Planar) -> Array:
+    """Displacement of the middle of markers in the direction in which it settles, over that distance, (T,)."""
+    shift = np.mean(markers - motion.reference, axis=1)
+    rest = as_points(settled_mean(motion.time, shift, motion.end))
+    share: Array = as_points(shift) @ rest / (rest @ rest)
+    return share
 
 
-def _swing(time: Array, along: Array, end: float) -> tuple[float, float]:
+def _swing(time: Array, displacement: Array, end: float) -> tuple[float, float]:
     """Frequency, Hz, and logarithmic decrement, from peak to peak: a middle that drifts matters little."""
-    swing = np.nan_to_num(along[(time >= 0) & (time <= end)])
-    extrema = np.sort(np.concatenate([find_peaks(side, prominence=_LEAST_PROMINENCE)[0] for side in (swing, -swing)]))
-    extrema = extrema[:_EXTREMA]
+    swing = np.nan_to_num(displacement[(time >= 0) & (time <= end)])
+    extrema = np.sort(np.concatenate([find_peaks(side, prominence=_MIN_PROMINENCE)[0] for side in (swing, -swing)]))
+    extrema = extrema[:_MAX_EXTREMA]
     if len(extrema) < 4:
         return np.nan, np.nan
-    refined = np.array([_vertex(swing[k - 1 : k + 2]) for k in extrema])
-    moments = (extrema + refined[:, 0]) * np.median(np.diff(time))
-    from_peak_to_peak = np.log(np.abs(np.diff(refined[:, 1])))
-    half = float(np.polyfit(np.arange(len(extrema)), moments, 1)[0])
-    decay = -float(np.polyfit(np.arange(len(extrema) - 1), from_peak_to_peak, 1)[0])
-    return 1 / (2 * half), 2 * decay
+    vertices = np.array([_vertex(swing[i - 1 : i + 2]) for i in extrema])
+    instants = (extrema + vertices[:, 0]) * np.median(np.diff(time))
+    amplitudes = np.log(np.abs(np.diff(vertices[:, 1])))
+    half_period = float(np.polyfit(np.arange(len(extrema)), instants, 1)[0])
+    decay = -float(np.polyfit(np.arange(len(extrema) - 1), amplitudes, 1)[0])
+    return 1 / (2 * half_period), 2 * decay
 
 
-def _vertex(three: Array) -> tuple[float, float]:
+def _vertex(samples: Array) -> tuple[float, float]:
     """Vertex of the parabola through three samples: offset from the middle one, in samples, and height."""
-    before, at, after = three
-    curvature = before - 2 * at + after
-    shift = 0.0 if curvature == 0 else 0.5 * (before - after) / curvature
-    return float(shift), float(at - 0.25 * (before - after) * shift)
+    first, middle, last = samples
+    curvature = first - 2 * middle + last
+    shift = 0.0 if curvature == 0 else 0.5 * (first - last) / curvature
+    return float(shift), float(middle - 0.25 * (first - last) * shift)

@@ -23,11 +23,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.least_squares import Fit
-from soft_gripper.files.document import require
 from soft_gripper.fingers.cross_section import SIZES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_parts import CreepBranch, PressureLaw
-from soft_gripper.fingers.paths import Tendon
+from soft_gripper.fingers.finger_parts import PressureLaw
 
 PRESSURE_LAW = "pressure_law"
 HELD_POSE = "held_pose"  # is fitted to every recording
@@ -72,59 +70,47 @@ def _section_key(name: str, unit: str) -> Key:
     return Key(unit, get, put)
 
 
-def _finger_key(name: str, unit: str) -> Key:
-    def put(model: Model, values: Sequence[float]) -> Model:
-        fields: dict[str, Any] = {name: values[0]}
-        return replace(model, finger=replace(model.finger, **fields))
+_Parts = tuple[Callable[[Model], Sequence[Any]], Callable[[Model, list[Any]], Model]]  # gets and puts them
+_FINGER_PARTS: _Parts = (lambda model: [model.finger], lambda model, parts: replace(model, finger=parts[0]))
+_SETUP_PARTS: _Parts = (lambda model: [model.setup], lambda model, parts: replace(model, setup=parts[0]))
+_CREEP_PARTS: _Parts = (
+    lambda model: model.finger.creep,
+    lambda model, parts: replace(model, finger=replace(model.finger, creep=tuple(parts))),
+)
+_TENDON_PARTS: _Parts = (
+    lambda model: model.finger.tendons,
+    lambda model, parts: replace(model, finger=replace(model.finger, tendons=tuple(parts))),
+)
 
-    return Key(unit, lambda model: (getattr(model.finger, name),), put)
+
+def _field_key(parts: _Parts, name: str, unit: str, **fit: Any) -> Key:
+    """Key of a field of every part."""
+    get_parts, put_parts = parts
+
+    def put(model: Model, values: Sequence[float]) -> Model:
+        cleared = values if parts in (_FINGER_PARTS, _CREEP_PARTS) else _clear_small(np.array(values))
+        pairs = zip(get_parts(model), cleared, strict=True)
+        return put_parts(model, [replace(part, **{name: value}) for part, value in pairs])
+
+    return Key(unit, lambda model: [getattr(part, name) for part in get_parts(model)], put, **fit)
 
 
 def _setup_key(name: str, unit: str, positive: bool, scale: float, room: Room = (-np.inf, np.inf)) -> Key:
-    def put(model: Model, values: Sequence[float]) -> Model:
-        fields: dict[str, Any] = {name: _clear_small(np.array(values[:1]))[0]}
-        return replace(model, setup=replace(model.setup, **fields))
-
-    return Key(unit, lambda model: (getattr(model.setup, name),), put, positive, scale, room)
+    return _field_key(_SETUP_PARTS, name, unit, positive=positive, scale=scale, room=room)
 
 
-def _creep_key(name: str, unit: str, room: Room) -> Key:
-    """Key of a field of each creep branch in the file."""
-
-    def put(model: Model, values: Sequence[float]) -> Model:
-        branches = zip(model.finger.creep, values, strict=True)
-        creep: tuple[CreepBranch, ...] = tuple(replace(branch, **{name: value}) for branch, value in branches)
-        return replace(model, finger=replace(model.finger, creep=creep))
-
-    return Key(unit, lambda model: [getattr(branch, name) for branch in model.finger.creep], put, room=room)
+def _angles(model: Model) -> Sequence[float]:
+    return [float(np.arctan2(tendon.y[0], tendon.x[0])) for tendon in model.finger.tendons]
 
 
-def _tendon_key(unit: str, get: Callable[[Tendon], float], put: Callable[[Tendon, float], Tendon], **fit: Any) -> Key:
-    """Key of a number of each tendon."""
-
-    def put_all(model: Model, values: Sequence[float]) -> Model:
-        tendons = tuple(put(tendon, value) for tendon, value in zip(model.finger.tendons, values, strict=True))
-        return replace(model, finger=replace(model.finger, tendons=tendons))
-
-    return Key(unit, lambda model: [get(tendon) for tendon in model.finger.tendons], put_all, **fit)
-
-
-def _tendon_field_key(name: str, unit: str, **fit: Any) -> Key:
-    def put(tendon: Tendon, value: float) -> Tendon:
-        return replace(tendon, **{name: _clear_small(np.array([value]))[0]})  # type: ignore[arg-type]
-
-    return _tendon_key(unit, attrgetter(name), put, **fit)
-
-
-def _angle(tendon: Tendon) -> float:
-    return float(np.arctan2(tendon.y[0], tendon.x[0]))
-
-
-def _turn_tendon(tendon: Tendon, angle: float) -> Tendon:
-    """Turns the path of a tendon about the middle of the section until it begins at an angle."""
-    columns = np.atleast_2d(np.broadcast_arrays(tendon.x, tendon.y))
-    path = np.exp(1j * (angle - _angle(tendon))) * (columns[0] + 1j * columns[1])
-    return replace(tendon, x=_clear_small(path.real), y=_clear_small(path.imag))
+def _turn_tendons(model: Model, values: Sequence[float]) -> Model:
+    """Turns the path of each tendon about the middle of the section until it begins at an angle."""
+    tendons = []
+    for tendon, angle, last_angle in zip(model.finger.tendons, values, _angles(model), strict=True):
+        columns = np.atleast_2d(np.broadcast_arrays(tendon.x, tendon.y))
+        path = np.exp(1j * (angle - last_angle)) * (columns[0] + 1j * columns[1])
+        tendons.append(replace(tendon, x=_clear_small(path.real), y=_clear_small(path.imag)))
+    return replace(model, finger=replace(model.finger, tendons=tuple(tendons)))
 
 
 def _lever(model: Model) -> Sequence[float]:
@@ -196,11 +182,11 @@ KEYS = {
     "chamber_width": _section_key("chamber_width", "m"),
     "chamber_thickness": _section_key("chamber_thickness", "m"),
     "layer_shear_modulus": _section_key("layer_shear_modulus", "Pa"),
-    "relaxation_time": _finger_key("relaxation_time", "s"),
-    "length": _finger_key("length", "m"),
-    "shear_factor": _finger_key("shear_factor", "1"),
-    "creep.share": _creep_key("share", "1", (1e-3, 0.6)),
-    "creep.time": _creep_key("time", "s", (5e-3, 100.0)),
+    "relaxation_time": _field_key(_FINGER_PARTS, "relaxation_time", "s"),
+    "length": _field_key(_FINGER_PARTS, "length", "m"),
+    "shear_factor": _field_key(_FINGER_PARTS, "shear_factor", "1"),
+    "creep.share": _field_key(_CREEP_PARTS, "share", "1", room=(1e-3, 0.6)),
+    "creep.time": _field_key(_CREEP_PARTS, "time", "s", room=(5e-3, 100.0)),
     "mounting_x": _setup_key("mounting_x", "m", False, 1e-3),
     "mounting_z": _setup_key("mounting_z", "m", False, 1e-3),
     "mounting_angle": _setup_key("mounting_angle", "rad", False, 0.01),
@@ -215,10 +201,10 @@ KEYS = {
     "dry_friction": _setup_key("dry_friction", "rad", False, 0.03, (0.0, 1.0)),
     "backlash": _setup_key("backlash", "m", False, 3e-4, (0.0, 0.05)),
     "delay": _setup_key("delay", "s", False, 0.05, (-2.0, 2.0)),
-    "tendon.angle": _tendon_key("rad", _angle, _turn_tendon, positive=False),
+    "tendon.angle": Key("rad", _angles, _turn_tendons, positive=False),
     "tendon.lever": Key("m", _lever, _set_lever, room=_lever_room),
-    "tendon.slack": _tendon_field_key("slack", "m", positive=False, scale=3e-4),
-    "tendon.stiffness": _tendon_field_key("stiffness", "N/m", scale=0.3),
+    "tendon.slack": _field_key(_TENDON_PARTS, "slack", "m", positive=False, scale=3e-4),
+    "tendon.stiffness": _field_key(_TENDON_PARTS, "stiffness", "N/m", scale=0.3),
 }
 
 
@@ -291,8 +277,8 @@ class FreeParameters:
     def steps(self, x: Array, fraction: float) -> Array:
         """Steps for finite differences, a fraction of the typical changes; backward if the model is impossible."""
         steps, (_, upper) = fraction * self.scales, self.bounds
-        for i, moved in enumerate(x + np.diag(steps)):
-            if moved[i] > upper[i] or not self._is_possible(moved):
+        for i, point in enumerate(x + np.diag(steps)):
+            if point[i] > upper[i] or not self._is_possible(point):
                 steps[i] *= -1
         return steps
 
@@ -347,9 +333,6 @@ def free_parameters(
         names: names of the keys.
         pressures: pressures of the recordings, Pa; may be empty.
         setup: initial guess of the set-up; None: the default.
-
-    Raises:
-        InputError: if there is no such key, it is given twice, or the finger does not have it.
     """
     law = pressure_law_keys(pressures) if pressures else {}
     model, keys = Model(finger, replace(setup or Setup(), held_pose=HELD_POSE in names)), dict[str, Key]()
@@ -369,5 +352,6 @@ def free_parameters(
                 expected = "the finger file has no initial guess for it; add one there"
                 raise InputError("identify", "--free", name, expected)
         keys |= named_keys
-    require(len(keys) > 0, "identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
+    if not keys:
+        raise InputError("identify", "--free", " ".join(names), "name a key of the finger or its set-up as well")
     return FreeParameters(model, keys)

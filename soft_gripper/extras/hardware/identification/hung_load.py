@@ -43,12 +43,9 @@ class HungLoad(NamedTuple):
     friction: float  # m, torque of friction at the hook over the weight
 
     def add_to(self, plant: MultibodyPlant, tip: Frame, gravity: Array) -> None:
-        """Hangs it at the tip of a finger, in the bending plane; at angle 0 it hangs straight down from a straight one.
+        """Hangs it at the tip of a finger, in the bending plane, before the plant is finalized; gravity in its world.
 
-        Args:
-            plant: not yet finalized.
-            tip: frame of the tip.
-            gravity: in the plant's world, m/s^2, (3,).
+        At angle 0 it hangs straight down from a straight finger.
         """
         model, weight = plant.AddModelInstance(_MODEL_NAME), self.load.mass * float(np.linalg.norm(gravity))
         center = self.string * gravity / np.linalg.norm(gravity)

@@ -1,4 +1,4 @@
-"""How far markers may be from where an identified finger has them, and recordings that leave what it was fitted to.
+"""Bands of the markers of an identified finger, and recordings that leave the states that it was fitted to.
 
 A state is what drives the finger: how far its tendons are pulled, or the pressure of its chamber, and the load on its
 tip. The band of a marker is a ball that holds it with a probability of 95 %, and grows with the distance from the
@@ -13,7 +13,7 @@ displacement, which grows with the drive too; what is fitted to every recording,
 The states and the band are kept beside the finger's file, and read again with it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Annotated, NamedTuple
@@ -23,35 +23,38 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.identification.beside_finger import BesideFinger
-from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE, square_root
-from soft_gripper.extras.hardware.identification.fit import MotionScore, Run, confidence, marker_deviations
+from soft_gripper.extras.hardware.fitted_range import (
+    COVERAGE,
+    LeftOut,
+    kept_states,
+    learned_widths,
+    regions_left_out,
+)
+from soft_gripper.extras.hardware.identification.companion_file import CompanionFile
+from soft_gripper.extras.hardware.identification.confidence import UNOBSERVABLE, ConfidenceConfig, square_root
+from soft_gripper.extras.hardware.identification.fit import MotionScore, Run, fit_confidence, marker_deviations
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, Tested
-from soft_gripper.extras.hardware.identification.kept_confidence import ConfidenceConfig
 from soft_gripper.extras.hardware.identification.settled_states import (
     IdentifiedStates,
     SettledStates,
     StateScore,
     TestedStates,
 )
-from soft_gripper.extras.hardware.identification.simulated_motion import MeasuredMotion, simulated_markers
-from soft_gripper.extras.hardware.kept_states import kept_states
-from soft_gripper.extras.hardware.left_out_regions import COVERAGE, LeftOut, learned_widths, regions_left_out
+from soft_gripper.extras.hardware.identification.simulated_motion import simulated_markers
 from soft_gripper.extras.hardware.scoring import LEFT_OUT, ball_radius, ball_rms_z, percent_within
 from soft_gripper.files.document import require
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.sensors.fitted_states import FittedStates, spread_of
 
-STATES = BesideFinger(
+STATES = CompanionFile(
     ".states.yaml",
     "The states that a finger was fitted to, and how its errors grow away from them, for `--test`",
     FittedStatesConfig,
 )
-_LOAD = 0.1  # kg, unit of loads: recordings often have a single one
-_MOST_KEPT = 2000  # states: a dozen tendons make a space in which few states are all far from each other
-_STRIDE = 5  # one sample of a motion in so many counts
+_LOAD_UNIT = 0.1  # kg, unit of loads: recordings often have a single one
+_MAX_KEPT = 2000  # states: a dozen tendons make a space in which few states are all far from each other
+_SAMPLE_STRIDE = 5  # one sample of a motion in so many counts
 
 
 @dataclass(frozen=True)
@@ -66,125 +69,99 @@ class BandRow:
     far_percent: Annotated[float, ".1f"]  # rows, or samples, that are far from what was fitted
 
 
-class _Driven(NamedTuple):
+class _MarkerErrors(NamedTuple):
     """T rows or samples of a recording."""
 
     name: str
     states: Array  # (T, D)
     errors: Array  # (T, M) m, of the markers; NaN where one is not seen
-    scale: float  # m, of errors: the largest displacement, or 1
-    by_keys: Array | float = 0.0  # (T, M) m, half widths that the covariance of the keys gives
-
-
-class _Learned(NamedTuple):
-    """A fit, as n samples of K errors each."""
-
-    states: Array  # (n, D)
-    errors: Array  # (n, K) m, or shares of the largest displacement; NaN where a sample is not seen
-    to_error: Array | float  # (R,) factors that make errors of residuals
-    parts: int  # residuals of an error
-    is_local: bool  # whether errors differ between the states, and no covariance is counted
+    scale: float = 1.0  # m, of errors: the largest displacement, or 1
+    key_widths: Array | float = 0.0  # (T, M) m, half widths that the covariance of the keys gives
 
 
 def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfig:
     """The states that a finger was fitted to, and the band of its markers."""
-    fit, learned = identified.fit, _learned(identified)
-    seen = np.isfinite(learned.errors).all(axis=1)
-    states, count = learned.states, learned.errors.shape[1] * learned.parts
-    spread, floor = _spreads(states), np.nanquantile(learned.errors, COVERAGE)
+    fit, is_local = identified.fit, isinstance(identified, IdentifiedStates)
+    if isinstance(identified, IdentifiedStates):  # errors differ between the states, and no covariance is counted
+        count = len(identified.left_out)
+        recordings = [*map(_state_errors, identified.states[:count], identified.errors[:count])]
+        errors, parts = np.concatenate([recording.errors for recording in recordings]), 3
+        states = np.concatenate([recording.states for recording in recordings])
+        residual_scales: Array | float = 1.0
+    else:  # an error is that of a marker, over the largest displacement
+        recordings = [*_motion_errors(Tested(identified.model, identified.fit.recordings, ()), stride=1)]
+        sizes = [recording.errors.size for recording in recordings]
+        errors = np.concatenate([(recording.errors / recording.scale).reshape(-1, 1) for recording in recordings])
+        states = np.concatenate([np.repeat(one.states, one.errors.shape[1], axis=0) for one in recordings])
+        residual_scales, parts = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]), 2
+    is_seen, count = np.isfinite(errors).all(axis=1), errors.shape[1] * parts
+    units = np.append(np.full(states.shape[-1] - 1, spread_of(states[:, :-1])), _LOAD_UNIT)
+    floor = np.nanquantile(errors, COVERAGE)
 
-    def sizes(rows: NDArray[np.bool_]) -> Array:
+    def local_sizes(rows: NDArray[np.bool_]) -> Array:
         """Sizes of the errors near some of the samples."""
-        if not learned.is_local:
-            return np.ones((int(rows.sum()), learned.errors.shape[1]))
-        return FittedStates(states[rows], spread).local_size(learned.errors[rows])
+        if not is_local:
+            return np.ones((int(rows.sum()), errors.shape[1]))
+        return FittedStates(states[rows], units).local_size(errors[rows])
 
-    def errors(moved: Array, rows: NDArray[np.bool_]) -> Array:
-        away = ((fit.residuals + fit.slopes @ moved) * learned.to_error).reshape(*learned.errors.shape, learned.parts)
-        return np.linalg.norm(away, axis=-1)[rows]
+    def changed_errors(change: Array, rows: NDArray[np.bool_]) -> Array:
+        residuals = (fit.residuals + fit.slopes @ change) * residual_scales
+        return np.linalg.norm(residuals.reshape(*errors.shape, parts), axis=-1)[rows]
 
-    def by_keys(kept: NDArray[np.bool_]) -> Array:
+    def key_widths(kept: NDArray[np.bool_]) -> Array:
         """Half widths by the keys of a fit to some of the residuals, (n, K)."""
         assert isinstance(identified, Identified)
-        moved = fit.slopes @ square_root(confidence(identified.fit, kept).covariance)
-        return ball_radius((moved.T * learned.to_error).reshape(-1, *learned.errors.shape, learned.parts))
+        changes = fit.slopes @ square_root(fit_confidence(identified.fit, kept).covariance)
+        return ball_radius((changes.T * residual_scales).reshape(-1, *errors.shape, parts))
 
-    def without(region: NDArray[np.bool_]) -> LeftOut:
+    def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         left_out = np.zeros(len(states), bool)
-        left_out[np.flatnonzero(seen)[region]] = True
-        moved = fit.change_without(np.repeat(~left_out, count), UNOBSERVABLE, fit.free.scales)
-        kept = seen & ~left_out
-        others = FittedStates(states[kept], spread)
-        size = sizes(kept)[others.nearest(states[left_out])]
-        if not learned.is_local:
-            size = np.hypot(size, by_keys(np.repeat(kept, count))[left_out] / floor)
+        left_out[np.flatnonzero(is_seen)[region]] = True
+        change = fit.change_without(np.repeat(~left_out, count), UNOBSERVABLE, fit.free.scales)
+        kept = is_seen & ~left_out
+        others = FittedStates(states[kept], units)
+        size = local_sizes(kept)[others.nearest(states[left_out])]
+        if not is_local:
+            size = np.hypot(size, key_widths(np.repeat(kept, count))[left_out] / floor)
         distance = np.sqrt(others.distance(states[left_out]))[:, None] * np.ones(size.shape[1])
-        return LeftOut(errors(moved, left_out) / size, distance)
+        return LeftOut(changed_errors(change, left_out) / size, distance)
 
-    fitted, size = FittedStates(states[seen], spread), sizes(seen)
-    near = errors(np.zeros(len(fit.x)), seen) / size
-    each_way = [
-        [*tqdm(regions_left_out([regions], without), desc="bands", unit="region", dynamic_ncols=True)]
+    fitted, size = FittedStates(states[is_seen], units), local_sizes(is_seen)
+    relative_errors = changed_errors(np.zeros(len(fit.x)), is_seen) / size
+    divisions = [
+        [*tqdm(regions_left_out([regions], leave_out), desc="bands", unit="region", dynamic_ncols=True)]
         for regions in (fitted.regions(), fitted.halves())
     ]
-    widths = max((learned_widths(near, left_out) for left_out in each_way), key=attrgetter("growth"))
-    of_states = size if learned.is_local else None
-    return kept_states(_names(identified.model.finger, states), fitted, widths, sizes=of_states, most=_MOST_KEPT)
-
-
-def _learned(identified: Identified | IdentifiedStates) -> _Learned:
-    if isinstance(identified, IdentifiedStates):
-        count = len(identified.left_out)
-        recordings = [
-            *_of_states(TestedStates(identified.model, identified.states[:count], identified.errors[:count], ()))
-        ]
-        states, errors = (np.concatenate(each) for each in zip(*(one[1:3] for one in recordings), strict=True))
-        return _Learned(states, errors, 1.0, 3, is_local=True)
-    recordings = [*_of_motions(Tested(identified.model, identified.fit.recordings, ()), every=1)]
-    states = np.concatenate([np.repeat(each.states, each.errors.shape[1], axis=0) for each in recordings])
-    errors = np.concatenate([(each.errors / each.scale).reshape(-1, 1) for each in recordings])
-    sizes = [each.errors.size for each in recordings]
-    to_error = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes])
-    return _Learned(states, errors, to_error, 2, is_local=False)
-
-
-def _names(finger: Finger, states: Array) -> list[str]:
-    driven = [f"{tendon.name} [m]" for tendon in finger.tendons] or ["pressure [Pa]"]
-    return [*driven[: states.shape[-1] - 1], "load [kg]"]
-
-
-def _spreads(states: Array) -> Array:
-    return np.append(np.full(states.shape[-1] - 1, spread_of(states[:, :-1])), _LOAD)
+    widths = max((learned_widths(relative_errors, left_out) for left_out in divisions), key=attrgetter("growth"))
+    driven = [f"{tendon.name} [m]" for tendon in identified.model.finger.tendons] or ["pressure [Pa]"]
+    names = [*driven[: states.shape[-1] - 1], "load [kg]"]
+    return kept_states(names, fitted, widths, sizes=size if is_local else None, most=_MAX_KEPT)
 
 
 def band_rows(
-    kept: FittedStatesConfig, tested: Tested | TestedStates, known: ConfidenceConfig | None = None, run: Run = map
+    kept: FittedStatesConfig, tested: Tested | TestedStates, confidence: ConfidenceConfig | None = None, run: Run = map
 ) -> list[BandRow]:
-    """How the markers of recordings lie in their bands.
+    """Positions of the markers of recordings in the kept bands, which a confidence in the keys widens in motions.
 
-    Args:
-        kept: states and band of the fit.
-        tested: recordings that are compared with the finger.
-        known: confidence in its keys, which counts in motions; None: they are exact.
-        run: calls a function with every one of its arguments, as `map` does, or that of an executor.
+    `run` calls a function with every one of its arguments, as `map` does, or that of an executor.
     """
     fitted, widths = kept.fitted, kept.widths
-    recordings = _of_states(tested) if isinstance(tested, TestedStates) else _of_motions(tested, _STRIDE, known, run)
     scores: Sequence[MotionScore | StateScore] = tested.scores
     roles = {score.recording: score.role for score in reversed(scores)}
+    recordings: Iterable[_MarkerErrors]
+    if isinstance(tested, TestedStates):
+        recordings, dimensions = map(_state_errors, tested.states, tested.errors), 3
+    else:
+        recordings, dimensions = _motion_errors(tested, _SAMPLE_STRIDE, confidence, run), 2
     rows = []
-    for each in recordings:
-        expected = f"its states have {each.states.shape[-1]} numbers: is it of another finger?"
-        require(len(kept.spread) == each.states.shape[-1], each.name, "states", len(kept.spread), expected)
-        markers = each.errors.shape[1]
-        expected = f"its recording has {markers} markers: is it of another finger?"
-        require(len(kept.floor) in (1, markers), each.name, "floor", len(kept.floor), expected)
-        by_distance = np.sqrt(fitted.distance(each.states))[:, None]
-        size = each.scale * kept.sizes_near(each.states)
-        band = widths.band(by_distance) * np.hypot(size, each.by_keys / widths.floor)
-        far = widths.is_far(by_distance)
-        dimensions = 3 if isinstance(tested, TestedStates) else 2
-        rows.append(_band_row(each.name, roles[each.name], each.errors, band, far, dimensions))
+    for name, states, errors, scale, key_widths in recordings:
+        expected = f"its states have {states.shape[-1]} numbers: is it of another finger?"
+        require(len(kept.spread) == states.shape[-1], name, "states", len(kept.spread), expected)
+        expected = f"its recording has {errors.shape[1]} markers: is it of another finger?"
+        require(len(kept.floor) in (1, errors.shape[1]), name, "floor", len(kept.floor), expected)
+        distance = np.sqrt(fitted.distance(states))[:, None]
+        band = widths.band(distance) * np.hypot(scale * kept.sizes_near(states), key_widths / widths.floor)
+        rows.append(_band_row(name, roles[name], errors, band, widths.is_far(distance), dimensions))
     return rows + (_left_out_rows(kept, tested) if isinstance(tested, IdentifiedStates) else [])
 
 
@@ -194,32 +171,33 @@ def _band_row(name: str, role: str, errors: Array, band: Array, far: NDArray[np.
 
 
 def _left_out_rows(kept: FittedStatesConfig, identified: IdentifiedStates) -> list[BandRow]:
-    """How the markers of fitted rows lie in their bands, each by a fit without its family, and away from the others."""
-    fitted = identified.states[: len(identified.left_out)]
-    states, count = np.concatenate([_pulled(each) for each in fitted]), 0
-    size = np.linalg.norm(np.concatenate(identified.errors[: len(fitted)]), axis=-1)
+    """Markers of fitted rows in their bands, each by a fit without its family, and away from the others."""
+    recordings = identified.states[: len(identified.left_out)]
+    states, first = np.concatenate([_driven_states(recording) for recording in recordings]), 0
+    size = np.linalg.norm(np.concatenate(identified.errors[: len(recordings)]), axis=-1)
     rows = []
-    for each, errors in zip(fitted, identified.left_out, strict=True):
-        own, count = np.arange(count, count + len(errors)), count + len(errors)
-        away, bands, far = [], [], []
-        for family in sorted({*each.families} - {""}):
-            of_family = own[each.families == family]
-            kept_rows = np.setdiff1d(np.flatnonzero(np.isfinite(size).all(axis=1)), of_family)
+    for recording, left_out in zip(recordings, identified.left_out, strict=True):
+        errors, bands, far = [], [], []
+        for family in sorted({*recording.families} - {""}):
+            is_family = recording.families == family
+            family_rows = first + np.flatnonzero(is_family)
+            kept_rows = np.setdiff1d(np.flatnonzero(np.isfinite(size).all(axis=1)), family_rows)
             others = FittedStates(states[kept_rows], kept.fitted.spread)
-            by_distance = np.sqrt(others.distance(states[of_family]))[:, None]
-            near = others.local_size(size[kept_rows])[others.nearest(states[of_family])]
-            bands.append(near * kept.widths.band(by_distance))
-            away.append(np.linalg.norm(errors[of_family - own[0]], axis=-1))
-            far.append(kept.widths.is_far(by_distance))
+            distance = np.sqrt(others.distance(states[family_rows]))[:, None]
+            local_size = others.local_size(size[kept_rows])[others.nearest(states[family_rows])]
+            bands.append(local_size * kept.widths.band(distance))
+            errors.append(np.linalg.norm(left_out[is_family], axis=-1))
+            far.append(kept.widths.is_far(distance))
+        first += len(left_out)
         if bands:
-            of_all = np.concatenate(away), np.concatenate(bands), np.concatenate(far)
-            rows.append(_band_row(each.name, LEFT_OUT, *of_all, dimensions=3))
+            together = np.concatenate(errors), np.concatenate(bands), np.concatenate(far)
+            rows.append(_band_row(recording.name, LEFT_OUT, *together, dimensions=3))
     return rows
 
 
-def are_far(kept: FittedStatesConfig, states: SettledStates) -> NDArray[np.bool_]:
-    """Which rows are far from what the finger was fitted to, (R,)."""
-    return kept.widths.is_far(np.sqrt(kept.fitted.distance(_pulled(states)))[:, None]).any(axis=1)
+def far_rows(kept: FittedStatesConfig, states: SettledStates) -> NDArray[np.bool_]:
+    """Mask of the rows that are far from what the finger was fitted to, (R,)."""
+    return kept.widths.is_far(np.sqrt(kept.fitted.distance(_driven_states(states)))[:, None]).any(axis=1)
 
 
 def extrapolations(rows: Sequence[BandRow]) -> list[str]:
@@ -231,28 +209,26 @@ def extrapolations(rows: Sequence[BandRow]) -> list[str]:
     ]
 
 
-def _of_states(tested: TestedStates) -> Iterator[_Driven]:
-    for states, errors in zip(tested.states, tested.errors, strict=True):
-        yield _Driven(states.name, _pulled(states), np.linalg.norm(errors, axis=-1), 1.0)
+def _state_errors(states: SettledStates, errors: Array) -> _MarkerErrors:
+    return _MarkerErrors(states.name, _driven_states(states), np.linalg.norm(errors, axis=-1))
 
 
-def _pulled(states: SettledStates) -> Array:
+def _driven_states(states: SettledStates) -> Array:
     return np.column_stack([states.pulled, np.full(len(states.pulled), states.load)])
 
 
-def _of_motions(tested: Tested, every: int, known: ConfidenceConfig | None = None, run: Run = map) -> Iterator[_Driven]:
+def _motion_errors(
+    tested: Tested, stride: int, confidence: ConfidenceConfig | None = None, run: Run = map
+) -> Iterator[_MarkerErrors]:
     """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
     motions = {motion.name: motion for motion in reversed(tested.motions)}.values()
     for motion in tqdm(motions, desc="markers", unit="recording", dynamic_ncols=True):
         simulated = simulated_markers(tested.model.finger, tested.model.setup, motion)
-        errors = np.abs(simulated - motion.markers)[::every]
+        errors = np.abs(simulated - motion.markers)[::stride]
         scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())
-        states, by_keys = np.tile(_driven(motion), (len(errors), 1)), np.zeros(errors.shape)
-        if known is not None:
-            deviations = marker_deviations(known.free(tested.model), known.covariance, motion, run)
-            by_keys = ball_radius(as_points(deviations[:, ::every]))
-        yield _Driven(motion.name, states, errors, scale, by_keys)
-
-
-def _driven(motion: MeasuredMotion) -> Array:
-    return np.array([motion.pressure or 0.0, motion.load.mass if motion.load else 0.0])
+        state = motion.pressure or 0.0, motion.load.mass if motion.load else 0.0
+        key_widths = np.zeros(errors.shape)
+        if confidence is not None:
+            deviations = marker_deviations(confidence.parameters(tested.model), confidence.covariance, motion, run)
+            key_widths = ball_radius(as_points(deviations[:, ::stride]))
+        yield _MarkerErrors(motion.name, np.tile(state, (len(errors), 1)), errors, scale, key_widths)

@@ -25,7 +25,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification.confidence import Confidence, confidence_of, mean_correlation_time
+from soft_gripper.extras.hardware.identification.confidence import (
+    Confidence,
+    confidence_of,
+    fit_doubts,
+    mean_correlation_time,
+)
 from soft_gripper.extras.hardware.identification.free_parameters import (
     FingerFit,
     FreeParameters,
@@ -81,17 +86,12 @@ class SettledStates:
         if delay == backlash == 0:
             return self.pulled
         time, wound = self.winding
-        return np.stack(
-            [np.interp(self.time - delay, time, row) for row in _apply_backlash(wound, backlash).T], axis=-1
-        )
+        pulled = _apply_backlash(wound, backlash).T
+        return np.stack([np.interp(self.time - delay, time, tendon) for tendon in pulled], axis=-1)
 
 
 def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
-    """Selects the rows of a recording with all markers, for a finger with the tendons that it describes.
-
-    Raises:
-        InputError: if tendons or markers are not described, or the finger does not have the tendons.
-    """
+    """Selects the rows of a recording with all markers, for a finger with the tendons that it describes."""
     config, name = recording.config, recording.name
     expected = "describe the markers on the tip, and their places there"
     if config.poses and config.markers is None:
@@ -111,32 +111,28 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
         require(tendon.stiffness > 0, f"finger '{finger.name}'", f"{tendon.name}.stiffness", 0.0, expected)
     pulled = np.stack([recording.pulled[tendon] for tendon in names], axis=-1)
     points = np.stack([recording.markers[marker] for marker in markers.places], axis=1)
-    whole: NDArray[np.bool_] = np.isfinite(pulled + points.sum(axis=(1, 2))[:, None]).all(axis=1)
-    require(int(whole.sum()) > config.every, name, "rows", int(whole.sum()), "at least 2 need all tendons and markers")
+    is_whole: NDArray[np.bool_] = np.isfinite(pulled + points.sum(axis=(1, 2))[:, None]).all(axis=1)
+    count = int(is_whole.sum())
+    require(count > config.every, name, "rows", count, "at least 2 need all tendons and markers")
     pattern = config.labels.family if config.labels else "(.*)"
-    families = np.array([_family(label, pattern) for label in recording.labels or [""] * len(whole)])
-    gravity = np.zeros(3) if recording.gravity is None else recording.gravity
-    places = np.array(list(markers.places.values()))
+    families = np.array([_family(label, pattern) for label in recording.labels or [""] * len(is_whole)])
+    number = np.arange(len(is_whole))
     if config.blocks > 1 and config.labels is None:
-        block = np.arange(len(whole)) * config.blocks // len(whole) + 1
-        families = np.array([f"block {number}" for number in block])
-    number = np.arange(len(whole))
-    wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WINDING_INSTANTS, 1) == 0)
-    winding = recording.time[wound], pulled[wound]
-    whole &= number % config.every == 0
-    stations = np.array([markers.at.get(name, 1.0) for name in markers.places])
+        families = np.array([f"block {block}" for block in number * config.blocks // len(number) + 1])
+    is_wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WINDING_INSTANTS, 1) == 0)
+    is_used = is_whole & (number % config.every == 0)
     return SettledStates(
-        name,
-        pulled[whole],
-        points[whole],
-        places,
-        families[whole],
-        gravity,
-        stations,
-        recording.load_mass,
-        recording.time[whole],
-        tuple(markers.places),
-        winding,
+        name=name,
+        pulled=pulled[is_used],
+        markers=points[is_used],
+        places=np.array(list(markers.places.values())),
+        families=families[is_used],
+        gravity=np.zeros(3) if recording.gravity is None else recording.gravity,
+        marker_stations=np.array([markers.at.get(name, 1.0) for name in markers.places]),
+        load=recording.load_mass,
+        time=recording.time[is_used],
+        names=tuple(markers.places),
+        winding=(recording.time[is_wound], pulled[is_wound]),
     )
 
 
@@ -200,9 +196,8 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
     """Markers of a finger at joint positions (R, J): (R, M, 3) m in its frame; derivatives by these, (R, J, M, 3)."""
     chain = spatial_chain(finger)
     bent_chain = posture(chain, q)
-    stations = finger.length * (
-        np.ones(len(states.places)) if states.marker_stations is None else states.marker_stations
-    )
+    fractions = np.ones(len(states.places)) if states.marker_stations is None else states.marker_stations
+    stations = finger.length * fractions
     joint_counts = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
     frames, last = chain.link_frames(joint_counts), np.concatenate([[0.0], finger.joint_arc_lengths])[joint_counts]
     places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
@@ -247,26 +242,21 @@ def fit_states(
 
     A row in which the finger finds no balance counts as if its markers were off by the finger's length, so that the
     search does not seek such fingers, and has no slope.
-
-    Raises:
-        InputError: if the result comes nowhere near the markers.
     """
     length = free.model.finger.length
-    fitted_rows = [np.full(len(states.pulled), True) for states in recordings] if rows is None else rows
+    masks = rows or [np.full(len(states.pulled), True) for states in recordings]
+    pairs = [*zip(recordings, masks, strict=True)]
 
     def residuals(x: Array) -> Array:
         try:
             model = free.build_model(x)
-            errors = [state_errors(model, *pair)[pair[1]].ravel() for pair in zip(recordings, fitted_rows, strict=True)]
+            errors = [state_errors(model, states, mask)[mask].ravel() for states, mask in pairs]
         except InputError:  # a step of the search may lead to an impossible finger
-            errors = [
-                np.full(3 * keep.sum() * states.markers.shape[1], length)
-                for states, keep in zip(recordings, fitted_rows, strict=True)
-            ]
+            errors = [np.full(states.markers[mask].size, length) for states, mask in pairs]
         return np.concatenate(errors)
 
     def slopes(x: Array, residuals: Array) -> Array:
-        return np.concatenate([marker_slopes(free, x, *pair) for pair in zip(recordings, fitted_rows, strict=True)])
+        return np.concatenate([marker_slopes(free, x, *pair) for pair in pairs])
 
     problem = Problem(
         free.build_model,
@@ -275,7 +265,7 @@ def fit_states(
         outlier=_HUBER_DISTANCE * length,
         missing=length,
         bounds=free.bounds,
-        error=lambda residuals: root_mean_square(residuals[np.isfinite(residuals)].reshape(-1, 3)) / length,
+        error=lambda residuals: _rms_distance(residuals[np.isfinite(residuals)].reshape(-1, 3)) / length,
         options={"x_scale": free.scales, "ftol": _TOLERANCE, "xtol": _TOLERANCE, "max_nfev": _MAX_STEPS},
     )
     solution = fit(problem, free.start if starts is None else starts, report)
@@ -289,11 +279,11 @@ def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: N
     markers, joint_slopes = predicted_markers(model.finger, states, q)
     columns = []
     for step in np.diag(free.steps(x, _DIFFERENCE_STEP)):
-        moved = free.build_model(x + step)
-        if moved.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
-            change = predicted_markers(moved.finger, states, resting_positions(moved, states))[0] - markers
+        changed = free.build_model(x + step)
+        if changed.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
+            change = predicted_markers(changed.finger, states, resting_positions(changed, states))[0] - markers
         else:
-            change = np.einsum("rj,rjmi->rmi", resting_positions(moved, states) - q, joint_slopes)
+            change = np.einsum("rj,rjmi->rmi", resting_positions(changed, states) - q, joint_slopes)
         change = change[rows] / step.sum()
         columns.append(np.nan_to_num(_center(change, change)).ravel())
     return np.stack(columns, axis=-1)
@@ -309,33 +299,27 @@ def slack_tendons(model: Model, recordings: Sequence[SettledStates]) -> list[str
         q = pulled_positions(_load_tip(finger, states.load), pulled, states.gravity)
         return predicted_markers(finger, states, q)[0]
 
-    def change(slack: int) -> Array:
-        pairs = [(free, markers(states, slack)) for states, free in zip(recordings, places, strict=True)]
-        return np.concatenate([(moved - free)[balanced_rows(free)] for free, moved in pairs])
-
-    places = [markers(states) for states in recordings]
-    if not any(balanced_rows(free).any() for free in places):
+    pairs = [(states, markers(states)) for states in recordings]
+    if not any(balanced_rows(places).any() for _, places in pairs):
         return []
-    limit = _SLACK_MOTION * finger.length  # what buckles without a tendon is NaN, and needs it
-    return [
-        tendon.name for i, tendon in enumerate(finger.tendons) if (np.linalg.norm(change(i), axis=-1) <= limit).all()
-    ]
+
+    def is_slack(tendon: int) -> bool:
+        changes = [(markers(states, tendon) - places)[balanced_rows(places)] for states, places in pairs]
+        limit = _SLACK_MOTION * finger.length  # what buckles without a tendon is NaN, and needs it
+        return bool((np.linalg.norm(np.concatenate(changes), axis=-1) <= limit).all())
+
+    return [tendon.name for i, tendon in enumerate(finger.tendons) if is_slack(i)]
 
 
 def note_unbalanced(states: SettledStates, errors: Array) -> None:
     """Notes rows in which the finger finds no balance, by their errors, (R, M, 3)."""
     for row in np.flatnonzero(~balanced_rows(errors)):
         row_name = f"row {row + 1} of those used" if states.time is None else f"row at {states.time[row]:.6g} s"
-        note(
-            LEFT_OUT_OF_FILE,
-            states.name,
-            row_name,
-            "",
-            "the finger finds no shape in balance with its tendons and its weight",
-        )
+        why = "the finger finds no shape in balance with its tendons and its weight"
+        note(LEFT_OUT_OF_FILE, states.name, row_name, "", why)
 
 
-def root_mean_square(errors: Array) -> float:
+def _rms_distance(errors: Array) -> float:
     """Root mean square of the lengths of vectors (..., 3)."""
     return float(np.sqrt((errors**2).sum(axis=-1).mean()))
 
@@ -386,19 +370,7 @@ def identify_states(
 ) -> IdentifiedStates:
     """Fits keys of a finger to settled states, and tests the result on others and on families left out of the fit.
 
-    Args:
-        finger: initial guess of the fit.
-        names: the free keys, see `free_parameters`.
-        fitted: recordings to fit to.
-        tested: held-out recordings, of which only the placement is fitted.
-        executor: runs the fits without a family.
-        starts: number of fits, of which the best is kept; the first starts from the finger, the others near it.
-        seed: seed of the random starts.
-        report: called after each step of a search.
-        setup: initial guess of the set-up; None: the default.
-
-    Raises:
-        InputError: if a key cannot be fitted, no row tightens a tendon, or no fit comes near the markers.
+    Arguments are those of `identify`; only the placement of tested recordings is fitted.
     """
     free = free_parameters(finger, names, [], setup)
     tendons = [tendon.name for tendon in finger.tendons]
@@ -406,10 +378,9 @@ def identify_states(
         expected = "no row tightens any of them: do they pull the other way, or is their slack too large?"
         raise InputError(fitted[0].name, "tendons", ", ".join(tendons), expected)
     best = fit_states(free, fitted, report=report, starts=free.starts(starts, seed, _JITTER))
-    fits, tests = _compare(best.model, fitted, FITTED), compared_states(best.model, tested)
-    confidence = confidence_of(
-        free, best.x, best.residuals, best.slopes, mean_correlation_time(balanced_series(fits.errors))
-    )
+    fits, tests = _compare(best.model, fitted, FITTED), compare_states(best.model, tested)
+    lasting = mean_correlation_time(balanced_series(fits.errors))
+    confidence = confidence_of(free, best.x, best.residuals, best.slopes, lasting)
     left_out = _family_errors(best, names, [dropped.name for dropped in confidence.undetermined], fitted, executor)
     scores = list(fits.scores)
     for recording, error in zip(fitted, left_out, strict=True):
@@ -426,19 +397,24 @@ def balanced_series(errors: Sequence[Array]) -> list[Array]:
     return [error[balanced_rows(error)].reshape(-1, error[0].size) for error in errors]
 
 
-def compared_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
+def compare_states(model: Model, states: Sequence[SettledStates]) -> TestedStates:
     """Compares recordings with a finger in its set-up; only their placement is fitted."""
     return _compare(model, states, TESTED)
 
 
 def _compare(model: Model, states: Sequence[SettledStates], role: str) -> TestedStates:
-    errors = tuple(state_errors(model, run) for run in states)
+    errors, scores = tuple(state_errors(model, run) for run in states), list[StateScore]()
     for run, error in zip(states, errors, strict=True):
         note_unbalanced(run, error)
-    scores = [
-        score for run, error in zip(states, errors, strict=True) for score in _scores(run, role, _ALL_ROWS, error)
-    ]
+        scores += _scores(run, role, _ALL_ROWS, error)
     return TestedStates(model, tuple(states), errors, tuple(scores))
+
+
+def state_doubts(identified: IdentifiedStates) -> list[str]:
+    """Doubts of a fit to settled states, and tendons that no row tightens."""
+    slack = slack_tendons(identified.model, identified.states[: len(identified.left_out)])
+    doubts = [f"no row tightens {', '.join(slack)}: do they pull the other way?"] if slack else []
+    return fit_doubts(identified.fit, identified.confidence) + doubts
 
 
 def _family_errors(
@@ -457,12 +433,12 @@ def _family_errors(
     all_errors = tuple(np.full(states.markers.shape, np.nan) for states in fitted)
     if len(fitted_rows) < 2:
         return all_errors
-    pending = [executor.submit(_fit_rest, best.model, names, undetermined, fitted, rows) for rows in fitted_rows]
+    model = best.model
+    pending = [executor.submit(_fit_rest, model, names, undetermined, fitted, rows) for rows in fitted_rows]
     wait_for(pending, "left out", "family")
     for rows, future in zip(fitted_rows, pending, strict=True):
-        model = future.result()
         for errors, states, keep in zip(all_errors, fitted, rows, strict=True):
-            errors[~keep] = state_errors(model, states, ~keep)[~keep]
+            errors[~keep] = state_errors(future.result(), states, ~keep)[~keep]
     return all_errors
 
 
@@ -471,9 +447,7 @@ def _fit_rest(
 ) -> Model:
     free = free_parameters(model.finger, names, [], model.setup)
     free = free.fix(free.start, undetermined)
-    if not free.names:
-        return free.model
-    return fit_states(free, fitted, rows).model
+    return fit_states(free, fitted, rows).model if free.names else free.model
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
@@ -482,19 +456,13 @@ def _scores(states: SettledStates, role: str, family: str, errors: Array) -> lis
     if not len(errors):
         return []
     distances = 1e3 * np.linalg.norm(_center(errors, errors), axis=-1)
-    by_marker = {_ALL_ROWS: distances}
+    marker_distances = {_ALL_ROWS: distances}
     if len(states.names) > 1:
-        by_marker |= dict(zip(states.names, distances.T, strict=True))
+        marker_distances |= dict(zip(states.names, distances.T, strict=True))
+    columns = "rms_mm", "mean_mm", "percentile_95_mm"
     return [
-        StateScore(
-            states.name,
-            role,
-            family,
-            marker,
-            len(errors),
-            **error_columns(values, "rms_mm", "mean_mm", "percentile_95_mm"),
-        )
-        for marker, values in by_marker.items()
+        StateScore(states.name, role, family, marker, len(errors), **error_columns(values, *columns))
+        for marker, values in marker_distances.items()
     ]
 
 
@@ -509,9 +477,8 @@ def states_figure(tested: TestedStates) -> Figure:
     """
     count = len(tested.states)
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            count, 3, figsize=(3 * _WIDTH, count * _HEIGHT), squeeze=False, constrained_layout=True
-        )
+        size = 3 * _WIDTH, count * _HEIGHT
+        figure, axes = plt.subplots(count, 3, figsize=size, squeeze=False, constrained_layout=True)
         fitted = tested.left_out if isinstance(tested, IdentifiedStates) else ()
         left_out: list[Array | None] = [*fitted, *[None] * count]
         for row, states, errors, left_out_errors in zip(axes, tested.states, tested.errors, left_out, strict=False):

@@ -111,24 +111,24 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
     names = config.markers.bodies.get(_TIP_BODY, []) if config.markers else []
     if len(names) < 2:
         expected = "name at least two markers that are glued to the tip, to measure its rotation"
-        if config.poses:
-            expected = f"{expected}; of a pose, write points that are fixed to its body as columns"
+        expected += "; of a pose, write points that are fixed to its body as columns" if config.poses else ""
         raise InputError(recording.name, "markers.bodies.tip", names, expected)
     if config.event not in ("release", "step"):
         expected = 'give the cause of the motion: "release" or "step"'
-        if recording.pressures is not None:
-            expected = f"{expected}, with one constant pressure in a file"
+        expected += "" if recording.pressures is None else ", with one constant pressure in a file"
         raise InputError(recording.name, "event", config.event, expected)
     if config.event == "step" and recording.commanded_pressure is None:
         expected = "the file name does not give the pressure as described by commanded_pressure"
-        if recording.pressures is not None:
-            expected = f"{expected}; a column is not read instead: write a file for each constant pressure"
+        remedy = "; a column is not read instead: write a file for each constant pressure"
+        expected += "" if recording.pressures is None else remedy
         raise InputError(recording.name, "commanded_pressure", None, expected)
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
     shift = np.abs(np.nanmean(markers - reference, axis=1))
-    events = _release_times(recording, shift) if config.event == "release" else _valve_times(recording, shift)
+    begin = _motion_begin(recording, shift)
+    events = begin, begin + _RELEASE_TIME  # the end of a release is not observable
     if config.event == "step":
+        events = begin, _valve_closing(recording, shift)
         reference = _reference_markers(recording, markers, events[0])
         _check_constant(recording, *events)
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
@@ -142,7 +142,7 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
         reference=reference,
         gravity=gravity,
         pressure=recording.commanded_pressure if config.event == "step" else None,
-        load=_named_load(recording),
+        load=TipLoad(recording.load_mass, *(recording.load_place or (0.0, 0.0))) if recording.load_mass else None,
         events=events,
         string=config.load_string,
     )
@@ -160,11 +160,7 @@ def _reference_markers(recording: HardwareRecording, markers: Planar, begin: flo
 
 
 def _check_constant(recording: HardwareRecording, opens: float, closes: float) -> None:
-    """Checks that pressures, if they were measured, are constant from a third of the time of an open valve on.
-
-    Raises:
-        InputError: if one changes by more than a fifth of the largest.
-    """
+    """Checks that pressures, if they were measured, are constant from a third of the time of an open valve on."""
     if recording.pressures is None:
         return
     begin = opens + (closes - opens) / 3
@@ -174,40 +170,20 @@ def _check_constant(recording: HardwareRecording, opens: float, closes: float) -
     if span.max() > _MAX_PRESSURE_VARIATION * np.abs(open_pressures).max(initial=0.0):
         low, high = (1e-3 * extreme(open_pressures[:, span.argmax()]) for extreme in (np.min, np.max))
         changes = f"{low:.3g} to {high:.3g} kPa from {begin:.2f} to {closes:.2f} s"
-        expected = (
-            "one constant pressure is read, that of the file's name: write a file for each, with a rest before it"
-        )
+        expected = "one constant pressure is read, that of the file's name: write a file for each,"
+        expected += " with a rest before it"
         raise InputError(recording.name, "pressures", changes, expected)
 
 
-def _named_load(recording: HardwareRecording) -> TipLoad | None:
-    if recording.load_mass == 0:
-        return None
-    x, z = recording.load_place or (0.0, 0.0)
-    return TipLoad(recording.load_mass, x, z)
-
-
-def _release_times(recording: HardwareRecording, displacement: Array) -> tuple[float, float]:
-    """Times of the begin and end of a release, s; the end is not observable."""
-    begin = _motion_begin(recording, displacement)
-    return begin, begin + _RELEASE_TIME
-
-
-def _valve_times(recording: HardwareRecording, shift: Array) -> tuple[float, float]:
-    """Times when the finger starts to move, and to move back, s."""
-    begin, event_rows = (_motion_begin(recording, shift), np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift)))
-    if event_rows[-1] >= len(shift) - 2:
+def _valve_closing(recording: HardwareRecording, shift: Array) -> float:
+    """Time when the finger starts to move back, s."""
+    time, row = recording.time, int(np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift))[-1])
+    if row >= len(shift) - 2:
         raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
-    row = int(event_rows[-1])
-    open_shift = np.nanmean(
-        shift[
-            (recording.time > recording.time[row] - 2 * SETTLED_TIME)
-            & (recording.time < recording.time[row] - SETTLED_TIME)
-        ]
-    )
+    open_shift = np.nanmean(shift[(time > time[row] - 2 * SETTLED_TIME) & (time < time[row] - SETTLED_TIME)])
     while row > 0 and not shift[row] > _CLOSING_SHARE * open_shift:
         row -= 1
-    return begin, float(recording.time[row])
+    return float(time[row])
 
 
 def _motion_begin(recording: HardwareRecording, shift: Array) -> float:
@@ -221,7 +197,7 @@ def _motion_begin(recording: HardwareRecording, shift: Array) -> float:
     return float(recording.time[row])
 
 
-def turned(markers: Planar, reference: Planar) -> Array:
+def marker_rotation(markers: Planar, reference: Planar) -> Array:
     """Rotation of markers from the reference in the bending plane, (..., M) -> (...) rad.
 
     The angle of the rotation that aligns the two best, by least squares.
@@ -231,10 +207,9 @@ def turned(markers: Planar, reference: Planar) -> Array:
     return angle
 
 
-def settled(time: Array, values: NDArray[Any], end: float) -> Any:
+def settled_mean(time: Array, values: NDArray[Any], end: float) -> Any:
     """Mean of values (T, ...) over the last moments before `end`, s."""
-    mean = np.nanmean(values[(time > end - SETTLED_TIME) & (time <= end)], axis=0)
-    return mean
+    return np.nanmean(values[(time > end - SETTLED_TIME) & (time <= end)], axis=0)
 
 
 _TIME_STEP = 2e-3  # s; an eighth of it changes the frequency of the beam by 0.2 %, its decrement by 2 %
@@ -289,8 +264,8 @@ def simulated_markers(finger: Finger, setup: Setup, motion: MeasuredMotion) -> P
     """
     mount, angle = planar_vector(setup.mounting_x, setup.mounting_z), setup.mounting_angle
     tip = tip_motion(finger, setup, motion)
-    in_tip = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
-    markers = mount + rotated(tip.tip[:, None] + rotated(in_tip, tip.heading[:, None]), angle)
+    tip_offsets = rotated(rotated(motion.reference - mount, -angle) - tip.tip[0], -tip.heading[0])
+    markers = mount + rotated(tip.tip[:, None] + rotated(tip_offsets, tip.heading[:, None]), angle)
     time = motion.time - motion.events[0]
     return np.array([np.interp(time, tip.time, marker) for marker in markers.T]).T
 
@@ -305,26 +280,26 @@ def tip_motion(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipMotio
     gravity = RotationMatrix.MakeYRotation(-setup.mounting_angle) @ motion.gravity
     load = _hanging_load(setup, motion)
     hung_load = HungLoad(load, motion.string, setup.load_friction) if load and motion.string else None
-    in_plant = _add_finger(builder, loaded, gravity, step, hung_load)
+    plant_finger = _add_finger(builder, loaded, gravity, step, hung_load)
     pressure = motion.pressure or 0.0
     limits = PressureConfig(minimum=min(pressure, 0.0), maximum=max(pressure, 1.0), time_constant=0.0)
-    command = add_pressure_drive(builder, [in_plant], limits).commands[in_plant.name]
-    held_pose = _held_pose(in_plant, motion.hold)
-    in_chamber = builder.AddSystem(TrajectorySource(_chamber_pressure(finger, setup, motion, duration)))
-    builder.Connect(in_chamber.get_output_port(), command)
+    command = add_pressure_drive(builder, [plant_finger], limits).commands[plant_finger.name]
+    held_pose = _held_pose(plant_finger, motion.hold)
+    chamber_source = builder.AddSystem(TrajectorySource(_chamber_pressure(finger, setup, motion, duration)))
+    builder.Connect(chamber_source.get_output_port(), command)
     if motion.pressure is None:
         hand = builder.AddSystem(TrajectorySource(_hand_force(held_pose.force, motion)))
-        builder.Connect(hand.get_output_port(), in_plant.plant.get_applied_generalized_force_input_port())
-    log = LogVectorOutput(in_plant.plant.get_state_output_port(), builder, _LOG_PERIOD)
+        builder.Connect(hand.get_output_port(), plant_finger.plant.get_applied_generalized_force_input_port())
+    log = LogVectorOutput(plant_finger.plant.get_state_output_port(), builder, _LOG_PERIOD)
     simulator = Simulator(builder.Build())
-    _set_state(in_plant, held_pose, simulator)
+    _set_state(plant_finger, held_pose, simulator)
     try:
         simulator.AdvanceTo(duration)
     except RuntimeError as error:
         raise SimulationDivergedError(f"{motion.name}: {error}") from None
     data = log.FindLog(simulator.get_context())
-    q = (in_plant.position_selector() @ data.data()).T
-    shear = (in_plant.position_selector("shear") @ data.data()).T if finger.shear_factor > 0 else None
+    q = (plant_finger.position_selector() @ data.data()).T
+    shear = (plant_finger.position_selector("shear") @ data.data()).T if finger.shear_factor > 0 else None
     chain = forward_kinematics(q, finger.segment_length, shear)
     if not np.isfinite(q).all():
         raise SimulationDivergedError(f"{motion.name}: joint angles are not finite")

@@ -39,12 +39,8 @@ _BALANCE_TOLERANCE = 1e-10  # rad, and m
 def pulled_positions(finger: Finger, pulled: Array, gravity: Array | None = None) -> Array:
     """Joint positions of a finger at rest, rad, and m where joints slide, (R, J) in the order of `spatial_chain`.
 
-    A row in which no balance is found is NaN: the finger buckles under its weight.
-
-    Args:
-        finger: whose T tendons all have a stiffness.
-        pulled: lengths of its tendons that are pulled in, (R, T) m.
-        gravity: (3,) m/s^2 in B; None: none.
+    Its T tendons all have a stiffness, and are pulled in by lengths, (R, T) m; gravity is (3,) m/s^2 in B. A row in
+    which no balance is found is NaN: the finger buckles under its weight.
     """
     chain, tendons = spatial_chain(finger), Tendons(finger)
     stiffness = np.diag(chain.interleaved(finger.stiffnesses))
@@ -114,11 +110,8 @@ def solve_complementarity(matrix: Array, target: Array) -> Array:
     """Solves  T >= 0 ,  matrix T - target >= 0  with one of the two 0 in every entry, (R, T).
 
     The nonzero entries are guessed from the last guess's solution; a row for which this does not settle is solved as
-    a nonnegative least squares problem,  | L' T - L^-1 target |  with  matrix = L L' .
-
-    Args:
-        matrix: symmetric and positive definite, (T, T) or (R, T, T).
-        target: (R, T).
+    a nonnegative least squares problem,  | L' T - L^-1 target |  with  matrix = L L' . The matrix is symmetric and
+    positive definite, (T, T) or (R, T, T).
     """
     matrix = np.broadcast_to(matrix, (*target.shape, target.shape[1]))
     is_taut, T = target > 0, np.zeros(target.shape)

@@ -37,7 +37,7 @@ from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.named_estimators import find_estimator
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.extras.hardware.recordings import HardwareRecording
-from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry, as_strain
+from soft_gripper.extras.hardware.replay.wire_lengths import Sections, WireGeometry, as_strain
 from soft_gripper.files.document import require, require_value
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, as_points, forward_kinematics, rotated
@@ -62,11 +62,8 @@ def stretched_arm(
 ) -> tuple[Planar, Planar, Array]:
     """Joints (..., N) m, bodies (..., S) m, both in B, and headings of the bodies (..., S) rad.
 
-    Args:
-        parts: the rigid parts.
-        q: joint angles, (..., N) rad.
-        lengths: of the sections, (..., S) m.
-        section_ends: joints up to the end of every section, from 0 to N, (S + 1,).
+    At joint angles q, (..., N) rad, and lengths of the sections, (..., S) m; `section_ends` are the joints up to the
+    end of every section, from 0 to N, (S + 1,).
     """
     joints = np.diff(section_ends)
     chain = forward_kinematics(q, np.repeat(lengths / joints, joints, axis=-1))
@@ -170,21 +167,19 @@ class WireStrain(LeafSystem):
         self._geometry, self._finger, self._sections = geometry, finger, sections
         arm_sections = len(geometry.bend_offsets)
         self._wires = self.DeclareVectorInputPort("wire_lengths", 2 * arm_sections)
-        describe(
-            self.DeclareVectorOutputPort("strain", 2 * sections, self._calc_strain), path=PATHS, section=range(sections)
-        )
+        strain = self.DeclareVectorOutputPort("strain", 2 * sections, self._calc_strain)
+        describe(strain, path=PATHS, section=range(sections))
         lengths = self.DeclareVectorOutputPort("section_lengths", arm_sections, self._calc_lengths)
         describe(lengths, "m", arm_section=range(arm_sections))
 
     def _calc_strain(self, context: Context, output: BasicVector) -> None:
-        theta = self._geometry.sections(*self._sides(context)).theta
-        output.SetFromVector(as_strain(self._finger, theta, self._sections)[1])
+        output.SetFromVector(as_strain(self._finger, self._find_sections(context).theta, self._sections)[1])
 
     def _calc_lengths(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._geometry.sections(*self._sides(context)).length)
+        output.SetFromVector(self._find_sections(context).length)
 
-    def _sides(self, context: Context) -> np.ndarray:
-        return np.asarray(self._wires.Eval(context)).reshape(2, -1)
+    def _find_sections(self, context: Context) -> Sections:
+        return self._geometry.sections(*np.asarray(self._wires.Eval(context)).reshape(2, -1))
 
 
 @dataclass(frozen=True)
@@ -225,11 +220,7 @@ class ArmEstimation(Diagram):
     """
 
     def __init__(self, arm: NominalArm, estimator: str, sections: int, bodies: Sequence[str], period: float):
-        """Builds an estimator by its name, with the number of sensors per side.
-
-        Raises:
-            InputError: if there is none of that name.
-        """
+        """Builds an estimator by its name, with the number of sensors per side."""
         super().__init__()
         layout, joints = SensorLayout(arm.finger, sections), arm.finger.segments
         wires = NamedWires()
@@ -242,8 +233,8 @@ class ArmEstimation(Diagram):
         driving = Adder(3, joints)
         wires.add("driving", driving, {**parts, "sum": DRIVING_TORQUE})
         describe(driving.get_output_port(), "N m", joint=range(joints))
-        identity = np.append(np.eye(3).ravel(), np.zeros(3))
-        wires.add("base", ConstantVectorSource(identity), {"y0": "X_WB"})  # gravity is given in B
+        X_WB = np.append(np.eye(3).ravel(), np.zeros(3))
+        wires.add("base", ConstantVectorSource(X_WB), {"y0": "X_WB"})  # gravity is given in B
         make = find_estimator(estimator, arm.uncertainty, "--estimator")
         wires.add("estimator", make_block("--estimator", estimator, make, layout, arm.gravity, period))
         arcs = layout if estimator == "arcs" else None
@@ -257,19 +248,9 @@ class ArmEstimation(Diagram):
 def estimate_recording(
     arm: NominalArm, inputs: ReplayInputs, estimators: Mapping[str, tuple[str, int]], about: Mapping[str, str]
 ) -> Recording:
-    """Feeds recorded readings to estimators.
+    """Feeds recorded readings of an arm to estimators, each with its sensors per side, by the name of the row.
 
-    Args:
-        arm: nominal model of the arm.
-        inputs: of one recording.
-        estimators: name of an estimator and its sensors per side, by the name of the row.
-        about: attributes of the result.
-
-    Returns:
-        the signals of each estimation, `{row}.{signal}`, and the recorded signals.
-
-    Raises:
-        InputError: if there is no such estimator.
+    The result has the signals of each estimation, `{row}.{signal}`, the recorded ones, and the attributes `about`.
     """
     builder = DiagramBuilder()
     sections, chambers = range(inputs.wire_lengths.shape[2]), range(inputs.pressures.shape[1])
@@ -316,11 +297,7 @@ class ArmRecording:
 
 
 def arm_recording(recording: HardwareRecording) -> ArmRecording:
-    """Resamples a recording of an arm.
-
-    Raises:
-        InputError: if the recording lacks two wires and a body per section, or pressures.
-    """
+    """Resamples a recording of an arm that has two wires and a body per section, and pressures."""
     recording_name, expected = recording.name, "an arm is estimated from length sensors: describe them"
     described = require_value(recording.config.lengths, recording_name, "lengths", expected)
     measured = require_value(recording.pressures, recording_name, "pressures", "describe the chambers' pressures")
@@ -329,20 +306,15 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     expected = "give two wires that end at each section, on the inner and on the outer side"
     complete = set(wires) == {(side, section) for side in ("inner", "outer") for section in sections}
     require(complete, recording_name, "lengths.wires", list(described.wires), expected)
-    moved = {name: pose for name, pose in recording.poses.items() if name != "base"}
-    bodies = sorted(moved, key=lambda name: float(np.nanmedian(moved[name].p[:, 2])))
+    poses = {name: pose for name, pose in recording.poses.items() if name != "base"}
+    bodies = sorted(poses, key=lambda name: float(np.nanmedian(poses[name].p[:, 2])))
     expected = f"give a body for the end of each of the {len(sections)} sections, besides 'base'"
     require(len(bodies) == len(sections), recording_name, "poses", bodies, expected)
     pressures = recording.config.pressures
     chamber_sections = (pressures.sections if pressures else None) or []
     is_described = len(chamber_sections) == measured.shape[1] and set(chamber_sections) <= set(sections)
-    require(
-        is_described,
-        recording_name,
-        "pressures.sections",
-        chamber_sections,
-        f"give the section of each chamber, of {len(sections)}",
-    )
+    expected = f"give the section of each chamber, of {len(sections)}"
+    require(is_described, recording_name, "pressures.sections", chamber_sections, expected)
     has_readings = np.isfinite(np.column_stack([*wires.values(), measured])).all(axis=1)
     require(bool(has_readings.any()), recording_name, "lengths, pressures", None, "no row has all of them")
     seconds = recording.time[has_readings] - recording.time[has_readings][0]
@@ -359,8 +331,8 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
         pressures=measured[rows],
         chamber_sections=tuple(section - 1 for section in chamber_sections),
         bodies=tuple(bodies),
-        positions=np.column_stack([as_planar(moved[name].p[:, ::2]) for name in bodies])[rows],
-        headings=np.column_stack([_heading(moved[name].R) for name in bodies])[rows],
+        positions=np.column_stack([as_planar(poses[name].p[:, ::2]) for name in bodies])[rows],
+        headings=np.column_stack([_heading(poses[name].R) for name in bodies])[rows],
     )
 
 

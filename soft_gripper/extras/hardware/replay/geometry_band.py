@@ -1,4 +1,4 @@
-"""How far the bodies of an arm may be from where its wires place them, and where an arm leaves what was fitted.
+"""Bands of the bodies of an arm about the places that its wires give, and samples that leave what was fitted.
 
 The band of a body is a circle that holds it with a probability of 95 %, learned as `fitted_states` says. Sections err
 independently of each other, so each has states of its own: its length and bend. At a distance d from the fitted ones,
@@ -17,25 +17,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.hardware.least_squares import Fit
-from soft_gripper.extras.hardware.left_out_regions import (
+from soft_gripper.extras.hardware.fitted_range import (
     LeftOut,
     disagreement,
+    disagreement_warnings,
+    extrapolation_warnings,
     fitted_disagreement,
     learned_widths,
     regions_left_out,
 )
+from soft_gripper.extras.hardware.least_squares import Fit
 from soft_gripper.extras.hardware.replay.arm_estimation import ArmRecording
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, measured, places, without
-from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
+from soft_gripper.extras.hardware.replay.geometry_fit import (
+    ArmGeometry,
+    body_poses,
+    geometry_without,
+    measured_poses,
+)
 from soft_gripper.extras.hardware.scoring import ball_radius, ball_std
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_points
 from soft_gripper.sensors.fitted_states import FittedStates, Widths, spread_of
 
-_STEP = 1e-3  # m, of a wire, for differences
-_STRIDE = 3  # one in so many samples counts as a fitted state
-_SHAPE = 2  # numbers of a state that are read, first; the others are the drive's
+_WIRE_STEP = 1e-3  # m, of a wire, for differences
+_SAMPLE_STRIDE = 3  # one in so many samples counts as a fitted state
+_SHAPE_COUNT = 2  # numbers of a state that are read, first; the others are the drive's
 
 
 @dataclass(frozen=True)
@@ -53,46 +59,42 @@ class GeometryBand:
 
     def distances(self, geometry: ArmGeometry, recording: ArmRecording) -> Array:
         """Distance of every section from its fitted states, (T, S), in spreads."""
-        states = section_states(geometry, recording)
-        return _shape_distances(self.sections, states)
+        return _shape_distances(self.sections, section_states(geometry, recording))
 
 
 def _shape_distances(sections: Sequence[FittedStates], states: Sequence[Array]) -> Array:
     """Distance of every section from fitted states by length and bend, (T, S), in spreads."""
-    shape = slice(_SHAPE)
-    pairs = zip(sections, states, strict=True)
-    return np.stack([fitted.part(shape).distance(of[:, shape]) for fitted, of in pairs], axis=-1)
+    shape, pairs = slice(_SHAPE_COUNT), zip(sections, states, strict=True)
+    return np.stack([fitted.part(shape).distance(section[:, shape]) for fitted, section in pairs], axis=-1)
 
 
 def section_states(geometry: ArmGeometry, recording: ArmRecording) -> list[Array]:
     """The states of every section: length (m), bend (rad) and pressures of its chambers (Pa), (T, 2 + chambers)."""
-    of, chambers = geometry.wires.sections(recording.inner, recording.outer), np.array(recording.chamber_sections)
+    theta, length = geometry.wires.sections(recording.inner, recording.outer)
+    chambers = np.array(recording.chamber_sections)
     return [
-        np.column_stack([of.length[:, section], of.theta[:, section], recording.pressures[:, chambers == section]])
-        for section in range(of.theta.shape[-1])
+        np.column_stack([length[:, section], theta[:, section], recording.pressures[:, chambers == section]])
+        for section in range(theta.shape[-1])
     ]
 
 
 def learn_band(fitted: Fit[ArmGeometry], recordings: Sequence[ArmRecording], finger: Finger) -> GeometryBand:
     """The band of an arm, from the recordings that its geometry was fitted to."""
-    geometry = fitted.model
-    by_recording = [section_states(geometry, one) for one in recordings]
-    together = [np.concatenate(parts) for parts in zip(*by_recording, strict=True)]
-    sections = tuple(map(FittedStates, together, _spreads(together)))
+    recording_states = [section_states(fitted.model, recording) for recording in recordings]
+    states = [np.concatenate(section) for section in zip(*recording_states, strict=True)]
+    sections = tuple(map(FittedStates, states, _units(states)))
 
-    def without(region: NDArray[np.bool_]) -> LeftOut:
+    def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         return _left_out(fitted, recordings, finger, sections, region)
 
-    errors = np.concatenate([_errors(geometry, one, finger) for one in recordings])
-    seen = errors[np.isfinite(errors).all(axis=-1)]
-    widths = learned_widths(
-        seen, [*regions_left_out([section.part(slice(_SHAPE)).regions() for section in sections], without)]
-    )
-    disagreed = [
-        fitted_disagreement([states[section] for states in by_recording], of.spread, _SHAPE)
-        for section, of in enumerate(sections)
+    errors = np.concatenate([_errors(fitted.model, recording, finger) for recording in recordings])
+    regions = [section.part(slice(_SHAPE_COUNT)).regions() for section in sections]
+    widths = learned_widths(errors[np.isfinite(errors).all(axis=-1)], [*regions_left_out(regions, leave_out)])
+    limits = [
+        fitted_disagreement([states[i] for states in recording_states], section.spread, _SHAPE_COUNT)
+        for i, section in enumerate(sections)
     ]
-    return GeometryBand(sections, widths, max(disagreed))
+    return GeometryBand(sections, widths, max(limits))
 
 
 def _left_out(
@@ -102,37 +104,37 @@ def _left_out(
     sections: Sequence[FittedStates],
     region: NDArray[np.bool_],
 ) -> LeftOut:
-    """Errors in a region of states of all recordings one after the other, by a fit to what is not in it."""
-    hidden = np.split(region, np.cumsum([len(one.time) for one in recordings])[:-1])
-    geometry = without(fitted, hidden)
+    """Errors in a region of states of all recordings one after the other, by a fit to the other states."""
+    masks = np.split(region, np.cumsum([len(recording.time) for recording in recordings])[:-1])
+    geometry = geometry_without(fitted, masks)
     kept = [states.leave_out(region) for states in sections]
-    errors, grown = [], []
-    for recording, left_out in zip(recordings, hidden, strict=True):
-        rows = np.flatnonzero(left_out & np.isfinite(recording.positions).all(axis=-1))[::_STRIDE]
+    nothing: Array = np.zeros((0, len(sections)))
+    errors, widths = [nothing], [nothing]
+    for recording, mask in zip(recordings, masks, strict=True):
+        rows = np.flatnonzero(mask & np.isfinite(recording.positions).all(axis=-1))[::_SAMPLE_STRIDE]
         if len(rows):
-            distances = _shape_distances(kept, [of[rows] for of in section_states(fitted.model, recording)])
+            distances = _shape_distances(kept, [states[rows] for states in section_states(fitted.model, recording)])
             errors.append(_errors(geometry, recording, finger)[rows])
-            grown.append(_grown(geometry, recording, finger, distances, rows))
-    none = np.zeros((0, len(sections)))
-    of_region = np.concatenate([none, *errors]), np.concatenate([none, *grown])
-    seen = np.isfinite(of_region[0]).all(axis=-1)
-    return LeftOut(of_region[0][seen], of_region[1][seen])
+            widths.append(_growth_widths(geometry, recording, finger, distances, rows))
+    all_errors = np.concatenate(errors)
+    is_seen = np.isfinite(all_errors).all(axis=-1)
+    return LeftOut(all_errors[is_seen], np.concatenate(widths)[is_seen])
 
 
-def _spreads(sections: Sequence[Array]) -> list[Array]:
+def _units(sections: Sequence[Array]) -> list[Array]:
     """Units of the states of every section: those of lengths, bends and pressures of the whole arm."""
-    length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE))
-    pressure = spread_of(np.concatenate([states[:, _SHAPE:] for states in sections], axis=-1))
-    return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE)]) for states in sections]
+    length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE_COUNT))
+    pressure = spread_of(np.concatenate([states[:, _SHAPE_COUNT:] for states in sections], axis=-1))
+    return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE_COUNT)]) for states in sections]
 
 
 def _errors(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
-    at, _ = places(geometry, finger, *geometry.wires.sections(recording.inner, recording.outer))
-    errors: Array = np.abs(at - measured(recording, geometry.delay)[0])
+    positions, _ = body_poses(geometry, finger, *geometry.wires.sections(recording.inner, recording.outer))
+    errors: Array = np.abs(positions - measured_poses(recording, geometry.delay)[0])
     return errors
 
 
-def _grown(
+def _growth_widths(
     geometry: ArmGeometry,
     recording: ArmRecording,
     finger: Finger,
@@ -140,18 +142,19 @@ def _grown(
     rows: NDArray[np.int_] | slice = slice(None),
 ) -> Array:
     """Radius of every body, (T, S), that a growth of 1 gives at distances (T, S)."""
-    of = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
-    at, _ = places(geometry, finger, *of)
-    wrong, moved = _STEP * np.sqrt(distances), []
-    for one in np.eye(distances.shape[-1]):
-        moved += [places(geometry, finger, of.theta + np.sqrt(2) * one * wrong / geometry.wires.spacing, of.length)[0]]
-        moved += [places(geometry, finger, of.theta, of.length + one * wrong / np.sqrt(2))[0]]
-    return ball_radius(as_points(np.stack(moved) - at)) / _STEP
+    theta, length = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
+    positions, _ = body_poses(geometry, finger, theta, length)
+    steps, shifted = _WIRE_STEP * np.sqrt(distances), []
+    for mask in np.eye(distances.shape[-1]):
+        bends = theta + np.sqrt(2) * mask * steps / geometry.wires.spacing
+        shifted += [body_poses(geometry, finger, bends, length)[0]]
+        shifted += [body_poses(geometry, finger, theta, length + mask * steps / np.sqrt(2))[0]]
+    return ball_radius(as_points(np.stack(shifted) - positions)) / _WIRE_STEP
 
 
 @dataclass(frozen=True)
 class BodyBand:
-    """The band of the bodies in T samples of a recording, and where these are far from what was fitted."""
+    """The band of the bodies in T samples of a recording, and samples far from what was fitted."""
 
     radius: Array  # (T, S) m
     distance: Array  # (T, S) spreads, of the sections
@@ -165,36 +168,37 @@ def body_band(
     finger: Finger,
     variants: Sequence[ArmGeometry] = (),
 ) -> BodyBand:
-    """The band of every body about its place by arcs; `variants` of zeroed wires, see `zeroing`."""
+    """The band of every body about its place by arcs; `variants` of zeroed wires, see `zero_geometry`."""
     distances = band.distances(geometry, recording)
-    grown = _grown(geometry, recording, finger, distances)
-    radius = band.widths.band(grown)
+    widths = _growth_widths(geometry, recording, finger, distances)
+    radius = band.widths.band(widths)
     if variants:
-        at, *variant_places = (
-            places(one, finger, *one.wires.sections(recording.inner, recording.outer))[0]
-            for one in (geometry, *variants)
+        positions, *shifted = (
+            body_poses(variant, finger, *variant.wires.sections(recording.inner, recording.outer))[0]
+            for variant in (geometry, *variants)
         )
-        radius = np.hypot(radius, ball_radius(as_points(np.stack(variant_places) - at)))
-    return BodyBand(radius, distances, band.widths.is_far(grown).any(axis=-1))
+        radius = np.hypot(radius, ball_radius(as_points(np.stack(shifted) - positions)))
+    return BodyBand(radius, distances, band.widths.is_far(widths).any(axis=-1))
 
 
-def extrapolations(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording, body: BodyBand) -> list[str]:
-    """Where a recording is far from what was fitted, as text: the furthest state of a section, or none."""
-    states = section_states(geometry, recording)
+def extrapolations(geometry: ArmGeometry, recording: ArmRecording, body: BodyBand) -> list[str]:
+    """Samples of a recording that are far from what was fitted, as text: the furthest state of a section, or none."""
+    sections = section_states(geometry, recording)
 
-    def state(row: int, section: int) -> str:
-        length, bend, *pressures = states[section][row]
-        driven = ", ".join(f"{1e-3 * pressure:.0f}" for pressure in pressures)
-        at = f"{1e3 * length:.0f} mm long and {np.degrees(bend):.0f} degrees bent under {driven} kPa"
-        return f"section {section + 1} {at}"
+    def describe_state(row: int, section: int) -> str:
+        length, bend, *pressures = sections[section][row]
+        shape = f"{1e3 * length:.0f} mm long and {np.degrees(bend):.0f} degrees bent"
+        return (
+            f"section {section + 1} {shape} under {', '.join(f'{1e-3 * pressure:.0f}' for pressure in pressures)} kPa"
+        )
 
-    return extrapolated(recording.time, body.distance, body.is_far, state)
+    return extrapolation_warnings(recording.time, body.distance, body.is_far, describe_state)
 
 
 def disagreements(band: GeometryBand, geometry: ArmGeometry, recording: ArmRecording) -> list[str]:
     """Sections whose readings and pressures disagree more than in any fitted recording, as text."""
-    said: list[str] = []
+    warnings: list[str] = []
     for section, (fitted, states) in enumerate(zip(band.sections, section_states(geometry, recording), strict=True)):
-        apart = disagreement(fitted, states, _SHAPE)
-        said += disagreeing(f"wires and pressures of section {section + 1}", apart, band.disagreement)
-    return said
+        distance = disagreement(fitted, states, _SHAPE_COUNT)
+        warnings += disagreement_warnings(f"wires and pressures of section {section + 1}", distance, band.disagreement)
+    return warnings

@@ -12,6 +12,10 @@ With the bends of training recordings known, the balance  k q = G p + u_0 + w(q)
 in the torque u_0 without pressure; creep of a given share and time filters both sides alike. So the gains follow by
 least squares for every creep on a grid, and the creep with the smallest residual is chosen.
 
+If the wires were set anew, only two offsets per section have changed, of its bend and its length. They follow from the
+poses of the bodies in the first seconds of a recording; all else stays as it was fitted. Errors of the model there go
+into the offsets: the band of the bodies in that pose makes the offsets uncertain, and these every other pose.
+
 Geometry is fitted with arcs, and the drive with the resulting bends, on other recordings than the one that is
 estimated: estimators then differ only in the bends of the joints within a section.
 """
@@ -27,8 +31,10 @@ from scipy.signal import lfilter
 from soft_gripper.arrays import Array, Planar
 from soft_gripper.extras.hardware.least_squares import Fit, Problem, fit
 from soft_gripper.extras.hardware.replay.arm_estimation import PERIOD, ArmRecording, RigidParts, stretched_arm
+from soft_gripper.extras.hardware.replay.finger_estimation import first_rows
 from soft_gripper.extras.hardware.replay.wire_lengths import WireGeometry
 from soft_gripper.extras.hardware.scoring import Split, leave_one_out, predictions
+from soft_gripper.files.document import require
 from soft_gripper.fingers.creep import recursion
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import CreepBranch
@@ -36,7 +42,7 @@ from soft_gripper.fingers.kinematics import as_planar, as_points, gravity_torque
 
 _SAMPLE_STRIDE = 6  # one in so many samples is fitted
 _INDEPENDENT_SAMPLES = 20.0  # samples of a recording
-_POSITION_STD, HEADING_STD = 3e-3, 0.06  # m and rad, standard deviations of the fitted measurements
+_POSITION_STD, _HEADING_STD = 3e-3, 0.06  # m and rad, standard deviations of the fitted measurements
 # Prior standard deviations for every section, m and rad: wire offsets, passing wires, bow, rigid
 # parts across and along, axes of bodies; and of the base.
 _STDS = {
@@ -74,21 +80,16 @@ def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> Fit[ArmG
     return fit(Problem(build_geometry, residuals, options={"max_nfev": 30}), np.zeros(len(_STDS) * len(nominal) + 3))
 
 
-def without(fitted: Fit[ArmGeometry], left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
-    """First-order fit of the geometry to the samples that are not left out.
-
-    Args:
-        fitted: fit to all samples.
-        left_out: mask of samples of every recording, (T,) each.
-    """
+def geometry_without(fitted: Fit[ArmGeometry], left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
+    """First-order fit of the geometry to the samples that are not left out, by their mask for every recording, (T,)."""
     sections = len(fitted.model.wires.bend_offsets)
     kept = [np.ones(len(fitted.x), bool)]
     for rows in left_out:
         kept += [np.repeat(~rows[::_SAMPLE_STRIDE], count * sections) for count in (2, 1)]  # places, then headings
-    return fitted.model_without(np.concatenate(kept))
+    return fitted.build_model(fitted.x + fitted.change_without(np.concatenate(kept)))
 
 
-def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:
+def body_poses(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:
     """Positions of the bodies in B, and their headings, if the sections are arcs: (T, S) m, (T, S) rad."""
     ends = finger.section_ends(theta.shape[-1])
     q = np.repeat(theta / np.diff(ends), np.diff(ends), axis=-1)
@@ -96,7 +97,7 @@ def places(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -
     return positions, headings
 
 
-def measured(recording: ArmRecording, delay: float) -> tuple[Planar, Array]:
+def measured_poses(recording: ArmRecording, delay: float) -> tuple[Planar, Array]:
     """Body positions and headings at the time of the wire readings, a `delay` (s) earlier: (T, S) m, (T, S) rad."""
     rows = np.clip(np.arange(len(recording.time)) - delay / PERIOD, 0, len(recording.time) - 1)
     earlier, fraction = rows.astype(int), (rows % 1)[:, None]
@@ -132,11 +133,57 @@ def _build_geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
 def _residuals(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
     rows = slice(None, None, _SAMPLE_STRIDE)
     wires = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
-    positions, headings = places(geometry, finger, *wires)
-    true_positions, true_headings = (values[rows] for values in measured(recording, geometry.delay))
-    shifts, turns = ((positions - true_positions) / _POSITION_STD, (headings - true_headings) / HEADING_STD)
+    positions, headings = body_poses(geometry, finger, *wires)
+    true_positions, true_headings = (values[rows] for values in measured_poses(recording, geometry.delay))
+    shifts, turns = ((positions - true_positions) / _POSITION_STD, (headings - true_headings) / _HEADING_STD)
     misfits = np.concatenate([as_points(shifts).ravel(), turns.ravel()])
     return np.nan_to_num(misfits) * np.sqrt(_INDEPENDENT_SAMPLES / len(positions))
+
+
+_TYPICAL_OFFSETS = 1.0, 0.02  # rad and m, of a bend and a length
+
+
+@dataclass(frozen=True)
+class ZeroedGeometry:
+    """A geometry with offsets that were found again."""
+
+    geometry: ArmGeometry
+    variants: tuple[ArmGeometry, ...]  # one standard deviation away, in each of the independent directions
+
+
+def zero_geometry(
+    geometry: ArmGeometry, recording: ArmRecording, finger: Finger, seconds: float, std: Array
+) -> ZeroedGeometry:
+    """Finds the offsets that place the bodies best in the first seconds of a recording, in which their pose is known.
+
+    `std` is that of the bodies about their places along an axis, (S,) m.
+    """
+    rows = first_rows(recording.name, recording.time, seconds)
+    measured_positions, measured_headings = (values[rows] for values in measured_poses(recording, geometry.delay))
+    is_seen = np.isfinite(measured_positions + measured_headings).all(axis=-1)
+    expected = "its first seconds must show all bodies: give more, or cut what comes before"
+    require(bool(is_seen.any()), recording.name, "--zero", seconds, expected)
+    inner, outer = recording.inner[rows][is_seen], recording.outer[rows][is_seen]
+
+    def build_geometry(x: Array) -> ArmGeometry:
+        """The geometry with other offsets, of the bends (rad), then of the lengths (m)."""
+        bends, lengths = x.reshape(2, -1)
+        wires = geometry.wires
+        shifted = replace(wires, bend_offsets=wires.bend_offsets + bends, length_offsets=wires.length_offsets + lengths)
+        return replace(geometry, wires=shifted)
+
+    def residuals(x: Array) -> Array:
+        shifted = build_geometry(x)
+        positions, headings = body_poses(shifted, finger, *shifted.wires.sections(inner, outer))
+        shifts = (positions - measured_positions[is_seen]).mean(axis=0) / std
+        turns = (headings - measured_headings[is_seen]).mean(axis=0) / _HEADING_STD
+        return np.concatenate([as_points(shifts).ravel(), turns])
+
+    problem = Problem(build_geometry, residuals, options={"x_scale": np.repeat(_TYPICAL_OFFSETS, len(std))})
+    zero_fit = fit(problem, np.zeros(2 * len(std)))
+    deviations = np.linalg.cholesky(zero_fit.covariance).T
+    variants = tuple(build_geometry(zero_fit.x + deviation) for deviation in deviations)
+    return ZeroedGeometry(zero_fit.model, variants)
 
 
 _CREEP_SHARES, _CREEP_TIMES = (0.1, 0.25, 0.4, 0.55, 0.7), (0.5, 1.0, 2.0, 4.0, 8.0)
@@ -209,12 +256,12 @@ def _rms_residual(balances: Sequence[_Balance], torques: Array) -> float:
 def _left_out_residual(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> float:
     """Largest residual angle of a recording under torques that are fitted to the others, rad."""
 
-    def fit(fitted: Sequence[_Balance]) -> Callable[[_Balance], float]:
+    def fit_torques(fitted: Sequence[_Balance]) -> Callable[[_Balance], float]:
         torques = _torques(fitted, chambers)
         return lambda balance: _rms_residual([balance], torques)
 
     splits = leave_one_out(balances) if len(balances) > 1 else [Split(balances, balances)]
-    return max(predictions(splits, fit))
+    return max(predictions(splits, fit_torques))
 
 
 def bend_under(branch: CreepBranch, torque: Array) -> Array:

@@ -32,9 +32,14 @@ from soft_gripper.extras.hardware.replay.geometry_band import (
     extrapolations,
     learn_band,
 )
-from soft_gripper.extras.hardware.replay.geometry_fit import ArmGeometry, fit_drive, fit_geometry, measured
+from soft_gripper.extras.hardware.replay.geometry_fit import (
+    ArmGeometry,
+    fit_drive,
+    fit_geometry,
+    measured_poses,
+    zero_geometry,
+)
 from soft_gripper.extras.hardware.replay.view import arm_corners
-from soft_gripper.extras.hardware.replay.zeroing import Zeroed, zeroed
 from soft_gripper.extras.hardware.scoring import (
     Split,
     ball_rms_z,
@@ -55,7 +60,7 @@ _LOAD_SHARE = 0.1  # torque of a load over that of the angles that a drive leave
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedArm:
     """A fitted arm, its geometry, and the band of its bodies."""
 
     arm: NominalArm
@@ -69,18 +74,14 @@ class Replayed:
 
     name: str
     fitted_on: tuple[str, ...]
-    fitted: Fitted
+    fitted: FittedArm
     signals: Recording
     warnings: tuple[str, ...]  # where it is far from what was fitted, and disagrees with it
     first: int  # sample that is scored: those before are not estimated, or zeroed
 
 
 def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
-    """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section.
-
-    Raises:
-        InputError: if there is none of that name.
-    """
+    """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section."""
     chosen = list(names or SHAPE_FUNCTIONS)
     for name in chosen:
         find_estimator(name, field="--estimator")
@@ -131,11 +132,10 @@ def replay(
         reported: recordings to estimate.
         fitted: recordings for the fit; None: for each recording, all others.
         estimators: names; None: all built-in ones.
-        zero: s, for which the pose of every reported recording is known at first, see `zeroing`; 0: not.
+        zero: s, for which the pose of every reported recording is known at first, see `zero_geometry`; 0: not.
 
     Raises:
-        InputError: if the description names no file with one finger, or no gravity; or as `arm_recording`,
-            `estimator_rows`, `zeroed` and `replay_recordings`.
+        InputError: if the description names no file with one finger, or no gravity, or recordings do not fit it.
     """
     name, config = reported[0].name, reported[0].config
     file = require_value(config.finger, name, "finger", "name the URDF with the finger that models the arm")
@@ -156,27 +156,16 @@ def replay_recordings(
     gravity: Array,
     zero: float = 0.0,
 ) -> ArmReplay:
-    """Estimates recordings; a recording is never part of the data that its own estimates were fitted to.
+    """Estimates recordings as `replay` does, by a finger that represents the arm, with gravity in B.
 
-    Args:
-        reported: recordings to estimate.
-        fitted: recordings for the fit; None: for each recording, all others.
-        rows: the estimators, by row.
-        finger: that represents the arm.
-        gravity: gravity in B, (3,) m/s^2.
-        zero: as for `replay`.
-
-    Raises:
-        InputError: if there are no recordings to fit to, or one would be in both.
+    A recording is never part of the data that its own estimates were fitted to.
     """
-    twice = sorted({r.name for r in reported} & {r.name for r in fitted or ()})
-    if twice:
+    names = [recording.name for recording in reported]
+    if twice := sorted({*names} & {recording.name for recording in fitted or ()}):
         raise InputError("replay", "--fit", twice, "a recording cannot be both fitted and reported")
     if fitted is None and len(reported) < 2:
-        names = [recording.name for recording in reported]
-        raise InputError(
-            "replay", "FILE", names, "each is estimated by a fit to the others: give at least two, or --fit"
-        )
+        expected = "each is estimated by a fit to the others: give at least two, or --fit"
+        raise InputError("replay", "FILE", names, expected)
     splits = leave_one_out(reported) if fitted is None else [Split(fitted, reported)]
 
     def fit(others: Sequence[ArmRecording]) -> Callable[[ArmRecording], Replayed]:
@@ -190,44 +179,43 @@ def replay_recordings(
 
 
 def _replayed(
-    recording: ArmRecording, fitted: Fitted, fitted_on: tuple[str, ...], rows: Rows, finger: Finger, zero: float
+    recording: ArmRecording, fitted: FittedArm, fitted_on: tuple[str, ...], rows: Rows, finger: Finger, zero: float
 ) -> Replayed:
+    geometry, variants, first = fitted.geometry, tuple[ArmGeometry, ...](), 1
+    if zero > 0:
+        zeroed = zero_geometry(geometry, recording, finger, zero, fitted.band.std)
+        geometry, variants = zeroed.geometry, zeroed.variants
+        first += int(np.searchsorted(recording.time, zero, side="right"))
     names = {"recording": recording.name, "fitted_on": ", ".join(fitted_on), "zeroed_s": f"{zero:g}"}
     about = names | {"wires_late_by_s": f"{fitted.geometry.delay:g}"}
-    at = Zeroed(fitted.geometry, ())
-    if zero > 0:
-        at = zeroed(fitted.geometry, recording, finger, zero, fitted.band.std)
-        fitted = replace(fitted, arm=replace(fitted.arm, wires=at.geometry.wires), geometry=at.geometry)
-    signals = estimate_recording(fitted.arm, replay_inputs(recording, at.geometry.delay), rows, about)
-    band = body_band(fitted.band, at.geometry, recording, finger, at.variants)
+    fitted = replace(fitted, arm=replace(fitted.arm, wires=geometry.wires), geometry=geometry)
+    signals = estimate_recording(fitted.arm, replay_inputs(recording, geometry.delay), rows, about)
+    band = body_band(fitted.band, geometry, recording, finger, variants)
     bands = {
         BAND: (("time", "body"), band.radius, {"units": "m"}),
         DISTANCE: (("time", "arm_section"), band.distance, {"units": "1"}),
         FAR: (("time",), band.is_far),
     }
-    warnings = extrapolations(fitted.band, at.geometry, recording, band)
-    warnings += disagreements(fitted.band, at.geometry, recording)
-    first = 1 + int(np.searchsorted(recording.time, zero, side="right")) if zero > 0 else 1
+    warnings = extrapolations(geometry, recording, band) + disagreements(fitted.band, geometry, recording)
     return Replayed(recording.name, fitted_on, fitted, Recording(signals.data.assign(bands)), tuple(warnings), first)
 
 
-def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> Fitted:
+def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> FittedArm:
     """The nominal model of an arm, fitted to recordings of it."""
     fitted = fit_geometry(recordings, finger)
     geometry = fitted.model
     drive = fit_drive(recordings, geometry, finger, gravity)
     driven = np.argmax(finger.pressure_gain)
     load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
-    uncertainty = Uncertainty(
-        reading=_noise(recordings), angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load)
-    )
+    noise = _noise(recordings)
+    uncertainty = Uncertainty(reading=noise, angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load))
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
-    return Fitted(arm, geometry, learn_band(fitted, recordings, finger))
+    return FittedArm(arm, geometry, learn_band(fitted, recordings, finger))
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
     """The inputs of the diagram from a recording; body positions are those a `delay` (s) earlier."""
-    bodies, _ = measured(recording, delay)
+    bodies, _ = measured_poses(recording, delay)
     wires = np.stack([recording.inner, recording.outer], axis=1)
     return ReplayInputs(PERIOD, wires, recording.pressures, recording.bodies, as_points(bodies))
 
@@ -246,6 +234,7 @@ ALL = "all"
 # Signals: radius of the 95 % band of every body about its place by arcs; distance of every section from the fitted
 # states, in their spreads; whether it makes more of the band than all else does
 BAND, DISTANCE, FAR = "body_band", "state_distance", "is_far"
+_BAND_COLUMNS = "within_band_percent", "rms_z", "band_mm", "far_percent"
 
 
 def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
@@ -254,36 +243,38 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     The first sample, which is logged before the sensors are read, is omitted, and so are those that zero the wires.
     """
     table = []
-    far = {one.name: one.signals[FAR].values[one.first :] for one in replayed}
-    far |= {ALL: np.concatenate(list(far.values()))}
+    far = _with_all({run.name: run.signals[FAR].values[run.first :] for run in replayed})
     for row, (estimator, sections) in rows.items():
-        errors = {one.name: 1e3 * one.signals[f"{row}.body_error"][one.first :] for one in replayed}
+        errors = {run.name: 1e3 * run.signals[f"{row}.body_error"][run.first :] for run in replayed}
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
-            of_body = {name: error.values[:, i] for name, error in errors.items()}
-            has_band = estimator == "arcs" and sections == len(bodies)
-            bands = {one.name: 1e3 * one.signals[BAND].values[one.first :, i] for one in replayed}
-            bands |= {ALL: np.concatenate(list(bands.values()))}
-            for name, values in {**of_body, ALL: np.concatenate(list(of_body.values()))}.items():
-                shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
-                within = *shares, float(bands[name].mean()), 100 * float(far[name].mean())
-                stated = within if has_band else [np.nan] * 4
+            bands = _with_all({run.name: 1e3 * run.signals[BAND].values[run.first :, i] for run in replayed})
+            for name, values in _with_all({name: error.values[:, i] for name, error in errors.items()}).items():
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
-                about = dict(zip(("within_band_percent", "rms_z", "band_mm", "far_percent"), stated, strict=True))
-                table.append(ReplayRow(estimator, sections, name, str(body), **numbers, **about))
+                shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
+                band_numbers = *shares, float(bands[name].mean()), 100 * float(far[name].mean())
+                if estimator != "arcs" or sections != len(bodies):
+                    band_numbers = (np.nan,) * 4
+                columns = dict(zip(_BAND_COLUMNS, band_numbers, strict=True))
+                table.append(ReplayRow(estimator, sections, name, str(body), **numbers, **columns))
     return table
 
 
-_PREFERRED = ("arcs", "gaussian")
-_MEASURED = "0.1"
-_SMOOTHED = 50  # samples, over which errors are averaged
-_MOST_ESTIMATORS = 4  # estimators in a figure, so that each can be seen
+def _with_all(values: dict[str, Array]) -> dict[str, Array]:
+    """Values by recording, with those of all recordings together."""
+    return {**values, ALL: np.concatenate([*values.values()])}
+
+
+_PREFERRED_ESTIMATORS = ("arcs", "gaussian")
+_MEASURED_COLOR = "0.1"
+_SMOOTHED_SAMPLES = 50  # samples, over which errors are averaged
+_MAX_DRAWN = 4  # estimators in a figure, so that each can be seen
 
 
 def drawn_rows(rows: Rows) -> dict[str, str]:
     """The rows to draw, with their colours."""
-    drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED] or list(rows)
-    return dict(zip(drawn[:_MOST_ESTIMATORS], ESTIMATOR_COLORS[1:], strict=False))
+    drawn = [row for row, (name, _) in rows.items() if name in _PREFERRED_ESTIMATORS] or list(rows)
+    return dict(zip(drawn[:_MAX_DRAWN], ESTIMATOR_COLORS[1:], strict=False))
 
 
 def replay_figure(replay: ArmReplay) -> Figure:
@@ -293,11 +284,11 @@ def replay_figure(replay: ArmReplay) -> Figure:
         figure = Figure(figsize=(1.2 + 2.5 * len(replayed), 8.2), layout="constrained")
         heights = {"height_ratios": [1, 0.8, 1.9]}
         panels = figure.subplots(3, len(replayed), sharex="row", sharey="row", squeeze=False, gridspec_kw=heights)
-        for column, one in zip(panels.T, replayed, strict=True):
-            column[0].set_title(one.name.replace("_", " "), fontsize=10, loc="left")
-            _draw_tip(column[0], one, colors)
-            _draw_errors(column[1], one, colors)
-            _draw_shape(column[2], one, colors)
+        for column, run in zip(panels.T, replayed, strict=True):
+            column[0].set_title(run.name.replace("_", " "), fontsize=10, loc="left")
+            _draw_tip(column[0], run, colors)
+            _draw_errors(column[1], run, colors)
+            _draw_shape(column[2], run, colors)
         panels[0, 0].set_ylabel("tip, across the arm [mm]")
         panels[1, 0].set_ylabel("error of the tip,\n1 s means [mm]")
         panels[2, 0].set_ylabel("down [mm]")
@@ -306,32 +297,34 @@ def replay_figure(replay: ArmReplay) -> Figure:
     return figure
 
 
-def _draw_tip(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
-    tip = 1e3 * one.signals["measured_bodies"][1:, -1, 0]
+def _draw_tip(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
+    tip = 1e3 * run.signals["measured_bodies"][1:, -1, 0]
     for row, color in colors.items():
-        estimated = 1e3 * one.signals[f"{row}.body_positions"][1:, -1, 0]
+        estimated = 1e3 * run.signals[f"{row}.body_positions"][1:, -1, 0]
         axes.plot(tip["time"], estimated, color=color, lw=1.0, label=f"{row} per side".replace(" ", ", ", 1))
-    axes.plot(tip["time"], tip, color=_MEASURED, lw=1.4, ls=(0, (4, 2)), label="motion capture")
+    axes.plot(tip["time"], tip, color=_MEASURED_COLOR, lw=1.4, ls=(0, (4, 2)), label="motion capture")
 
 
-def _draw_errors(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+def _draw_errors(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     for row, color in colors.items():
-        error = 1e3 * one.signals[f"{row}.body_error"][1:, -1]
-        axes.plot(error["time"], error.rolling(time=_SMOOTHED, center=True, min_periods=1).mean(), color=color, lw=1.2)
+        error = 1e3 * run.signals[f"{row}.body_error"][1:, -1]
+        axes.plot(
+            error["time"], error.rolling(time=_SMOOTHED_SAMPLES, center=True, min_periods=1).mean(), color=color, lw=1.2
+        )
     axes.set(yscale="log", ylim=(1, 100), xlabel="time [s]")
     axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"])
     axes.minorticks_off()
 
 
-def _draw_shape(axes: Axes, one: Replayed, colors: dict[str, str]) -> None:
+def _draw_shape(axes: Axes, run: Replayed, colors: dict[str, str]) -> None:
     """Draws the shape at the sample with the largest spread of the bodies across the arm."""
-    bodies = one.signals["measured_bodies"].values[1:]
+    bodies = run.signals["measured_bodies"].values[1:]
     place = 1 + int(np.argmax(np.abs(np.diff(bodies[:, :, 0], axis=1, prepend=0.0)).sum(axis=1)))
     for row, color in colors.items():
-        x, _, z = 1e3 * arm_corners(one.signals, row, place).T
+        x, _, z = 1e3 * arm_corners(run.signals, row, place).T
         axes.plot(x, z, color=color, lw=1.6, marker="o", ms=2)
-    axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED, ls="", marker="s", mfc="none", ms=8, mew=1.5)
-    time = float(one.signals.data["time"][place])
+    axes.plot(*(1e3 * bodies[place - 1].T), color=_MEASURED_COLOR, ls="", marker="s", mfc="none", ms=8, mew=1.5)
+    time = float(run.signals.data["time"][place])
     axes.set_title(f"at {time:.1f} s; squares: motion capture", fontsize=8, loc="left")
     axes.set(aspect="equal", xlabel="across [mm]")
     axes.margins(0.15)

@@ -33,13 +33,11 @@ from soft_gripper.estimators.estimate import force_along
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.estimators.mechanics import Mechanics
 from soft_gripper.extras.hardware.finger_logs import FingerLog, nominal_layout, steady
+from soft_gripper.extras.hardware.fitted_range import disagreement_warnings, extrapolation_warnings, nearest_distance
 from soft_gripper.extras.hardware.instrument import Instrument, InstrumentRun, find_instrument
-from soft_gripper.extras.hardware.left_out_regions import nearest
 from soft_gripper.extras.hardware.measured import SI, Measured, latest
-from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows
+from soft_gripper.extras.hardware.replay.finger_estimation import estimate_log, sampled_rows, zeroed_log
 from soft_gripper.extras.hardware.replay.held_out import REPORT_PERIOD
-from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
-from soft_gripper.extras.hardware.replay.zeroing import zeroed_log
 from soft_gripper.extras.hardware.scoring import NORMAL_95
 from soft_gripper.files.document import require
 from soft_gripper.fingers.kinematics import Sites, forward_kinematics
@@ -117,13 +115,11 @@ class MeasuredRun:
 
     def recording(self) -> Recording:
         """Signals of the estimation, and uncorrected readings of the instruments."""
-        measured = {
-            f"measured_{kind}": (("time",), item.value, {"units": SI[kind]}) for kind, item in self.measured.items()
-        }
-        places = {
-            f"measured_{kind}_place": (("time",), item.place, {"units": "m"}) for kind, item in self.measured.items()
-        }
-        return Recording(self.signals.data.assign(measured | places))
+        variables = {}
+        for kind, item in self.measured.items():
+            variables[f"measured_{kind}"] = ("time",), item.value, {"units": SI[kind]}
+            variables[f"measured_{kind}_place"] = ("time",), item.place, {"units": "m"}
+        return Recording(self.signals.data.assign(variables))
 
 
 @dataclass(frozen=True)
@@ -140,16 +136,9 @@ class MeasuredReplay:
 def replay_measured(
     logs: Sequence[FingerLog], scenario: Scenario, estimators: Sequence[str], zero: float = 0.0
 ) -> MeasuredReplay:
-    """Estimates from the readings of logs, and compares with instruments.
+    """Estimates from the readings of logs of one finger, and compares with instruments.
 
-    Args:
-        logs: of one finger.
-        scenario: with its sensors and nominal model.
-        estimators: names.
-        zero: s, for which the finger is free and at rest at the beginning of every log, see `zeroed_log`; 0: not.
-
-    Raises:
-        InputError: if nothing is measured, the finger never rests on an instrument, or an estimator cannot be built.
+    For `zero` s, the finger is free and at rest at the beginning of every log, see `zeroed_log`; 0: not.
     """
     logs = [log for log in logs if log.measured]
     expected = "is described in no log: give measured_force, measured_torque or measured_angle of the finger"
@@ -157,21 +146,18 @@ def replay_measured(
     fingers = sorted({log.finger.name for log in logs})
     require(len(fingers) == 1, "replay", "measured_force", fingers, "describe the instruments of one finger at a time")
     names = [log.name for log in logs]
-    require(
-        len({*names}) == len(names),
-        "replay",
-        "FILE",
-        names,
-        "each needs a name of its own, after which results are called",
-    )
+    expected = "each needs a name of its own, after which results are called"
+    require(len({*names}) == len(names), "replay", "FILE", names, expected)
     kinds = [*logs[0].measured]
     progress = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
     runs = [_replay_log(log, scenario, estimators, zero) for log in progress]
-    instruments = {kind: _find_run_instrument(runs, kind) for kind in kinds}
-    corrected = {
-        kind: [instrument.corrected(i, _instrument_run(run, kind)) for i, run in enumerate(runs)]
-        for kind, instrument in instruments.items()
-    }
+    instruments, corrected = dict[str, Instrument](), dict[str, list[Array]]()
+    for kind in kinds:
+        instrument_runs = [_instrument_run(run, kind) for run in runs]
+        instruments[kind] = Instrument(0.0, (0.0,) * len(runs), 0.0)  # an angle has no zero: a finger always has one
+        if kind != "angle":
+            instruments[kind] = find_instrument(instrument_runs, MIN_MEASURED[kind])
+        corrected[kind] = [instruments[kind].corrected(i, run) for i, run in enumerate(instrument_runs)]
     presses = [
         row
         for i, run in enumerate(runs)
@@ -179,10 +165,9 @@ def replay_measured(
         for rows in _find_presses(run, corrected[kind][i], MIN_MEASURED[kind])
         for row in _press_rows(run, kind, corrected[kind][i], rows)
     ]
-    expected = (
-        f"nowhere rests for {_REST_TIME:g} s while more than {MIN_MEASURED[kinds[0]]:g} {SI[kinds[0]]} is measured"
-    )
-    require(len(presses) > 0, "replay", f"measured_{kinds[0]}", [log.name for log in logs], expected)
+    kind = kinds[0]
+    expected = f"nowhere rests for {_REST_TIME:g} s while more than {MIN_MEASURED[kind]:g} {SI[kind]} is measured"
+    require(len(presses) > 0, "replay", f"measured_{kind}", names, expected)
     return MeasuredReplay(runs, instruments, presses, _press_scores(presses), corrected)
 
 
@@ -202,18 +187,12 @@ def _replay_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str], z
         kind: {name: [*_find_estimates(signals, name, kind, item, mechanics)] for name in estimators}
         for kind, item in measured.items()
     }
-    pressure, first_name = log.pressure[rows], estimators[0]
-    far = signals[f"{first_name}.{FAR}"].values.ravel() if layout.calibrated else np.full(len(rows), np.nan)
-    return MeasuredRun(
-        log,
-        signals,
-        time,
-        measured,
-        estimates,
-        steady(pressure, round(_REST_TIME / period), _STEADY_SHARE * float(np.ptp(pressure))) & (time >= zero),
-        far,
-        [] if layout.calibrated is None else _warnings(signals, first_name, layout.calibrated),
-    )
+    pressure, far, warnings = log.pressure[rows], np.full(len(rows), np.nan), list[str]()
+    rest = steady(pressure, round(_REST_TIME / period), _STEADY_SHARE * float(np.ptp(pressure))) & (time >= zero)
+    if layout.calibrated is not None:
+        far = signals[f"{estimators[0]}.{FAR}"].values.ravel()
+        warnings = _warnings(signals, estimators[0], layout.calibrated)
+    return MeasuredRun(log, signals, time, measured, estimates, rest, far, warnings)
 
 
 def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[str]:
@@ -221,13 +200,15 @@ def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[s
     time, pressure = signals["time"].values, signals["sampled_pressure"].values.ravel()
     distance, disagreement = signals[f"{name}.{DISTANCE}"].values, signals[f"{name}.{DISAGREEMENT}"].values.ravel()
 
-    def state(row: int, part: int) -> str:
+    def describe_state(row: int, part: int) -> str:
         drive = f"under {1e-3 * pressure[row]:.0f} kPa"
         return f"its drive {drive}" if part == 0 else f"the readings of section {part - 1} {drive}"
 
     far = signals[f"{name}.{FAR}"].values.ravel() == 1
-    disagreements = disagreeing("readings and pressure", nearest(disagreement), states.disagreement)
-    return extrapolated(time, distance, far, state) + disagreements
+    warnings = extrapolation_warnings(time, distance, far, describe_state)
+    return warnings + disagreement_warnings(
+        "readings and pressure", nearest_distance(disagreement), states.disagreement
+    )
 
 
 def _find_estimates(
@@ -238,24 +219,25 @@ def _find_estimates(
     q = signals[f"{name}.{ANGLES}"].values
     chain = forward_kinematics(q, finger.segment_length)
     place = np.nan_to_num(measured.place)[:, None]
-    site = chain.sites(place)
-    torque, unknown = signals[f"{name}.external_torque"].values, np.full(len(q), np.nan)
+    torque = signals[f"{name}.external_torque"].values
     if kind == "angle":
         turn = np.take_along_axis(chain.headings, chain.link_at(place), axis=-1)[:, 0]
-        std = unknown
+        std = np.full(len(q), np.nan)
         if f"{name}.joint_angle_covariance" in signals.data:
             is_before = (np.arange(q.shape[-1]) < chain.link_at(place)).astype(float)
             covariance = signals[f"{name}.joint_angle_covariance"].values
             std = np.sqrt(np.einsum("ti,tij,tj->t", is_before, covariance, is_before))
         yield _Estimate("angle", "rad", np.ones(len(q)), turn, turn - NORMAL_95 * std, turn + NORMAL_95 * std)
         return
-    joint = np.zeros(len(q), dtype=int) if kind == "force" else np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
-    lever = _lever(site, measured)
-    joint_torque = torque[:, 0] if kind == "force" else _interpolate_torque(torque, place[:, 0] / finger.segment_length)
-    std = _torque_std(signals, name, joint, mechanics)
-    scale = lever if kind == "force" else np.ones(len(q))
-    label = "base torque" if kind == "force" else "torque"
-    yield _Estimate(label, "N m", scale, joint_torque, joint_torque - NORMAL_95 * std, joint_torque + NORMAL_95 * std)
+    if kind == "force":
+        label, scale, joint_torque = "base torque", _lever(chain.sites(place), measured), torque[:, 0]
+        joint = np.zeros(len(q), dtype=int)
+    else:
+        label, scale = "torque", np.ones(len(q))
+        joint_torque = _interpolate_torque(torque, place[:, 0] / finger.segment_length)
+        joint = np.minimum(chain.link_at(place)[:, 0], q.shape[-1] - 1)
+    half_width = NORMAL_95 * _torque_std(signals, name, joint, mechanics)
+    yield _Estimate(label, "N m", scale, joint_torque, joint_torque - half_width, joint_torque + half_width)
     if kind == "force" and f"{name}.contact_force_vector_covariance" in signals.data:
         yield _contact_estimate(signals, name, measured, len(q))
 
@@ -323,20 +305,12 @@ def _instrument_run(run: MeasuredRun, kind: str) -> InstrumentRun:
     return InstrumentRun(run.time, run.measured[kind].value, estimate, run.rest)
 
 
-def _find_run_instrument(runs: Sequence[MeasuredRun], kind: str) -> Instrument:
-    """Finds zeros, drift and delay of an instrument; an angle has none, since a finger always has one."""
-    if kind == "angle":
-        return Instrument(0.0, (0.0,) * len(runs), 0.0)
-    return find_instrument([_instrument_run(run, kind) for run in runs], MIN_MEASURED[kind])
-
-
 def _find_presses(run: MeasuredRun, value: Array, minimum: float) -> Iterator[NDArray[np.int_]]:
     """Yields the indices of the samples of each press, by the corrected value of an instrument, (T,)."""
     steps = np.abs(np.diff(value))
     resolution = float(np.min(steps[steps > 1e-9], initial=np.inf))
-    max_range = max(
-        _STEADY_SHARE * float(np.nanmax(value) - np.nanmin(value)), 2 * resolution if np.isfinite(resolution) else 0.0
-    )
+    value_range = float(np.nanmax(value) - np.nanmin(value))
+    max_range = max(_STEADY_SHARE * value_range, 2 * resolution if np.isfinite(resolution) else 0.0)
     period = float(run.time[1] - run.time[0])
     rows = np.flatnonzero(run.rest & steady(value, round(_REST_TIME / period), max_range) & (np.abs(value) > minimum))
     for part in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST_TIME) + 1):
@@ -350,23 +324,21 @@ def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_
     place = 1e3 * float(np.median(run.measured[kind].place[rows]))
     for name, estimates in run.estimates[kind].items():
         for estimate in estimates:
-            measured, has_estimate = value[rows] * estimate.scale[rows], np.isfinite(estimate.estimate[rows])
-            has_band = np.isfinite(estimate.lower[rows])
-            is_inside = (estimate.lower[rows] <= measured) & (measured <= estimate.upper[rows])
-            medians = [
-                float(np.median(part[chosen])) if chosen.sum() * 2 > len(rows) else np.nan
-                for part, chosen in (
-                    (estimate.estimate[rows], has_estimate),
-                    (estimate.lower[rows], has_band),
-                    (estimate.upper[rows], has_band),
-                )
-            ]
+            measured, samples = value[rows] * estimate.scale[rows], estimate.estimate[rows]
+            lower, upper = estimate.lower[rows], estimate.upper[rows]
+            has_band, is_inside = np.isfinite(lower), (lower <= measured) & (measured <= upper)
             share = 100 * float(is_inside[has_band].mean()) if has_band.any() else np.nan
-            estimated, lower, upper = medians
-            band = _lasting_band(estimated, lower, upper, estimate.estimate[rows[has_estimate]])
+            estimated = _known_median(samples, np.isfinite(samples))
+            medians = _known_median(lower, has_band), _known_median(upper, has_band)
+            band = _lasting_band(estimated, *medians, samples[np.isfinite(samples)])
             labels = run.log.name, name, estimate.quantity, estimate.unit
             far = 100 * float(run.far[rows].mean())
             yield PressRow(*labels, *ends, place, float(np.median(measured)), estimated, *band, share, far)
+
+
+def _known_median(values: Array, is_known: NDArray[np.bool_]) -> float:
+    """Median of the known values; NaN if they are no more than half."""
+    return float(np.median(values[is_known])) if is_known.sum() * 2 > len(values) else np.nan
 
 
 def _lasting_band(estimate: float, lower: float, upper: float, samples: Array) -> tuple[float, float]:

@@ -17,14 +17,9 @@ _GREY, _BLACK = Rgba(0.6, 0.6, 0.6), Rgba(0.1, 0.1, 0.1, 0.8)
 
 
 def show_replays(meshcat: Meshcat, recordings: Sequence[Recording], colors: Mapping[str, str]) -> None:
-    """Records an animation in Meshcat.
+    """Records an animation of replays, one after the other, in Meshcat, with colours as #rrggbb by row of estimators.
 
     The arm hangs: z of B points down. A black box is a body measured by motion capture; a line is an estimate.
-
-    Args:
-        meshcat: shows it.
-        recordings: of replays; they follow each other in time.
-        colors: colours of the drawn estimators, as #rrggbb, by row.
     """
     reach = float(np.nanmax(recordings[0]["measured_bodies"].values[1:]))
     _set_scene(meshcat, reach)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from identified import recorded, release
 
-from soft_gripper.extras.hardware.identification.fit import confidence
+from soft_gripper.extras.hardware.identification.fit import fit_confidence
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, free_parameters
 
 NAMES = ["youngs_modulus", "density", "mounting_x"]
@@ -37,7 +37,7 @@ def test_deviation_of_independent_residuals(made_up, rows):
     """s / |column|, as for any linear regression; what the noise of noise makes of it is small."""
     random = np.random.default_rng(0)
     jacobian = np.linalg.qr(random.normal(size=(rows, 3)))[0] * [2.0, 3.0, 4.0]
-    found = confidence(made_up(jacobian, random.normal(0, 0.01, rows)))
+    found = fit_confidence(made_up(jacobian, random.normal(0, 0.01, rows)))
     np.testing.assert_allclose(found.std, 0.01 / np.array([2, 3, 4]) * SCALES, rtol=0.15)
     np.testing.assert_allclose(found.correlation, np.eye(3), atol=1e-9)
     assert found.undetermined == ()
@@ -52,8 +52,10 @@ def test_residuals_that_last_count_once(made_up, rows, motion):
     for k in range(1, samples):
         series[k] = kept * series[k - 1] + np.sqrt(1 - kept**2) * series[k]
     jacobian = np.linalg.qr(random.normal(size=(rows, 1)))[0]
-    alone = confidence(made_up(jacobian, random.permutation(series.ravel()))).std
-    assert confidence(made_up(jacobian, series.ravel())).std / alone == pytest.approx(np.sqrt(2 * lasting), rel=0.25)
+    alone = fit_confidence(made_up(jacobian, random.permutation(series.ravel()))).std
+    assert fit_confidence(made_up(jacobian, series.ravel())).std / alone == pytest.approx(
+        np.sqrt(2 * lasting), rel=0.25
+    )
 
 
 def test_of_two_that_change_the_same_the_last_is_dropped(made_up, rows):
@@ -62,7 +64,7 @@ def test_of_two_that_change_the_same_the_last_is_dropped(made_up, rows):
     column, other = random.normal(size=(2, rows))
     residuals = random.normal(size=rows)
     fit = made_up(np.column_stack([column, -column, other]), residuals)
-    found = confidence(fit)
+    found = fit_confidence(fit)
     (dropped,) = found.undetermined
     assert (dropped.name, dropped.beside) == ("density", ("youngs_modulus",))
     assert dropped.correlation == pytest.approx(1.0, abs=1e-3)

@@ -8,7 +8,7 @@ import pytest
 from identified import HOLLOW, finger_of
 
 from soft_gripper.extras.hardware.identification.identified_finger import (
-    _of_recordings,
+    _with_ranges,
     read_finger,
     with_finger,
 )
@@ -117,5 +117,5 @@ def test_a_set_up_keeps_the_largest_pressure_and_load_of_what_was_fitted():
         for pressure, load in ((2e4, None), (None, SimpleNamespace(mass=0.1)), (3e4, SimpleNamespace(mass=0.05)))
     ]
     setup = Setup(mounting_x=0.01)
-    assert _of_recordings(setup, motions) == replace(setup, highest_pressure=3e4, heaviest_load=0.1)
-    assert _of_recordings(setup, motions[1:2]) == replace(setup, highest_pressure=0.0, heaviest_load=0.1)
+    assert _with_ranges(setup, motions) == replace(setup, highest_pressure=3e4, heaviest_load=0.1)
+    assert _with_ranges(setup, motions[1:2]) == replace(setup, highest_pressure=0.0, heaviest_load=0.1)

@@ -8,7 +8,7 @@ from identified import CLOSES, OPENS, REFERENCE, RELEASE, RELEASED, STEPPED, wri
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion, settled, turned
+from soft_gripper.extras.hardware.identification.simulated_motion import marker_rotation, measured_motion, settled_mean
 from soft_gripper.extras.hardware.recording_schema import PoseConfig, load_description
 from soft_gripper.extras.hardware.recordings import read_recording
 
@@ -32,7 +32,7 @@ def recording(tmp_path):
 
 def test_turn_is_that_of_least_squares():
     markers = REFERENCE * np.exp(0.3j) + 1e-3 * np.array([1 + 2j, -2j, -3 + 1j])
-    found = float(turned(markers, REFERENCE))
+    found = float(marker_rotation(markers, REFERENCE))
 
     def off(angle):
         moved = np.exp(1j * angle) * (REFERENCE - REFERENCE.mean())
@@ -43,9 +43,9 @@ def test_turn_is_that_of_least_squares():
 
 def test_settled_is_the_mean_of_the_last_fifth_of_a_second():
     time = np.arange(0, 2, 0.01)
-    assert settled(time, time, 1.5) == pytest.approx(1.5 - (0.2 - 0.01) / 2)
+    assert settled_mean(time, time, 1.5) == pytest.approx(1.5 - (0.2 - 0.01) / 2)
     values = np.where(time > 1.45, np.nan, 3.0)
-    assert settled(time, values, 1.5) == 3.0
+    assert settled_mean(time, values, 1.5) == 3.0
 
 
 def test_release_is_when_it_begins_to_move(recording):

@@ -10,10 +10,10 @@ from here_executor import HereExecutor
 from identified import recorded, release
 from refusals import refused
 
+from soft_gripper.extras.hardware.identification.confidence import kept_confidence
 from soft_gripper.extras.hardware.identification.free_parameters import FingerFit, Model
-from soft_gripper.extras.hardware.identification.identified_finger import compared as compare_motions
+from soft_gripper.extras.hardware.identification.identified_finger import compare_motions as compare_motions
 from soft_gripper.extras.hardware.identification.identified_finger import identify
-from soft_gripper.extras.hardware.identification.kept_confidence import kept_confidence
 from soft_gripper.extras.hardware.identification.model_band import STATES, band_rows, extrapolations, learned_band
 from soft_gripper.extras.hardware.identification.settled_states import IdentifiedStates, SettledStates, StateScore
 from soft_gripper.extras.hardware.identification.settled_states import TestedStates as Compared

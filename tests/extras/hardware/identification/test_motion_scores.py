@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from identified import CLOSES, OPENS, REFERENCE, RELEASE, recorded, release, step
 
-from soft_gripper.extras.hardware.identification.fit import _swing, _time_below, score, tip_turn
+from soft_gripper.extras.hardware.identification.fit import _swing, _time_below, score, turn_response
 from soft_gripper.extras.hardware.identification.free_parameters import Model
 
 MIDDLE = REFERENCE.mean()
@@ -30,7 +30,7 @@ def test_turn_of_an_exponential_that_creeps():
     motion = release(4.0)
     since = np.maximum(motion.time - RELEASE, 0)
     turn = 0.4 * (1 - np.exp(-since / 0.03)) + 0.02 * since
-    found = tip_turn(motion, turning(motion, turn))
+    found = turn_response(motion, turning(motion, turn))
     end = motion.time[-1] - RELEASE
     assert found.settled == pytest.approx(0.4 + 0.02 * (end - 0.1), abs=2e-4)
     assert found.creep == pytest.approx(0.02 * (end - 0.1 - 0.5), abs=1e-3)
@@ -68,14 +68,14 @@ def test_recovery_is_seen_after_the_valve_has_closed():
     motion = step(3e4, 6.0)
     emptied = np.maximum(motion.time - CLOSES, 0)
     turn = np.where(motion.time < CLOSES, 0.3 * (motion.time > OPENS), 0.02 + 0.05 * np.exp(-emptied / 0.7))
-    found = tip_turn(motion, turning(motion, turn))
+    found = turn_response(motion, turning(motion, turn))
     assert found.recovery == pytest.approx(0.05 * (np.exp(-0.5 / 0.7) - np.exp(-4.7 / 0.7)), rel=0.02)
 
 
 def test_recovery_is_not_known_where_a_recording_ends_soon_after_the_valve_has_closed():
     motion = step(3e4, CLOSES + 0.7)
     turn = np.where(motion.time < CLOSES, 0.3 * (motion.time > OPENS), 0.02)
-    assert np.isnan(tip_turn(motion, turning(motion, turn)).recovery)
+    assert np.isnan(turn_response(motion, turning(motion, turn)).recovery)
 
 
 def test_errors_of_markers_to_either_side_do_not_make_up_for_each_other(beam):

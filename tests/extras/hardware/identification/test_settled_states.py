@@ -12,7 +12,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.commands.printing import print_identified_states
 from soft_gripper.extras.hardware.identification import settled_states as module
 from soft_gripper.extras.hardware.identification.free_parameters import Model, free_parameters
-from soft_gripper.extras.hardware.identification.identified_finger import doubts_of_states, read_finger, with_finger
+from soft_gripper.extras.hardware.identification.identified_finger import read_finger, with_finger
 from soft_gripper.extras.hardware.identification.model_band import learned_band
 from soft_gripper.extras.hardware.identification.settled_states import (
     SettledStates,
@@ -22,6 +22,7 @@ from soft_gripper.extras.hardware.identification.settled_states import (
     resting_positions,
     settled_states,
     slack_tendons,
+    state_doubts,
     state_errors,
     states_figure,
 )
@@ -307,7 +308,7 @@ def test_what_nothing_determines_is_predicted_by_the_best_fit(capsys):
     one = states.families == "both"
     expected = state_errors(found.model, states, one)[one]
     np.testing.assert_allclose(found.left_out[0][one], expected, atol=1e-12)
-    assert doubts_of_states(found)[0].startswith("no key is determined")
+    assert state_doubts(found)[0].startswith("no key is determined")
     print_identified_states(found)
     assert "WARNING: no key is determined" in capsys.readouterr().out
     learned_band(found)
@@ -327,7 +328,7 @@ def test_a_tendon_that_no_row_tightens_is_named():
     states, pulled = states_of(rows=30), states_of(rows=30).pulled
     pulled[:, 2] = -20e-3
     found = identify_states(GUESS, ["tendon.stiffness"], [replace(states, pulled=pulled)], [], HereExecutor())
-    assert doubts_of_states(found) == ["no row tightens t2: do they pull the other way?"]
+    assert state_doubts(found) == ["no row tightens t2: do they pull the other way?"]
     soft = robot(np.zeros(6), [0.0] * 6, [1e-7] * 6)
     assert slack_tendons(Model(soft), [states]) == [f"t{i}" for i in range(6)]
     assert slack_tendons(TRUE, [states]) == []

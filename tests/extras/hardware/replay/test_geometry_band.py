@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from soft_gripper.extras.hardware.replay.geometry_band import body_band, disagreements, extrapolations, learn_band
-from soft_gripper.extras.hardware.replay.geometry_fit import fit_geometry, measured, places
-from soft_gripper.extras.hardware.replay.zeroing import zeroed
+from soft_gripper.extras.hardware.replay.geometry_fit import body_poses, fit_geometry, measured_poses, zero_geometry
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +31,8 @@ def stretched(arm, by, section=0):
 
 
 def away(geometry, arm, finger):
-    at, _ = places(geometry, finger, *geometry.wires.sections(arm.inner, arm.outer))
-    return np.abs(at - measured(arm, geometry.delay)[0])
+    at, _ = body_poses(geometry, finger, *geometry.wires.sections(arm.inner, arm.outer))
+    return np.abs(at - measured_poses(arm, geometry.delay)[0])
 
 
 def test_band_holds_what_was_never_seen(arms, arm_finger, geometry, band):
@@ -47,7 +46,7 @@ def test_band_is_as_wide_as_the_errors_where_the_arm_was_fitted(arms, arm_finger
     errors = np.concatenate([away(geometry, arm, arm_finger) for arm in arms[:3]])
     np.testing.assert_allclose(found.radius, np.broadcast_to(np.quantile(errors, 0.95, axis=0), found.radius.shape))
     assert not found.is_far.any()
-    assert not extrapolations(band, geometry, arms[0], found)
+    assert not extrapolations(geometry, arms[0], found)
 
 
 def test_band_widens_with_the_distance_from_what_was_fitted(arms, arm_finger, geometry, band):
@@ -72,7 +71,7 @@ def test_other_pressures_that_give_the_same_shape_do_not_widen_the_band(arms, ar
 def test_a_section_that_leaves_what_was_fitted_is_named(arms, arm_finger, geometry, band):
     for section in range(2):
         moved = stretched(arms[0], 0.3, section)
-        (said,) = extrapolations(band, geometry, moved, body_band(band, geometry, moved, arm_finger))
+        (said,) = extrapolations(geometry, moved, body_band(band, geometry, moved, arm_finger))
         assert said.startswith("100 % of it is far from what was fitted: ")
         assert f"section {section + 1} " in said
 
@@ -87,7 +86,7 @@ def test_zeroing_finds_the_offsets_of_wires_that_were_set_anew(arms, arm_finger,
     """Offsets of all four wires, of a centimetre or two, follow from half a second."""
     by = np.array([[0.02, -0.01], [0.012, -0.015]])
     anew = replace(arms[3], inner=arms[3].inner + by[0], outer=arms[3].outer + by[1])
-    at = zeroed(geometry, anew, arm_finger, 0.5, band.std)
+    at = zero_geometry(geometry, anew, arm_finger, 0.5, band.std)
     assert away(geometry, anew, arm_finger).mean() > 0.01
     before = away(geometry, arms[3], arm_finger)
     after = away(at.geometry, anew, arm_finger)

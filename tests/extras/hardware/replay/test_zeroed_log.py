@@ -7,8 +7,8 @@ import pytest
 from refusals import refused
 
 from soft_gripper.extras.hardware.finger_logs import FingerLog
-from soft_gripper.extras.hardware.replay.warnings_of_states import disagreeing, extrapolated
-from soft_gripper.extras.hardware.replay.zeroing import zeroed_log
+from soft_gripper.extras.hardware.fitted_range import disagreement_warnings, extrapolation_warnings
+from soft_gripper.extras.hardware.replay.finger_estimation import zeroed_log
 from soft_gripper.fingers.statics import resting_angles
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -48,12 +48,12 @@ def test_what_cannot_be_zeroed_is_refused(layout, log):
 def test_the_furthest_state_is_named():
     distance = np.array([[0.1, 0.2], [0.4, 3.0], [0.3, 0.1]])
     far = np.array([False, True, False])
-    said = extrapolated(np.array([0.0, 0.5, 1.0]), distance, far, lambda row, part: f"state {row}, {part}")
+    said = extrapolation_warnings(np.array([0.0, 0.5, 1.0]), distance, far, lambda row, part: f"state {row}, {part}")
     assert said == ["33 % of it is far from what was fitted: furthest at 0.5 s, with state 1, 1"]
-    assert extrapolated(np.zeros(3), distance, np.zeros(3, bool), lambda *_: "") == []
+    assert extrapolation_warnings(np.zeros(3), distance, np.zeros(3, bool), lambda *_: "") == []
 
 
 def test_disagreement_is_said_beyond_that_of_fitted_recordings():
-    assert disagreeing("wires and pressures", 0.2, 0.2) == []
-    (line,) = disagreeing("wires and pressures", 0.3, 0.2)
+    assert disagreement_warnings("wires and pressures", 0.2, 0.2) == []
+    (line,) = disagreement_warnings("wires and pressures", 0.3, 0.2)
     assert line.startswith("wires and pressures disagree (by 0.30 spreads, at most 0.20")

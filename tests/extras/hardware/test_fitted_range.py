@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.extras.hardware.left_out_regions import LeftOut, learned_widths
+from soft_gripper.extras.hardware.fitted_range import LeftOut, learned_widths
 
 
 def test_widths_hold_brownian_errors_at_every_distance():

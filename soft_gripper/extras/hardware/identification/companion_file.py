@@ -1,5 +1,6 @@
 """Writes and reads the YAML files that a fit leaves beside the file of an identified finger, such as its confidence."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
@@ -19,8 +20,8 @@ Content = TypeVar("Content", bound=_Dataclass)
 
 
 @dataclass(frozen=True)
-class BesideFinger(Generic[Content]):
-    """A kind of file, with the dataclass of its fields. Another kind is an instance of this class."""
+class CompanionFile(Generic[Content]):
+    """Form of a file, with the dataclass of its fields. Another form is an instance of this class."""
 
     suffix: str  # instead of that of the finger's file
     head: str  # first line
@@ -30,17 +31,15 @@ class BesideFinger(Generic[Content]):
         """Path of the file for a finger."""
         return finger.with_suffix(self.suffix)
 
-    def write(self, finger: Path, content: Content) -> None:
-        """Writes the file, whole or not at all."""
-        fields = yaml.safe_dump(asdict(content), sort_keys=False, default_flow_style=None, width=120)
+    def write(self, finger: Path, content: Content, remarks: Sequence[str] = ()) -> None:
+        """Writes the file with remarks in its head, whole or not at all."""
+        fields = asdict(content)
+        is_flat = not any(isinstance(value, list) for value in fields.values())
+        text = yaml.safe_dump(fields, sort_keys=False, default_flow_style=False if is_flat else None, width=120)
         with atomic_file(self.file(finger)) as partial:
-            partial.write_text(f"# {self.head}\n{fields}", encoding="utf-8")
+            partial.write_text("".join(f"# {line}\n" for line in (self.head, *remarks)) + text, encoding="utf-8")
 
     def read(self, finger: Path) -> Content | None:
-        """Reads the fields of the file; None if there is none.
-
-        Raises:
-            InputError: if it cannot be read, or a field is wrong.
-        """
+        """Reads the fields of the file; None if there is none."""
         file = self.file(finger)
         return load_config(file, read_yaml(file), self.schema) if file.exists() else None
