@@ -5,6 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from soft_gripper.estimators.batches import _BATCH_SIZE as N
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
@@ -33,15 +34,15 @@ def peak(function, *arguments):
 
 def test_a_long_recording_takes_memory_for_its_results_alone(contact):
     """Cells and densities of a sample, a hundred kilobytes, are no longer kept once its posterior is known."""
-    few, many = (peak(contact.posterior, *bent_by_a_force(contact, samples)) for samples in (64, 128))
-    assert (many - few) / (128 - 64) < 2e3
+    few, many = (peak(contact.posterior, *bent_by_a_force(contact, samples)) for samples in (2 * N, 4 * N))
+    assert (many - few) / (2 * N) < 2e3
 
 
 def test_parts_give_what_all_samples_give(contact):
     """An interval that is computed part by part is the one computed when it is asked for."""
-    given = bent_by_a_force(contact, 20)
+    given = bent_by_a_force(contact, N + 4)
     together = contact.posterior(*given)
-    for rows in (slice(0, 16), slice(16, 20)):
+    for rows in (slice(0, N), slice(N, N + 4)):
         part = contact.posterior(*(values[rows] for values in given))
         np.testing.assert_array_equal(part.force_interval, together.force_interval[rows])
         np.testing.assert_array_equal(part.force_bounds, together.force_bounds[rows])
