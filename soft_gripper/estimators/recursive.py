@@ -360,12 +360,12 @@ class RecursiveShape:
         """Contacts that explain a load."""
         return SurfaceContact(self.mechanics)
 
-    @property
+    @cached_property
     def _modes(self) -> int:
         """M."""
         return len(self.mechanics.load_variances)
 
-    @property
+    @cached_property
     def _states(self) -> int:
         return self._modes + 2 + 2 * self.layout.readings + self._rates
 
@@ -388,6 +388,7 @@ class RecursiveShape:
             begin=_flatten(start),
             keep=_flatten,
             over_time=self.over_time,
+            loops=True,
         )
         block.derive("q", attrgetter("q"), "state")
         derive_estimates(block, self.estimate, self.posterior, "state", driving)

@@ -228,6 +228,7 @@ class ShapeEstimator(ArrayBlock):
             begin=motion.begin,
             keep=lambda motion: motion,
             over_time=partial(motion.over_time, first=1),
+            loops=True,
         )
         self.derive("lag", motion.lag, "motion")
         return ("lag",)
@@ -247,6 +248,7 @@ class ShapeEstimator(ArrayBlock):
             begin=np.stack(zeroing.begin(), axis=-2),
             keep=lambda zeros: np.stack(zeros, axis=-2),
             over_time=partial(zeroing.over_time, first=1),
+            loops=True,
         )
         self.derive("zeroed", zeroing.correct, "zeros", layout.quantity)
         if zeroing.mechanics.uncertainty.free_pressure > 0:
