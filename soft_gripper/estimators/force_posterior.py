@@ -546,10 +546,13 @@ class _ForceDensities(NamedTuple):
 
     def integrals(self, edges: Array) -> Array:
         """Integrals of a sample's densities from its first edge up to each, (N, E)."""
-        edge_batches = np.array_split(edges.T, 1 + len(self.weights) * edges.shape[-1] // _BATCH_SIZE)
+        edge_count = max(_BATCH_SIZE // len(self.weights), 1)
+        edge_batches = (edges.T[i : i + edge_count] for i in range(0, edges.shape[-1], edge_count))
         cumulative = np.concatenate([self._cumulative_integrals(batch) for batch in edge_batches])
         increments = np.maximum(np.diff(cumulative, axis=0), 0) / np.sqrt(edges[:, 1:] * edges[:, :-1]).T
-        return np.pad(increments.cumsum(axis=0), ((1, 0), (0, 0))).T
+        cumulative[0] = 0.0
+        increments.cumsum(axis=0, out=cumulative[1:])
+        return np.asarray(cumulative.T)
 
     def _cumulative_integrals(self, force: Array) -> Array:
         """Integrals of a sample's densities, but for the factor 1 / F, up to forces, (E, N)."""

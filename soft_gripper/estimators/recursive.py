@@ -68,6 +68,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from itertools import accumulate
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -614,8 +615,8 @@ def _flatten(state: FilterState) -> Array:
 
 def _unflatten(numbers: Array, like: FilterState) -> FilterState:
     """The inverse of flattening, with the part sizes of another filter state, which has no leading axes."""
-    ends = np.cumsum([np.size(part) for part in like])[:-1]
-    parts = np.split(numbers, ends, axis=-1)
+    sizes = [np.size(part) for part in like]
+    parts = (numbers[..., end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True))
     shapes = ((*numbers.shape[:-1], *np.shape(part)) for part in like)
     state = FilterState(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
     return state._replace(loaded=state.loaded > 0)
