@@ -14,7 +14,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.cached import get_or_make
 
-_BATCH_SIZE = 64  # samples computed together
+_BATCH_SIZE = 60  # samples computed together; strides of a power of two are slow
 _MAX_SHARED_SAMPLES = 16  # of a call whose result is cached
 _MAX_RESULTS = 8  # latest calls whose results are cached
 

@@ -643,7 +643,7 @@ def _deviation_posterior(r: Array, force: Array, response: Array, deviations: Ar
     """
     # (S, ..., K) and (D, S, ..., K): sums over short first axes are quick
     r, c = np.moveaxis(r, -1, 0)[..., None], np.moveaxis(response, -1, 0)
-    U = force * np.moveaxis(deviations, (-2, -1), (0, 1))
+    U = np.multiply(force, np.moveaxis(deviations, (-2, -1), (0, 1)), order="C")
     products, identity = np.einsum("ds...,es...->de...", U, U), np.eye(len(U))
     covariance = _inverse(products + identity.reshape(*identity.shape, *[1] * force.ndim))
     projections = (np.einsum("ds...,s...->d...", U, vectors) for vectors in (r - force * c, -c))
