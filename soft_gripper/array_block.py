@@ -140,6 +140,7 @@ class ArrayBlock(LeafSystem):
         at_first: bool = False,
         begin_of: tuple[Callable[[Array], Array], str] | None = None,
         over_time: Callable[..., Any] | None = None,
+        loops: bool = False,
     ) -> None:
         """Declares a step that also depends on values remembered from the sample before.
 
@@ -154,9 +155,10 @@ class ArrayBlock(LeafSystem):
             begin_of: a function and the input from which it finds `begin` when a run is initialized.
             over_time: computes the step at all samples of a recording from the sources, at whose first sample nothing
                 is remembered; None: the memory is known only during a run.
+            loops: this function is a loop over the samples, (T, ..., size), which several fingers may share.
         """
         memory = Memory(np.asarray(begin, dtype=float), keep, (name, *kept), at_first, begin_of)
-        self.add(name, Step(function, sources, memory, over_time, sources))
+        self.add(name, Step(function, sources, memory, over_time, sources, loops))
 
     def add(self, name: str, step: Step, kept: bool = True) -> None:
         """Adds any step but an input; where it has one reader, it need not be `kept` for others."""

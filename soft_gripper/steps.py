@@ -52,6 +52,9 @@ class Step:
     memory: Memory | None = None
     over_time: Callable[..., Any] | None = same  # the function over a recording; None: known only during a run
     sources_over_time: tuple[str, ...] = ()
+    loops: bool = (
+        False  # this is a loop over the samples, of arrays (T, ..., size) with free axes: take several at once
+    )
 
     def renamed(self, rename: Rename) -> "Step":
         """A copy with other names of its sources."""
@@ -133,7 +136,10 @@ class Steps(dict[str, Step]):
     def recorded(self) -> "Steps":
         """The steps at all samples of a recording, (T, ...), without memories."""
         computed_steps = {name: step for name, step in self.items() if step.function is not None and step.over_time}
-        steps = {name: Step(step.over_time, step.sources_over_time) for name, step in computed_steps.items()}
+        steps = {
+            name: Step(step.over_time, step.sources_over_time, loops=step.loops)
+            for name, step in computed_steps.items()
+        }
         return Steps(steps, self.outputs)
 
     def follows(self, output: str, remembers: bool) -> bool:

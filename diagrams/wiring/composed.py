@@ -69,13 +69,13 @@ class BatchedBlock(ArrayBlock):
 
         {finger}.{input} ---> BatchedBlock ---> {finger}.{output}
 
-    A recording is computed finger by finger.
+    A recording is computed finger by finger, but for steps that are loops over its samples.
     """
 
     def __init__(self, block: ArrayBlock, fingers: Sequence[str]):
         """`block` is the block of one finger."""
         super().__init__(block.period)
-        self._one = block
+        self._one, self._fingers = block, fingers
         number = len(fingers)
         for name in inputs(block):
             port_names = [f"{finger}.{name}" for finger in fingers]
@@ -98,14 +98,34 @@ class BatchedBlock(ArrayBlock):
 
     def leaves(self, output: str) -> list[str]:
         finger, name = _split_port(output)
-        return [f"{finger}.{leaf}" for leaf in self._one.leaves(name)]
+        fingers = self._fingers if self._loops(name) else [finger]
+        return [f"{finger}.{leaf}" for finger in fingers for leaf in self._one.leaves(name)]
 
     def output_over_time(self, output: str, step_values: dict[str, Any]) -> Array:
         """Computes an output as ArrayBlock does; each finger has its own steps."""
-        finger, name = _split_port(output)
-        if finger not in step_values:
-            step_values[finger] = _FingerSteps(step_values, finger)
-        return self._one.output_over_time(name, step_values[finger])
+        finger, output_name = _split_port(output)
+        loops = self._loops(output_name)
+        names = self._fingers if loops else [finger]
+        fingers = {name: step_values.setdefault(name, _FingerSteps(step_values, name)) for name in names}
+        for loop in loops:
+            if loop not in fingers[finger]:
+                self._run_loop(loop, [*fingers.values()])
+        return self._one.output_over_time(output_name, fingers[finger])
+
+    def _loops(self, output: str) -> list[str]:
+        """Steps of an output that are loops over a recording, each after its sources."""
+        steps = self._one.steps
+        return [name for name, step in _needed_steps(steps, {output: steps.outputs[output]}).items() if step.loops]
+
+    def _run_loop(self, name: str, fingers: Sequence[dict[str, Any]]) -> None:
+        """Computes a step over a recording of all fingers."""
+        recorded = self._one.steps.recorded
+        rows = ([recorded.value(source, steps) for steps in fingers] for source in recorded[name].sources)
+        function = recorded[name].function
+        assert function is not None
+        values = function(*(np.stack(row, axis=1) for row in rows))
+        for i, steps in enumerate(fingers):
+            steps[name] = _column(i, values)
 
 
 class _FingerSteps(dict[str, Any]):
@@ -227,6 +247,11 @@ def _port_labels(port: OutputPort) -> dict[str, Any]:
 
 def _row(i: int, values: Array) -> Array:
     return values[i]
+
+
+def _column(i: int, values: Any) -> Any:
+    """Column of an array, or of a tuple of these."""
+    return type(values)(*(part[:, i] for part in values)) if isinstance(values, tuple) else values[:, i]
 
 
 def _stacked(*values: Array) -> Array:

@@ -14,7 +14,8 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.cached import get_or_make
 
-_BATCH_SIZE = 16  # samples computed together
+_BATCH_SIZE = 60  # samples computed together; strides of a power of two are slow
+_MAX_SHARED_SAMPLES = 16  # of a call whose result is cached
 _MAX_RESULTS = 8  # latest calls whose results are cached
 
 _T = TypeVar("_T")
@@ -35,7 +36,7 @@ class LazyArray(Generic[_T]):
 
 def memoized(function: Callable[..., _T], owner: object, *arrays: Array) -> _T:
     """Result of a function of an object and arrays, cached for equal arrays of few samples; do not change it."""
-    if arrays[0].size > _BATCH_SIZE * arrays[0].shape[-1]:
+    if arrays[0].size > _MAX_SHARED_SAMPLES * arrays[0].shape[-1]:
         return function(owner, *arrays)
     key = function, id(owner), *((array.shape, array.tobytes()) for array in arrays)
     # The cache holds the owner with its result, so that no other object gets its id.

@@ -508,6 +508,19 @@ class ContactShape:
     def _shape(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ShapeEstimate:
         shape = memoized(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
         fit, q_free = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
+        return self._loaded_shape(shape, fit, q_free, readings, driving, gravity, std)
+
+    def _loaded_shape(
+        self,
+        shape: ShapeEstimate,
+        fit: SingleForceFit,
+        q_free: Array,
+        readings: Array,
+        driving: Array,
+        gravity: Array,
+        std: Array,
+    ) -> ShapeEstimate:
+        """The shape under the reported contact, from that of `gaussian`."""
         contact, torque = self.contact.reported_contact(fit)
         loaded_q = self._loaded_joints(fit.linearized, q_free, torque, readings, driving, gravity, std)
         q = np.where(torque.any(axis=-1, keepdims=True), loaded_q, shape.q)
@@ -515,8 +528,10 @@ class ContactShape:
 
     def _posterior(self, readings: Array, driving: Array, gravity: Array, std: Array, *lag: Array) -> ContactPosterior:
         shape = memoized(GaussianShape.__call__, self._gaussian, readings, driving, gravity, std)
-        fit, _ = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
-        return self.contact.posterior(fit)
+        fit, q_free = memoized(ContactShape._explain, self, shape.q, readings, driving, gravity, std, *lag)
+        samples = readings, driving, gravity, std
+        loaded_shape = LazyArray(lambda: self._loaded_shape(shape, fit, q_free, *samples))
+        return self.contact.posterior(fit)._replace(shape=loaded_shape)
 
     def _explain(
         self,
@@ -632,7 +647,7 @@ def _deviation_posterior(r: Array, force: Array, response: Array, deviations: Ar
     """
     # (S, ..., K) and (D, S, ..., K): sums over short first axes are quick
     r, c = np.moveaxis(r, -1, 0)[..., None], np.moveaxis(response, -1, 0)
-    U = force * np.moveaxis(deviations, (-2, -1), (0, 1))
+    U = np.multiply(force, np.moveaxis(deviations, (-2, -1), (0, 1)), order="C")
     products, identity = np.einsum("ds...,es...->de...", U, U), np.eye(len(U))
     covariance = _inverse(products + identity.reshape(*identity.shape, *[1] * force.ndim))
     projections = (np.einsum("ds...,s...->d...", U, vectors) for vectors in (r - force * c, -c))

@@ -34,7 +34,7 @@ odds before, the probability of a contact is
 
     evidence / (evidence + exp(-r^T R^-1 r / 2) |R|^-1/2) ,   evidence = sum over cells of the integral over F .
 
-Several forces f_j >= 0 on one side, of any friction and spread over any places beyond `nearest`, have as the bound of
+Several forces f_j >= 0 on one side, of any friction and spread over any places beyond `min_location`, have as the bound of
 their sum the largest with  |r - sum f_j c_j|^2  within 2.71 of its least, in the metric of R: non-negative least
 squares with a row that draws the sum up (Lawson and Hanson 1974, ch. 23), as strongly as that allows. It needs no count
 of contacts. If no single force explains the bends (`misfit` above 1: several contacts, or a finger unlike the nominal
@@ -47,7 +47,7 @@ by side and place, S sections.
 
 import math
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,9 +68,9 @@ _MAX_ACTIVE_SETS = 50  # sets of positive forces that are tried
 _GRADIENT_TOLERANCE, _MULTIPLIER_TOLERANCE, _MIN_PIVOT_RATIO = 1e-9, 1e-7, 1e-10  # relative
 _EDGE_COUNT, _REFINEMENTS = 41, 2  # edges of the bins of force, and refinements of those that hold nearly all
 _INTERVAL_MASS, _TAIL_MASS, _LOWER_TAIL_COUNT = 0.95, 1e-4, 41
+_BATCH_SIZE = 20_000  # integrals of cells computed together: they fit into a processor's cache
 _FIRST_FORCE = 1.0  # N, force whose uncertainty within a cell is assumed first, if refined
 _MIN_RELATIVE_WEIGHT = 1e-6  # weight of a cell, relative to the largest
-_BATCH_SIZE = 20_000  # integrals of cells computed together: they fit into a processor's cache
 _MAX_STDS = 8.0  # standard deviations from the mean, beyond which a normal density is 0
 _MAX_STD_RATIO = 0.7  # maximum deviation over mean of a force above 0
 _TINY = 1e-30
@@ -104,10 +104,9 @@ class ContactPosterior(NamedTuple):
     transverse: LazyArray[Array]  # see `transverse_force_interval`
     bounds: LazyArray[Array]  # see `force_bounds`
     arc_length_set: Array  # (..., 2) m, ends of this set along the finger; NaN there, and where nothing is detected
-    mode_forces: Array  # (..., 2) N, positive on the inner side, the likelier first; NaN where there is none
-    mode_arc_lengths: Array  # (..., 2) m
-    mode_sides: Array  # (..., 2) rad around the finger, from the inner side toward +y
+    modes: LazyArray["Modes"]
     misfit: Array  # (...) normalised, of the best single force, 1 where noise leaves more in 1 of 1000 samples
+    shape: LazyArray[Any] | None = None  # the `ShapeEstimate` of the same samples, if it shares their fit
 
     @property
     def force_interval(self) -> Array:
@@ -124,11 +123,34 @@ class ContactPosterior(NamedTuple):
 
     @property
     def force_bounds(self) -> Array:
-        """Upper 95 % bounds, (..., 3) N: of one force anywhere, of one beyond `nearest`, of the sum of several there.
+        """Upper 95 % bounds, (..., 3) N: of one force anywhere, of one beyond `min_location`, of the sum of several there.
 
         NaN where none is below the largest possible force.
         """
         return self.bounds.value
+
+    @property
+    def mode_forces(self) -> Array:
+        """Forces of the modes, (..., 2) N, see `Modes`."""
+        return self.modes.value.forces
+
+    @property
+    def mode_arc_lengths(self) -> Array:
+        """Arc lengths of the modes, (..., 2) m."""
+        return self.modes.value.arc_lengths
+
+    @property
+    def mode_sides(self) -> Array:
+        """Sides of the modes, (..., 2) rad around the finger, from the inner side toward +y."""
+        return self.modes.value.sides
+
+
+class Modes(NamedTuple):
+    """The two likeliest pieces of the likelihood set, the likelier first; NaN where there is none."""
+
+    forces: Array  # (..., 2) N, positive on the inner side
+    arc_lengths: Array  # (..., 2) m
+    sides: Array  # (..., 2) rad
 
 
 class Fits(NamedTuple):
@@ -214,7 +236,6 @@ def contact_posterior(
     ends = length / (cells.place.max() + 1) * (cells.place[:, None] + np.array([0.0, 1.0]))  # m, of each cell
     is_anywhere, is_beyond = ends[:, 1] > 0, ends[:, 1] > min_location
     arc_length_set = _arc_length_set(chi_squared, ends)
-    mode_forces, mode_cells = modes(cell_fits, max_force)
     is_explained, is_detected = misfit <= 1, probability > DETECTION_PROBABILITY
     is_located = is_explained & (np.ptp(arc_length_set, axis=-1) < MAX_LOCATED_SPAN * length)
     has_range, has_place = is_explained[..., None], (is_explained & is_detected)[..., None]
@@ -239,6 +260,15 @@ def contact_posterior(
         bounds = np.stack(columns, axis=-1)
         return np.where(bounds < max_force, bounds, np.nan)
 
+    def modes() -> Modes:
+        mode_forces, mode_cells = _modes(cell_fits, max_force)
+        mode_forces = np.where(has_place, mode_forces, np.nan)
+        places = (
+            np.where(np.isfinite(mode_forces), values[mode_cells], np.nan)
+            for values in (ends.mean(axis=-1), cells.angle)
+        )
+        return Modes(np.sign(cells.side)[mode_cells] * mode_forces, *places)
+
     return ContactPosterior(
         probability,
         answer,
@@ -247,9 +277,7 @@ def contact_posterior(
         LazyArray(transverse_interval),
         LazyArray(bounds),
         np.where(has_place, arc_length_set, np.nan),
-        np.where(has_place, np.sign(cells.side)[mode_cells] * mode_forces, np.nan),
-        np.where(has_place & np.isfinite(mode_forces), ends.mean(axis=-1)[mode_cells], np.nan),
-        np.where(has_place & np.isfinite(mode_forces), cells.angle[mode_cells], np.nan),
+        LazyArray(modes),
         misfit,
     )
 
@@ -279,23 +307,23 @@ def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
 
 
 def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
-    """Fits for guesses F_0 of the forces: the deviations u of the response turn the identity into  M = I + sum u u^T .
+    """Fits for guesses F_0 of the forces: deviations d of the response make of the identity  M = I + F_0^2 sum d d^T .
 
-    The products are those of u, c and r with each other, (..., C), up to the diagonal. Elimination of all u leaves
+    The products are those of d, c and r with each other, (..., C), up to the diagonal. Elimination of all d leaves
     c^T M^-1 c , c^T M^-1 r  and  r^T M^-1 r ; the pivots have the determinant of M.
     """
-    D = len(products) - 2
-    rows = [[product * guess ** ((i < D) + (k < D)) for k, product in enumerate(row)] for i, row in enumerate(products)]
+    rows, square = [[*row] for row in products], guess**2
     determinant = np.ones(guess.shape)
-    for k in range(D):
-        pivot = rows[k][k] + 1.0
+    for k in range(len(rows) - 2):
+        pivot = 1.0 + square * rows[k][k]
         determinant *= pivot
-        for i in range(k + 1, D + 2):
-            ratio = rows[i][k] / pivot
+        factor = square / pivot
+        for i in range(k + 1, len(rows)):
+            ratio = factor * rows[i][k]
             for j in range(k + 1, i + 1):
-                rows[i][j] -= ratio * rows[j][k]
+                rows[i][j] = rows[i][j] - ratio * rows[j][k]
     (*_, information), (*_, projection, misfit) = rows[-2:]
-    information += (1e-3 / max_force) ** 2  # where nothing bends, any force is equally likely
+    information = information + (1e-3 / max_force) ** 2  # where nothing bends, any force is equally likely
     force = projection / information
     return Fits(force, information**-0.5, np.maximum(misfit - force * projection, 0), np.log(determinant))
 
@@ -407,15 +435,8 @@ def _solve(matrix: Array, right_sides: Array) -> Array:
     return np.asarray(solution)
 
 
-class Modes(NamedTuple):
-    """The two likeliest pieces of the likelihood set; the second has a force of NaN where there is one piece only."""
-
-    forces: Array  # (..., 2) N, absolute values
-    cells: NDArray[np.int_]  # (..., 2) the likeliest of each
-
-
-def modes(cell_fits: CellFits, max_force: float) -> Modes:
-    """The modes of a likelihood set."""
+def _modes(cell_fits: CellFits, max_force: float) -> tuple[Array, NDArray[np.int_]]:
+    """Absolute forces of the modes, (..., 2) N, NaN where there is one piece only, and the likeliest cell of each."""
     cells, chi_squared = cell_fits.cells, cell_fits.chi_squared
     begins = np.flatnonzero(np.diff(cells.place, prepend=-1))  # of each side and place
     sides = len(np.unique(cells.side))
@@ -432,7 +453,7 @@ def modes(cell_fits: CellFits, max_force: float) -> Modes:
     mode_cells = np.stack([chi_squared.argmin(axis=-1), other_misfits.argmin(axis=-1)], axis=-1)
     forces = np.take_along_axis(np.clip(cell_fits.fits.force, 0, max_force), mode_cells, axis=-1)
     forces[..., 1] = np.where(np.isfinite(other_misfits).any(axis=-1), forces[..., 1], np.nan)
-    return Modes(forces, mode_cells)
+    return forces, mode_cells
 
 
 def _extend_piece(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_], wraps: bool) -> NDArray[np.bool_]:
@@ -516,20 +537,27 @@ class _ForceDensities(NamedTuple):
     begins: NDArray[np.int_]  # (N) of the samples, each of which has one cell at least
     samples: NDArray[np.int_]  # (C) their numbers
     weights: Array  # (C)
-    forces: Array  # (C) N
-    stds: Array  # (C) N
+    scales: Array  # (C) 1/N, nodes of the table of a normal integral per force
+    offsets: Array  # (C) nodes of it at a force of 0
 
     def integrals(self, edges: Array) -> Array:
         """Integrals of a sample's densities from its first edge up to each, (N, E)."""
-        edge_batches = np.array_split(edges.T, 1 + len(self.weights) * edges.shape[-1] // _BATCH_SIZE)
+        edge_count = max(_BATCH_SIZE // len(self.weights), 1)
+        edge_batches = (edges.T[i : i + edge_count] for i in range(0, edges.shape[-1], edge_count))
         cumulative = np.concatenate([self._cumulative_integrals(batch) for batch in edge_batches])
         increments = np.maximum(np.diff(cumulative, axis=0), 0) / np.sqrt(edges[:, 1:] * edges[:, :-1]).T
-        return np.pad(increments.cumsum(axis=0), ((1, 0), (0, 0))).T
+        cumulative[0] = 0.0
+        increments.cumsum(axis=0, out=cumulative[1:])
+        return np.asarray(cumulative.T)
 
     def _cumulative_integrals(self, force: Array) -> Array:
         """Integrals of a sample's densities up to forces, without the factor 1 / F, (E, N)."""
-        fractions = _normal_integral(force.take(self.samples, axis=-1), self.forces, self.stds)
-        return np.add.reduceat(self.weights * fractions, self.begins, axis=-1)
+        positions = force.take(self.samples, axis=-1)
+        positions *= self.scales
+        positions += self.offsets
+        fractions = _normal_integral(positions)
+        fractions *= self.weights
+        return np.add.reduceat(fractions, self.begins, axis=-1)
 
 
 class _Distribution(NamedTuple):
@@ -554,8 +582,10 @@ def _distribution(posterior: CellPosterior, max_force: float) -> _Distribution:
     is_kept = (weights > _MIN_RELATIVE_WEIGHT) & (forces > -_MAX_STDS * stds)
     is_kept[np.arange(len(is_kept)), weights.argmax(axis=-1)] = True
     samples, counts = np.nonzero(is_kept)[0], is_kept.sum(axis=-1)
-    densities = _ForceDensities(counts.cumsum() - counts, samples, weights[is_kept], forces[is_kept], stds[is_kept])
-    edges = _geometric_edges(np.full(len(is_kept), max_force / 10**_FORCE_DECADES), np.full(len(is_kept), max_force))
+    begins, weights, forces, stds = counts.cumsum() - counts, weights[is_kept], forces[is_kept], stds[is_kept]
+    scales = _NODES_PER_STD / stds
+    densities = _ForceDensities(begins, samples, weights, scales, _MAX_STDS * _NODES_PER_STD - forces * scales)
+    edges = _geometric_edges(np.full(len(counts), max_force / 10**_FORCE_DECADES), np.full(len(counts), max_force))
     return _Distribution(densities, edges, densities.integrals(edges))
 
 
@@ -625,18 +655,18 @@ def _interval(cumulative: Array, edges: Array) -> Array:
 _NODES_PER_STD = 1024  # of the table of a normal integral, in a standard deviation
 
 
-def _normal_integral(x: Array, mean: Array, std: Array) -> Array:
-    """The integral of a normal density up to x, within 3e-8: linear between the nodes of a table."""
+def _normal_integral(positions: Array) -> Array:
+    """The integral of a normal density up to positions in nodes of a table, within 3e-8: linear between the nodes.
+
+    It overwrites the positions.
+    """
     values, changes = _normal_table()
-    scale = _NODES_PER_STD / std
-    node_positions = x * scale
-    node_positions += _MAX_STDS * _NODES_PER_STD - mean * scale
     with np.errstate(invalid="ignore"):  # NaN is kept: whatever its node is
-        node = node_positions.astype(np.intp)
-    node_positions -= node
-    node_positions *= changes.take(node, mode="clip")
-    node_positions += values.take(node, mode="clip")
-    return node_positions
+        nodes = positions.astype(np.intp)
+    positions -= nodes
+    positions *= changes.take(nodes, mode="clip")
+    positions += values.take(nodes, mode="clip")
+    return positions
 
 
 @cache

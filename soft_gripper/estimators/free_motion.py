@@ -74,14 +74,14 @@ class FreeMotion:
     def step(self, last_motion: Array, driving: Array, gravity: Array, apparent_gravity: Array) -> Array:
         """Advances the motion to the next sample; `apparent_gravity` is gravity less the base's acceleration."""
         mechanics = self.mechanics
-        q, rate, equilibrium, _ = np.moveaxis(last_motion, -2, 0)
+        q, rate, equilibrium = (last_motion[..., i, :] for i in range(3))
         distance_and_rate = np.concatenate([q - equilibrium, rate], axis=-1) @ self._transition.T
         is_first = ~np.isfinite(distance_and_rate).all(axis=-1, keepdims=True)
         distance, rate = np.split(np.where(is_first, 0.0, distance_and_rate), 2, axis=-1)
         q = np.where(is_first, mechanics.positions_under(driving), equilibrium + distance)
         bent = mechanics.bent_finger(q)
-        torques = (driving + mechanics.weight(bent, vector) for vector in (apparent_gravity, gravity))
-        equilibrium, rest = map(mechanics.positions_under, torques)
+        weights = mechanics.weight(bent, np.stack([apparent_gravity, gravity]))
+        equilibrium, rest = mechanics.positions_under(driving + weights)
         return np.stack(np.broadcast_arrays(np.where(is_first, rest, q), rate, equilibrium, rest), axis=-2)
 
     def motion_over_time(self, driving: Array, gravity: Array, apparent_gravity: Array, first: int = 0) -> Array:

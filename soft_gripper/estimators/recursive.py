@@ -71,6 +71,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from itertools import accumulate
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -79,12 +80,13 @@ from numpy.typing import NDArray
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
-from soft_gripper.estimators.batches import map_batches, memoized
+from soft_gripper.estimators.batches import LazyArray, map_batches, memoized
 from soft_gripper.estimators.contact import LinearizedResidual, SingleForceFit, SurfaceContact
 from soft_gripper.estimators.estimate import ShapeEstimate
 from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.gaussian import kalman_gain
 from soft_gripper.estimators.mechanics import ExtrapolationStd, Mechanics, outer
+from soft_gripper.estimators.shape_estimator import derive_estimates
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import MINUTE
@@ -231,9 +233,7 @@ class RecursiveShape:
 
     def estimate(self, state: FilterState, driving: Array) -> ShapeEstimate:
         """The shape and the contact after a sample at a driving torque, (..., D)."""
-        estimate: ShapeEstimate = map_batches(
-            self._estimate, *self._state_arrays(state), state.loaded.astype(float), driving
-        )
+        estimate: ShapeEstimate = map_batches(self._estimate, *self._state_arrays(state), driving)
         return estimate
 
     def posterior(self, state: FilterState, driving: Array) -> ContactPosterior:
@@ -243,12 +243,18 @@ class RecursiveShape:
 
     @staticmethod
     def _state_arrays(state: FilterState) -> tuple[Array, ...]:
-        return state.q, state.mean, state.covariance, state.extrapolation
+        return state.q, state.mean, state.covariance, state.extrapolation, state.loaded.astype(float)
 
     def _estimate(
         self, q: Array, mean: Array, covariance: Array, extrapolation: Array, is_loaded: Array, driving: Array
     ) -> ShapeEstimate:
-        fit, joint_jacobian = memoized(RecursiveShape._explain, self, q, mean, covariance, extrapolation, driving)
+        explained = memoized(RecursiveShape._explain, self, q, mean, covariance, extrapolation, driving)
+        return self._explained_shape(*explained, covariance, extrapolation, is_loaded)
+
+    def _explained_shape(
+        self, fit: SingleForceFit, joint_jacobian: Array, covariance: Array, extrapolation: Array, is_loaded: Array
+    ) -> ShapeEstimate:
+        q = fit.linearized.q
         contact, _ = self.contact.reported_contact(fit)
         joint_covariance = joint_jacobian @ covariance @ np.swapaxes(joint_jacobian, -1, -2) + self.mechanics.deviations
         joint_covariance = joint_covariance + outer((1 - is_loaded)[..., None] * self.uncertainty.gain * q)
@@ -260,10 +266,11 @@ class RecursiveShape:
         return ShapeEstimate(q, joint_covariance, contact)
 
     def _posterior(
-        self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
+        self, q: Array, mean: Array, covariance: Array, extrapolation: Array, is_loaded: Array, driving: Array
     ) -> ContactPosterior:
-        fit, _ = memoized(RecursiveShape._explain, self, q, mean, covariance, extrapolation, driving)
-        return self.contact.posterior(fit)
+        explained = memoized(RecursiveShape._explain, self, q, mean, covariance, extrapolation, driving)
+        shape = LazyArray(lambda: self._explained_shape(*explained, covariance, extrapolation, is_loaded))
+        return self.contact.posterior(explained[0])._replace(shape=shape)
 
     def _explain(
         self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
@@ -370,12 +377,12 @@ class RecursiveShape:
         """Contacts that explain a load."""
         return SurfaceContact(self.mechanics)
 
-    @property
+    @cached_property
     def _modes(self) -> int:
         """Number of load modes, M."""
         return len(self.mechanics.load_variances)
 
-    @property
+    @cached_property
     def _states(self) -> int:
         return self._modes + 2 + 2 * self.layout.readings + self._rates
 
@@ -398,10 +405,10 @@ class RecursiveShape:
             begin=_flatten(start),
             keep=_flatten,
             over_time=self.over_time,
+            loops=True,
         )
         block.derive("q", attrgetter("q"), "state")
-        block.derive("shape", self.estimate, "state", driving)
-        block.derive("posterior", self.posterior, "state", driving)
+        derive_estimates(block, self.estimate, self.posterior, "state", driving)
         block.put_out(
             EFFECTIVE_DRIVING_TORQUE,
             lambda state, driving: self.effective_driving(state.drive_errors, driving)[..., : len(joints)],
@@ -624,8 +631,8 @@ def _flatten(state: FilterState) -> Array:
 
 def _unflatten(numbers: Array, like: FilterState) -> FilterState:
     """The inverse of flattening, with the part sizes of another filter state, which has no leading axes."""
-    ends = np.cumsum([np.size(part) for part in like])[:-1]
-    parts = np.split(numbers, ends, axis=-1)
+    sizes = [np.size(part) for part in like]
+    parts = (numbers[..., end - size : end] for size, end in zip(sizes, accumulate(sizes), strict=True))
     shapes = ((*numbers.shape[:-1], *np.shape(part)) for part in like)
     state = FilterState(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
     return state._replace(loaded=state.loaded > 0)

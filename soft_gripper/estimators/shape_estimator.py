@@ -1,7 +1,7 @@
 """ShapeEstimator: any ShapeFunction as a block; a new field of an estimate needs its unit and axes here."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from operator import attrgetter
 from typing import Any, Protocol, runtime_checkable
 
@@ -64,6 +64,35 @@ class Filter(Protocol):
         `driving` is the step with the driving torque; the readings are the step of the sensors' quantity, and gravity
         is "gravity".
         """
+
+
+class Estimates:
+    """Shape and contact posterior of samples, each computed when first read; a posterior brings its shape along."""
+
+    def __init__(self, shape: Callable[..., ShapeEstimate], posterior: Callable[..., Any], *samples: Any):
+        """Functions of the samples."""
+        self._shape, self._posterior, self._samples = shape, posterior, samples
+
+    @cached_property
+    def posterior(self) -> Any:
+        """See `ContactPosterior`."""
+        return self._posterior(*self._samples)
+
+    @cached_property
+    def shape(self) -> ShapeEstimate:
+        """The shape, with the contact."""
+        shared = getattr(self.__dict__.get("posterior"), "shape", None)
+        estimate: ShapeEstimate = self._shape(*self._samples) if shared is None else shared.value
+        return estimate
+
+
+def derive_estimates(
+    block: ArrayBlock, shape: Callable[..., ShapeEstimate], posterior: Callable[..., Any], *sources: str
+) -> None:
+    """Declares the steps "shape" and "posterior" of a block, functions of the same sources."""
+    block.derive("estimates", partial(Estimates, shape, posterior), *sources)
+    block.derive("shape", attrgetter("shape"), "estimates")
+    block.derive("posterior", attrgetter("posterior"), "estimates")
 
 
 class ShapeEstimator(ArrayBlock):
@@ -138,6 +167,8 @@ class ShapeEstimator(ArrayBlock):
 
         self.derive("gravity", lambda X_WB: to_base(X_WB, gravity), "X_WB")
         estimate = self._derive_shape(function, layout, gravity)
+        if "posterior" in self.steps:
+            self._put_out_posterior()  # first, as it brings the shape along when all is read in this order
         self._put_out_joints(layout, estimate)
         if estimate.curve is None:
             self._put_out_places(finger, layout.deformations, estimate)
@@ -145,8 +176,6 @@ class ShapeEstimator(ArrayBlock):
             self._put_out_curve(range(layout.sections), range(finger.segments))
         if estimate.contact is not None:
             self._put_out_contact(estimate.contact)
-        if "posterior" in self.steps:
-            self._put_out_posterior()
         if estimate.external_torque is not None:
             joints = range(finger.segments)
             self.put_out("external_torque", lambda shape: shape.external_torque, "shape", unit="N m", joint=joints)
@@ -175,11 +204,12 @@ class ShapeEstimator(ArrayBlock):
             return function.declare(self, self.driving)
         readings, *std = self._derive_zeros(function, layout)
         inputs = readings, self.driving, "gravity", *self._derive_lag(function, gravity), *std
-        self.derive("shape", function, *inputs)
-        self.derive("q", attrgetter("q"), "shape")
         estimate_posterior = getattr(function, "posterior", None)
-        if estimate_posterior is not None:
-            self.derive("posterior", estimate_posterior, *inputs)
+        if estimate_posterior is None:
+            self.derive("shape", function, *inputs)
+        else:
+            derive_estimates(self, function, estimate_posterior, *inputs)
+        self.derive("q", attrgetter("q"), "shape")
         return straight_shape(function, layout)
 
     def _derive_lag(self, function: ShapeFunction, gravity: Array) -> tuple[str, ...]:
@@ -199,6 +229,7 @@ class ShapeEstimator(ArrayBlock):
             begin=motion.begin,
             keep=lambda motion: motion,
             over_time=partial(motion.motion_over_time, first=1),
+            loops=True,
         )
         self.derive("lag", motion.lag, "motion")
         return ("lag",)
@@ -218,6 +249,7 @@ class ShapeEstimator(ArrayBlock):
             begin=np.stack(zeroing.begin(), axis=-2),
             keep=lambda zeros: np.stack(zeros, axis=-2),
             over_time=partial(zeroing.zeros_over_time, first=1),
+            loops=True,
         )
         self.derive("zeroed", zeroing.correct, "zeros", layout.quantity)
         if zeroing.mechanics.uncertainty.free_pressure > 0:

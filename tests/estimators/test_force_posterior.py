@@ -11,6 +11,8 @@ from scipy.special import chdtri, ndtr
 from soft_gripper.estimators.batches import LazyArray
 from soft_gripper.estimators.contact import ContactShape, SurfaceContact
 from soft_gripper.estimators.force_posterior import (
+    _MAX_STDS,
+    _NODES_PER_STD,
     HERE,
     NOTHING,
     SOMEWHERE,
@@ -115,7 +117,7 @@ def test_the_interval_encloses_that_with_equal_tails_on_the_flat_side_of_the_den
 
 def test_the_table_of_the_normal_integral_is_exact_to_3e_8_and_keeps_nan():
     x = np.append(np.linspace(-40, 40, 100_003), [np.nan, -1e9, 1e9])
-    np.testing.assert_allclose(_normal_integral(0.3 * x + 2, np.array(2.0), np.array(0.3)), ndtr(x), rtol=0, atol=3e-8)
+    np.testing.assert_allclose(_normal_integral((x + _MAX_STDS) * _NODES_PER_STD), ndtr(x), rtol=0, atol=3e-8)
 
 
 def test_what_is_drawn_from_the_prior_lies_in_its_intervals():

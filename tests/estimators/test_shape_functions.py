@@ -11,6 +11,7 @@ from loaded_fingers import Push, in_balance, vector
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from soft_gripper.diagrams.wiring.named_wires import vector_outputs
+from soft_gripper.estimators.batches import _BATCH_SIZE
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.estimators.finger_shape import Places, position_std
 from soft_gripper.estimators.named_estimators import SHAPE_FUNCTIONS
@@ -177,15 +178,17 @@ def peak(function, *arguments):
 
 def test_a_long_recording_takes_memory_for_its_results_alone(contact):
     """Cells and densities of a sample, a hundred kilobytes, are no longer kept once its posterior is known."""
-    few, many = (peak(contact.posterior, *bent_by_a_force(contact, samples)) for samples in (64, 128))
-    assert (many - few) / (128 - 64) < 2e3
+    few, many = (
+        peak(contact.posterior, *bent_by_a_force(contact, samples)) for samples in (2 * _BATCH_SIZE, 4 * _BATCH_SIZE)
+    )
+    assert (many - few) / (2 * _BATCH_SIZE) < 2e3
 
 
 def test_parts_give_what_all_samples_give(contact):
     """An interval that is computed part by part is the one computed when it is asked for."""
-    given = bent_by_a_force(contact, 20)
+    given = bent_by_a_force(contact, _BATCH_SIZE + 4)
     together = contact.posterior(*given)
-    for rows in (slice(0, 16), slice(16, 20)):
+    for rows in (slice(0, _BATCH_SIZE), slice(_BATCH_SIZE, _BATCH_SIZE + 4)):
         part = contact.posterior(*(values[rows] for values in given))
         np.testing.assert_array_equal(part.force_interval, together.force_interval[rows])
         np.testing.assert_array_equal(part.force_bounds, together.force_bounds[rows])
