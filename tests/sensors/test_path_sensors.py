@@ -137,7 +137,7 @@ def test_layouts_fix_bends_and_some_fix_twist(shipped_finger, name, expected):
     """Strain noise of 0.1 % and sections of 60 mm; degrees."""
     spatial = replace(shipped_finger, yields=("bending", "sideways", "twist"))
     found = observability(sensor_layout(spatial, SensorConfig(layout=name, sections=2)), 1e-3)
-    assert [each.way for each in found] == ["bending", "sideways", "twist"]
+    assert [each.deformation for each in found] == ["bending", "sideways", "twist"]
     assert [each.is_seen for each in found] == [std is not None for std in expected]
     for each, std in zip(found, expected, strict=True):
         if std is not None:
@@ -171,7 +171,7 @@ def test_a_run_says_what_is_seen_of_fingers_in_space_and_nothing_of_others():
 def test_two_readings_on_one_face_do_not_tell_a_bend_from_a_stretch(shipped_finger):
     stretching = replace(shipped_finger, yields=("bending", "sideways", "twist", "stretch"))
     pair, faces = (
-        {each.way: each for each in observability(sensor_layout(stretching, SensorConfig(layout=name)), 1e-4)}
+        {each.deformation: each for each in observability(sensor_layout(stretching, SensorConfig(layout=name)), 1e-4)}
         for name in ("outer_pair", "four_faces_and_diagonal")
     )
     assert not pair["bending"].is_seen
