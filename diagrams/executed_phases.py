@@ -1,4 +1,4 @@
-"""The phases of a task as a recording shows them."""
+"""Times at which the phases of a task ran, s: signal `task.phase` of a recording -> a `Span` of each."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -62,7 +62,7 @@ class PiecewiseLinear:
 
     @cached_property
     def _line(self) -> tuple[Array, Array, Array] | None:
-        """A point and the slope, if there is only one piece."""
+        """First x, y and slope of each curve, (N,) or (), if there is only one piece; else None."""
         is_single = self.slopes.shape[-1] == 1
         return (self.x[..., 0], self.y[..., 0], self.slopes[..., 0]) if is_single else None
 

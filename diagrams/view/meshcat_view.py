@@ -132,17 +132,17 @@ def upright_view(direction: Array) -> RotationMatrix:
     return RotationMatrix(np.column_stack([x, np.cross(z, x), z]))
 
 
-def nearest_eye(p_W: Array, R_WC: RotationMatrix, least: Array, most: Array) -> Array:
+def nearest_eye(p_W: Array, R_WC: RotationMatrix, min_slopes: Array, max_slopes: Array) -> Array:
     """The nearest camera position, (3) m, from which all points, (M, 3) m, lie within the picture.
 
     The axes of the picture are R_WC. In these axes, a camera at c sees a point p if the components of p - c
-    to the right and down are between `least`, (2), and `most`, (2), times the distance p_z - c_z.
+    to the right and down are between `min_slopes`, (2), and `max_slopes`, (2), times the distance p_z - c_z.
     """
     coordinates = p_W @ R_WC.matrix()
-    lowest = np.max(coordinates[:, :2] - most * coordinates[:, 2:], axis=0)
-    highest = np.min(coordinates[:, :2] - least * coordinates[:, 2:], axis=0)
-    depth = np.min((highest - lowest) / (most - least))
-    eye: Array = R_WC.matrix() @ [*(lowest + highest + (least + most) * depth) / 2, depth]
+    lowest = np.max(coordinates[:, :2] - max_slopes * coordinates[:, 2:], axis=0)
+    highest = np.min(coordinates[:, :2] - min_slopes * coordinates[:, 2:], axis=0)
+    depth = np.min((highest - lowest) / (max_slopes - min_slopes))
+    eye: Array = R_WC.matrix() @ [*(lowest + highest + (min_slopes + max_slopes) * depth) / 2, depth]
     return eye
 
 
@@ -326,8 +326,11 @@ def _aim_camera(meshcat: Meshcat, points: Array, direction: Array) -> None:
     meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=np.degrees(FIELD_OF_VIEW)))
     view = upright_view(direction)
     edge = np.tan(FIELD_OF_VIEW / 2) / _CAMERA_MARGIN
-    least, most = edge * np.array([-_MIN_ASPECT, -1.0]), edge * np.array([_MIN_ASPECT, 1.0 - 2 * _LEGEND_FRACTION])
-    eye = nearest_eye(points, view, least, most)
+    min_slopes, max_slopes = (
+        edge * np.array([-_MIN_ASPECT, -1.0]),
+        edge * np.array([_MIN_ASPECT, 1.0 - 2 * _LEGEND_FRACTION]),
+    )
+    eye = nearest_eye(points, view, min_slopes, max_slopes)
     middle = (np.min(points, axis=0) + np.max(points, axis=0)) / 2
     view_axis = view.matrix()[:, 2]
     meshcat.SetCameraPose(eye, eye + ((middle - eye) @ view_axis) * view_axis)

@@ -106,7 +106,7 @@ def shape_wires(
     """
     shape = FingerShape(finger)
     wires = NamedWires()
-    _check(estimator, finger.segments, shape)
+    _check_outputs(estimator, finger.segments, shape)
     others = (name for name in finger.driven_deformations if name != "bending")
     deformations = [name for name in others if driving_port(name) in inputs(estimator)]
     wires.add(DRIVING_TORQUE, DrivingTorque(finger, period, deformations), later={ANGLES})
@@ -118,7 +118,7 @@ def shape_wires(
     return wires
 
 
-def _check(estimator: System, joints: int, shape: FingerShape) -> None:
+def _check_outputs(estimator: System, joints: int, shape: FingerShape) -> None:
     outputs = vector_outputs(estimator)
     if outputs.keys() & _RESERVED_OUTPUTS:
         reserved_names = ", ".join(sorted(outputs.keys() & _RESERVED_OUTPUTS))

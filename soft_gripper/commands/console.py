@@ -79,7 +79,7 @@ class Console:
                 print(f"\n{len(successes)} of {total} {description} ended; {interruption_note}")
                 raise
 
-    def seconds(self, total: float, description: str) -> "tqdm[None]":
+    def seconds_bar(self, total: float, description: str) -> "tqdm[None]":
         """A progress bar of simulated seconds."""
         if sys.stderr.isatty():
             return simulated_seconds(total, description, disable=self.quiet)
@@ -91,7 +91,7 @@ class Console:
 
     def progress(self, description: str, duration: float) -> AbstractContextManager[Callable[[float], None]]:
         """Shows the progress of a run of `duration` s; pass the yielded function to `simulate`."""
-        return run_progress(self.seconds(duration, description))
+        return run_progress(self.seconds_bar(duration, description))
 
     @contextmanager
     def speaking(self) -> Iterator[None]:

@@ -113,7 +113,7 @@ class PidController(ArrayBlock):
         return PidStep([integral, derivative, measurement, output], unlimited)
 
     def _anti_windup_memory(self, step: PidStep, applied: Array | None) -> Array:
-        """The memory after a sample, by back-calculation from the output that was applied."""
+        """Memory after a sample, (4,), with the integral corrected by the output that was applied."""
         integral, derivative, measurement, output = step.memory
         applied_output = output if applied is None else float(applied[0])
         unwound = integral + self._period * (applied_output - step.unlimited) / self._gains.tracking_time

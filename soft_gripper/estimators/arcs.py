@@ -1,6 +1,6 @@
 """The arc model of a finger: sensor lengths -> one circular arc a section -> the whole curve.
 
-Equations (2) to (6) of the paper, with the slips in its (3) and (6) put right, for a section whose paths measure L_1
+Equations (2) to (6) of the paper, with errors in its (3) and (6) corrected, for a section whose paths measure L_1
 (inner) and L_2 (outer) and run Delta_R apart:
 
     (2)  L_i = lambda_i L_0i                 length by the extension ratio, of a path that is L_0i at rest

@@ -1,5 +1,7 @@
 """Computes functions of many samples a few at a time, so that their arrays fit into a processor's cache.
 
+`map_batches` passes arrays (..., n) to a function as (M, n), and joins its results to (..., m).
+
 For few samples, slow results are computed only when read (`LazyArray`), and once for all readers (`memoized`): several
 outputs of a block share them, and none waits for outputs that nobody reads.
 """

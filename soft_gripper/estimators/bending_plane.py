@@ -29,7 +29,7 @@ class PointsInPlane:
 
     def sums(self, e: Planar) -> Planar:
         """Sums of weight times place from the joint, over the points beyond each, (..., N)."""
-        begin, levers = self._sums
+        begin, levers = self._sum_terms
         return np.asarray(begin + e @ levers)
 
     def covariance(self, e: Planar) -> Array:
@@ -60,7 +60,7 @@ class PointsInPlane:
         return levers[:, 0], levers[:, 1:].T
 
     @cached_property
-    def _sums(self) -> tuple[Planar, Planar]:
+    def _sum_terms(self) -> tuple[Planar, Planar]:
         (begin, levers), (o_begin, o_levers), outer_weights = self._points, self._joints, self._outer_weights
         total = outer_weights.sum(axis=1)
         return begin @ outer_weights.T - o_begin * total, levers @ outer_weights.T - o_levers * total

@@ -106,7 +106,7 @@ class LinearizedResidual(NamedTuple):
     read_count: Array  # (...) number of finite values
     residual: Array  # r, (..., S)
     covariance: Array  # (..., S, S), of noise, model and motion
-    moving: Array = STILL  # (...) 1 where a free finger in motion may have them, else 0
+    is_moving: Array = STILL  # (...) 1 where a free finger in motion may have such residuals, else 0
 
 
 class HeaviestCells(NamedTuple):
@@ -169,7 +169,7 @@ class SurfaceContact:
         if has_several.any():
             contact, torque = self._put_several_forces(has_several, side, contact, torque, fit)
         is_free = (cell_fits.r**2).sum(axis=-1) < _noise_threshold(linearized.read_count)
-        is_unknown = (linearized.read_count < self.min_read_count) | (is_free & (linearized.moving > 0))
+        is_unknown = (linearized.read_count < self.min_read_count) | (is_free & (linearized.is_moving > 0))
         contact = contact._replace(force_std=np.where(is_free, self._tip_force_std(posterior), contact.force_std))
         return _mask_contact(contact, is_free, is_unknown), np.where((is_free | is_unknown)[..., None], 0.0, torque)
 
@@ -193,7 +193,7 @@ class SurfaceContact:
             length,
             self._force_prior,
             min_location,
-            linearized.moving,
+            linearized.is_moving,
             self._cone_cells(cell_fits.cells),
         )
 
@@ -547,7 +547,7 @@ class ContactShape:
         lag = Lag(damping, inertia)
         linearized, q_free = self._linearize(q, readings, driving, gravity, lag, std)
         fit = self.contact.explain(linearized)
-        for _ in range(self._passes - 1):
+        for _ in range(self._pass_count - 1):
             torque = self.contact.best_contact(fit)[1]
             q = self._loaded_joints(linearized, q_free, torque, readings, driving, gravity, std)
             linearized, q_free = self._linearize(q, readings, driving, gravity, lag, std)
@@ -555,7 +555,7 @@ class ContactShape:
         return fit, q_free
 
     @cached_property
-    def _passes(self) -> int:
+    def _pass_count(self) -> int:
         """Number of linearizations; one suffices where the load changes only the posture."""
         return 1 if self.contact.mechanics.is_planar and self.layout.finger.elastic_law is None else 2
 

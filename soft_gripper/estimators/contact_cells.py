@@ -1,8 +1,8 @@
 """Cells of a finger's surface that may be pressed: their prior, and the wrench of a force in each.
 
-Cells are places along the finger, faces and edges around it, each smooth or rough, and the rim and the end of the tip:
-a flat face that a bent finger meets pushes on the rim along its own normal. A finger that only bends is pressed on its
-inner and outer face, in cells of different friction along it, and on the edge of its tip.
+Each cell is a location along the finger on one of its faces or edges, or on the rim or the end of the tip, and is
+smooth or rough. A flat object that a bent finger meets pushes on the rim along the object's normal. A finger that only
+bends is pressed on its inner and outer face, in cells of different friction along it, and on the edge of its tip.
 
 Contacts are smooth, with a probability of 0.3, or rough: the standard deviation of the friction in each direction is
 then the coefficient at the limit of the cone. So a force without friction is found as closely as the readings allow,
@@ -57,7 +57,7 @@ class _Surface(NamedTuple):
 
 
 def _wrenches(surfaces: Sequence[_Surface]) -> Array:
-    """Wrenches of a force of 1 N on each, and their changes, (C, 1 + 2 T, 6): by friction and by the place."""
+    """Wrenches of 1 N on each surface, and their standard deviations by friction and place, (C, 1 + 2 T, 6) N m, N."""
     point, normal = (np.array([surface[i] for surface in surfaces])[:, None] for i in range(2))
     tangents = [zip(*surface.tangents, strict=True) for surface in surfaces]
     direction, extent, friction, friction_mean = (np.array(column) for column in zip(*tangents, strict=True))

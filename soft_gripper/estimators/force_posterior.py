@@ -34,8 +34,8 @@ odds before, the probability of a contact is
 
     evidence / (evidence + exp(-r^T R^-1 r / 2) |R|^-1/2) ,   evidence = sum over cells of the integral over F .
 
-Several forces f_j >= 0 on one side, of any friction and spread over any places beyond `min_location`, have as the bound of
-their sum the largest with  |r - sum f_j c_j|^2  within 2.71 of its least, in the metric of R: non-negative least
+Several forces f_j >= 0 on one side have any friction and any places beyond `min_location`. The bound of their sum is
+the largest sum with  |r - sum f_j c_j|^2  within 2.71 of its least, in the metric of R: non-negative least
 squares with a row that draws the sum up (Lawson and Hanson 1974, ch. 23), as strongly as that allows. It needs no count
 of contacts. If no single force explains the bends (`misfit` above 1: several contacts, or a finger unlike the nominal
 one), nothing but these bounds is stated, and the probability is found with all variances scaled by this misfit (Birge
@@ -123,7 +123,7 @@ class ContactPosterior(NamedTuple):
 
     @property
     def force_bounds(self) -> Array:
-        """Upper 95 % bounds, (..., 3) N: of one force anywhere, of one beyond `min_location`, of the sum of several there.
+        """Upper 95 % bounds, (..., 3) N: of a force anywhere, of one beyond `min_location`, of a sum of several there.
 
         NaN where none is below the largest possible force.
         """
@@ -249,7 +249,7 @@ def contact_posterior(
         intervals = _force_interval(_distribution(transverse.value, max_force), forces[..., :1])
         return np.where(is_known, intervals, np.nan)
 
-    def bounds() -> Array:
+    def upper_bounds() -> Array:
         masks = is_anywhere, is_beyond
         ranges = (_force_range(fits, chi_squared, mask, _BOUND_CHI_SQUARED, max_force) for mask in masks)
         one, one_beyond = (ends[..., 1] for ends in ranges)
@@ -275,7 +275,7 @@ def contact_posterior(
         interval,
         np.where(has_range, _force_range(fits, chi_squared, is_anywhere, _SET_CHI_SQUARED, max_force), np.nan),
         LazyArray(transverse_interval),
-        LazyArray(bounds),
+        LazyArray(upper_bounds),
         np.where(has_place, arc_length_set, np.nan),
         LazyArray(modes),
         misfit,
@@ -307,9 +307,9 @@ def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
 
 
 def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
-    """Fits for guesses F_0 of the forces: deviations d of the response make of the identity  M = I + F_0^2 sum d d^T .
+    """Fits of forces for guesses F_0; deviations d of the response make the covariance  M = I + F_0^2 sum d d^T .
 
-    The products are those of d, c and r with each other, (..., C), up to the diagonal. Elimination of all d leaves
+    `products` are the scalar products of d, c and r, (..., C), up to the diagonal. Elimination of all d leaves
     c^T M^-1 c , c^T M^-1 r  and  r^T M^-1 r ; the pivots have the determinant of M.
     """
     rows, square = [[*row] for row in products], guess**2
@@ -411,7 +411,7 @@ def _largest_sum(
 
 
 def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float) -> tuple[float, float, bool]:
-    """The multiplier m with which forces in some columns have the misfit `level`, their sum, and if none is larger."""
+    """Multiplier m at which forces in active columns have the misfit `level`, their sum, and if it is the largest."""
     right_sides = np.ones((active_columns.shape[1], 2))
     right_sides[:, 0] = r @ active_columns
     solutions = _solve(active_columns.T @ active_columns, right_sides)

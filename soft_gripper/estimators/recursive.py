@@ -304,7 +304,7 @@ class RecursiveShape:
         return outer(drive_std) + value_changes @ np.swapaxes(value_changes, -1, -2)
 
     def _drive_std(self, q: Array, extrapolation: Array) -> Array:
-        """Standard deviation of the joints by errors of the drive away from a calibration, common to all, (..., D)."""
+        """Standard deviations of the joints, fully correlated, from drive errors outside a calibration, (..., D)."""
         return np.asarray(self.mechanics.compliance(q) * self.mechanics.pressure_gain * extrapolation[..., :1])
 
     def _linearize(
@@ -394,8 +394,8 @@ class RecursiveShape:
     def declare(self, block: ArrayBlock, driving: str) -> ShapeEstimate:
         """Declares the steps of a block around this filter; see `shape_estimator.Filter`.
 
-        Beside the shape it puts out `effective_driving_torque` (N) N m in bending, `loaded` (1) 0 or 1: something bends
-        the finger, `innovation` (1) above 1: the readings are not those predicted, and the fields of `Changes`.
+        Further outputs are `effective_driving_torque` (N) N m in bending, `loaded` (1), 1 if a load bends the finger,
+        `innovation` (1), above 1 if the readings are not those predicted, and the fields of `Changes`.
         """
         start, joints, layout = self.begin(), range(self.layout.finger.segments), self.layout
         block.remember(
@@ -619,7 +619,7 @@ def _limits(readings: int) -> Array:
 
 
 def _stack_states(states: Iterable[FilterState]) -> FilterState:
-    """States after several samples as one, with a leading axis."""
+    """Stacks the states of several samples along a leading axis."""
     return FilterState(*(np.array(part) for part in zip(*states, strict=True)))
 
 

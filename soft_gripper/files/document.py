@@ -154,7 +154,7 @@ def _as_text(change: Any) -> Any:
 
 
 def _read_changes(value: dict[str, Any], paths: Mapping[str, Rule], place: Place) -> dict[str, str]:
-    """Changes as `dotted_changes` has them, each under one of the `paths`, and by its rule."""
+    """Changes by dotted keys, see `dotted_changes`, each checked by the rule of its path."""
     changes = dict[str, str]()
     for key, change in _dotted_items(value, paths):
         key_place = place.key(key)

@@ -80,7 +80,7 @@ def collect_notes() -> Iterator[list[Note]]:
 
 
 def as_text(notes: Iterable[Note]) -> str:
-    """Notes, one a line, as a recording keeps them."""
+    """Notes, one per line, in the form that a recording keeps."""
     return "\n".join(map(str, notes))
 
 

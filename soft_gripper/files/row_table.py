@@ -60,7 +60,7 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
 
 
 def columns(row: type[Any]) -> list[str]:
-    """The names of the columns of a table of such rows."""
+    """Names of the columns of a table with rows of this type."""
     return [field.name for field in fields(row)]
 
 
@@ -109,8 +109,8 @@ def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Seq
     records = [*map(list, rows)]
     has_values = [not records or any(not _is_nan(record[i]) for record in records) for i in range(len(forms))]
     columns = [
-        _Column(heading, form, [_cell_text(record[i], form) for record in records])
-        for i, (heading, form) in enumerate(zip(headings, forms, strict=True))
+        _Column(heading, format_spec, [_cell_text(record[i], format_spec) for record in records])
+        for i, (heading, format_spec) in enumerate(zip(headings, forms, strict=True))
         if has_values[i]
     ]
     if _width(columns) > WIDTH:

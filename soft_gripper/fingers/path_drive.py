@@ -89,7 +89,7 @@ class _PathDriveBlock(ArrayBlock):
         self.take("state", finger.plant.num_multibody_states())
 
     def _joints(self, state: Array) -> dict[str, Array]:
-        """Joint positions in a state of the plant, (..., nq + nv), by deformation."""
+        """Joint positions, (..., N) rad or m, by deformation, from a state of the plant, (..., nq + nv)."""
         return {deformation: state[..., places] for deformation, places in self._deformations.items()}
 
     def _actuation(self, torques: Mapping[str, Array]) -> Array:

@@ -92,7 +92,7 @@ class PlantFinger:
         return [self.plant.get_joint_actuator(index).joint().name() for index in indices]
 
     def position_selector(self, deformation: str = "bending") -> Array:
-        """Matrix that selects the joint angles, or m where joints slide, from the plant's state, (N, nq + nv)."""
+        """Matrix that selects the joint positions, rad or m, from the plant's state, (N, nq + nv)."""
         starts = [joint.position_start() for joint in self.joints_of(deformation)]
         return np.eye(self.plant.num_multibody_states())[starts]
 

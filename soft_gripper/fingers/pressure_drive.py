@@ -92,11 +92,11 @@ class PressureDrive(Diagram):
         builder = DiagramBuilder()
         columns = [np.reshape(torque_map, (len(torque_map), -1)) for torque_map in torque_maps.values()]
         sizes = [column.shape[1] for column in columns]
-        count, ones = sum(sizes), np.ones(sum(sizes))
+        command_count, ones = sum(sizes), np.ones(sum(sizes))
         commands = builder.AddNamedSystem("commands", Multiplexer(sizes))
         chain = [builder.AddNamedSystem("limits", Saturation(minimum * ones, maximum * ones))]
         if time_constant > 0:
-            chain.append(builder.AddNamedSystem("lag", lag(time_constant, time_step, count)))
+            chain.append(builder.AddNamedSystem("lag", lag(time_constant, time_step, command_count)))
         pressures = builder.AddNamedSystem("pressures", Demultiplexer(sizes))
         builder.Connect(chain[-1].get_output_port(), pressures.get_input_port())
         if leaks:

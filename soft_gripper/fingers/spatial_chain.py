@@ -153,18 +153,21 @@ def posture(chain: SpatialChain, q: Array) -> Posture:
 def _planar_posture(chain: SpatialChain, q: Array) -> Posture:
     """The posture of a chain that only bends: angles about one axis add up, which is much quicker than products."""
     headings, lengths = q.cumsum(axis=-1), chain.heights[1:]
-    terms = np.empty((*q.shape, 5))
-    cos, sin = terms[..., 0], terms[..., 1]
+    pose_terms = np.empty((*q.shape, 5))  # cos, sin, x, z and 1 of each joint
+    cos, sin = pose_terms[..., 0], pose_terms[..., 1]
     np.cos(headings, out=cos)
     np.sin(headings, out=sin)
-    terms[..., 0, 2:], terms[..., 4] = (0.0, 0.0, 1.0), 1.0
-    np.cumsum(lengths * sin[..., :-1], axis=-1, out=terms[..., 1:, 2])
-    np.cumsum(lengths * cos[..., :-1], axis=-1, out=terms[..., 1:, 3])
-    terms[..., 3] += chain.heights[0]
+    pose_terms[..., 0, 2:], pose_terms[..., 4] = (0.0, 0.0, 1.0), 1.0
+    np.cumsum(lengths * sin[..., :-1], axis=-1, out=pose_terms[..., 1:, 2])
+    np.cumsum(lengths * cos[..., :-1], axis=-1, out=pose_terms[..., 1:, 3])
+    pose_terms[..., 3] += chain.heights[0]
     frames = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
-    frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (terms @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
-    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = terms[..., 2], terms[..., 3]  # finite if the angle beyond is NaN
-    return Posture(frames, (terms @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
+    frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (pose_terms @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
+    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = (
+        pose_terms[..., 2],
+        pose_terms[..., 3],
+    )  # finite if the angle beyond is NaN
+    return Posture(frames, (pose_terms @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
 
 
 def _entries(size: int, **places: tuple[int, ...]) -> Array:

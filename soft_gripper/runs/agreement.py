@@ -60,7 +60,9 @@ def agreement_with_drake(
     drake = {"engine": DRAKE, ENGINE_STEP: None}
     jobs = {i: (scenario, [{**complete_runs[i][1], **drake}], measures) for i in indices}
     drake_runs = results(executor, measured_runs, jobs)
-    row_pairs = [(complete_runs[i][0], {name: cell(v) for name, v in drake_runs[i][0].items()}) for i in indices]
+    row_pairs = [
+        (complete_runs[i][0], {name: cell(value) for name, value in drake_runs[i][0].items()}) for i in indices
+    ]
     complete = [(row, drake_row) for row, drake_row in row_pairs if ERROR not in drake_row]
     rows = [{name: row[name] for name in drake_row} for row, drake_row in complete]
     return agreement(rows, [drake_row for _, drake_row in complete])

@@ -238,7 +238,7 @@ class WorkerProcesses(Executor):
 
 
 class _Worker:
-    """One process."""
+    """Process that makes one call at a time, and its memory in use."""
 
     def __init__(self, folder: str):
         end, self._line = _SERVER_CONTEXT.Pipe(duplex=False)

@@ -1,4 +1,7 @@
-"""The states that a model was fitted to, as they are kept in the file of a calibration or of an identified finger."""
+"""The states that a model was fitted to, in the file of a calibration or of an identified finger.
+
+A state has D numbers, each named with its unit; (S, D) states give the half widths of the bands of K errors.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -474,7 +474,7 @@ DRAKE = "drake"  # the engine that others are compared with
 
 
 def engines() -> tuple[str, ...]:
-    """The engines that are there."""
+    """Names of the installed engines."""
     return DRAKE, *registered("ENGINES")
 
 

@@ -154,7 +154,7 @@ def step(
 
     Args:
         errors: of all sensors.
-        memory: after the sample before, or as a run begins.
+        memory: after the previous sample, or at the start of a run.
         ratio: true extension ratios, (..., R).
         draws: standard normal, (..., SAMPLE_DRAWS, R).
         period: between samples, s.

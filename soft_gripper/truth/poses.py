@@ -65,7 +65,7 @@ class TruePoses(ArrayBlock):
             self._put_out_finger(finger, slice(begin, tip), tip)
             begin = tip + 1
 
-    def _put_out_finger(self, finger: PlantFinger, joints: slice, tip: int) -> None:
+    def _put_out_finger(self, finger: PlantFinger, joints: slice, tip_index: int) -> None:
         numbers = range(finger.finger.segments)
         self.put_out(
             f"{finger.name}.{TRUE_JOINTS}",
@@ -84,7 +84,7 @@ class TruePoses(ArrayBlock):
                 unit="m" if deformation in SLIDES else "rad",
                 joint=numbers,
             )
-        self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip, :], "points", unit="m", xyz=XYZ)
+        self.put_out(f"{finger.name}.{TRUE_TIP}", lambda points: points[..., tip_index, :], "points", unit="m", xyz=XYZ)
 
 
 def pose_error(true_joints: Array, joints: Array) -> Array:

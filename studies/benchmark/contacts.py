@@ -1,4 +1,4 @@
-"""Simulates single contacts of a finger, whose files are in the repository.
+"""Simulates single contacts of a finger for the benchmark; their files are in the repository.
 
 The contacts are simulated in Drake: a peg on the inner or the outer side, with friction, anywhere from a tenth of the
 length on, at random pressures and orientations. Sensors have realistic errors, drawn anew for every contact.

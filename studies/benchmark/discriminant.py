@@ -1,4 +1,8 @@
-"""Recognizes a grasped object by regularised quadratic discriminant analysis on principal components of a grasp."""
+"""Recognizes a grasped object by regularised quadratic discriminant analysis on principal components of a grasp.
+
+Joint angles, rad, and external torques, N m, of N joints of F fingers at L pressures, (..., L, F, N) each, give the
+probabilities of C shapes and of none of them, (..., C + 1).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -193,7 +193,7 @@ def beam_load(task: Question, train: Sequence[Recorded]) -> Predict:
 
     def sags(modulus: float) -> Array:
         """Sag under every mass, m."""
-        finger = nominal.with_sections(lambda part: replace(part, youngs_modulus=modulus))
+        finger = nominal.with_sections(lambda section: replace(section, youngs_modulus=modulus))
         beams = [finger, *(replace(finger, tip_load=TipLoad(float(mass), *load_place)) for mass in masses[1:])]
         return np.array([_displaced(beam, place, resting_angles(beam, 0.0, _BEAM_GRAVITY))[0] for beam in beams])
 

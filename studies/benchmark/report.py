@@ -40,7 +40,7 @@ def load_scores(file: Path) -> list[Score]:
     """Reads the scores of a results file.
 
     Raises:
-        InputError: if it is none, or of other data.
+        InputError: if it is not a results file, or scores other data.
     """
     content = read_json(file)
     try:

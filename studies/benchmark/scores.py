@@ -66,7 +66,7 @@ def crps(error: Array, std: Array) -> Array:
 
 
 def _error_score(task: BenchmarkTask, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:
-    """Fields of a score of numbers, from its unit on."""
+    """Fields of a score of numbers, in the unit of the task's outputs."""
     errors = mean - truth
     distances = error_columns(np.linalg.norm(errors, axis=1), "mean", "median", "percentile_95")
     proper = float(crps(errors, np.zeros_like(errors) if std is None else std).mean())

@@ -138,7 +138,7 @@ def _isolated_answers(tasks: Tasks, task: BenchmarkTask, name: str, copies: Path
 
 
 def _score_submissions(tasks: Tasks, files: list[Path]) -> list[Score]:
-    """Scores submissions in the tasks with all files."""
+    """Scores submissions in all tasks whose data are present."""
     tests = {task: read_tests(task, folder) for task, folder in tasks.items()}
     all_scores = [score for file in files for score in _submission_scores(file, tests)]
     if not all_scores:

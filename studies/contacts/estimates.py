@@ -112,7 +112,7 @@ class Estimates(NamedTuple):
         return np.asarray(self.probability > DETECTION_PROBABILITY)
 
     def subset(self, rows: NDArray[np.bool_]) -> "Estimates":
-        """Some of M contacts by a single set of sensors."""
+        """Estimates of the contacts in a mask, (M,), by a single set of sensors."""
         return Estimates(*(values[rows] for values in self))
 
 

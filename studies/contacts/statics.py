@@ -190,8 +190,8 @@ def contacts_in_space(
     normal = np.stack([np.cos(side), np.sin(side), zeros], axis=-1).round()
     tangent, section = vector_product(np.broadcast_to(z_axis, normal.shape), normal), finger.section(s)
     depth, middle = (section.inner_face - section.outer_face) / 2, (section.inner_face + section.outer_face) / 2
-    half = np.stack([depth, np.broadcast_to(section.width / 2, s.shape), zeros], axis=-1)
-    place = (normal + rng.uniform(-_ACROSS, _ACROSS, number)[:, None] * tangent) * half
+    half_extents = np.stack([depth, np.broadcast_to(section.width / 2, s.shape), zeros], axis=-1)
+    place = (normal + rng.uniform(-_ACROSS, _ACROSS, number)[:, None] * tangent) * half_extents
     place[:, 0] += middle
     rubbing = np.cos(turn)[:, None] * tangent + np.sin(turn)[:, None] * z_axis
     size, mu = rng.uniform(0.1, 1.0, number), np.broadcast_to(friction, number)

@@ -94,11 +94,11 @@ def drake_tips(scenario: Scenario) -> Array:
     recording = run_station(station)
     times, states = recording["time"].values, recording["plant.state"].values
     plant, context = station.plant, station.plant.CreateDefaultContext()
-    tips = []
+    tip_positions = []
     for row in np.searchsorted(times, step_ends(scenario, times[-1]) - 1e-6):
         plant.SetPositionsAndVelocities(context, states[row])
-        tips.append([finger.frames[-1].CalcPoseInWorld(context).translation() for finger in station.fingers])
-    return np.array(tips)
+        tip_positions.append([finger.frames[-1].CalcPoseInWorld(context).translation() for finger in station.fingers])
+    return np.array(tip_positions)
 
 
 def mujoco_tips(scenario: Scenario, folder: Path, time_step: float | None) -> Array:

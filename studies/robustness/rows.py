@@ -106,7 +106,7 @@ def setup_errors(
     estimators: Sequence[str],
     nominal: Finger | None = None,
 ) -> dict[tuple[EstimatorSetup, str], Errors]:
-    """Errors of all fingers together by setup, all of the same noise, and estimator.
+    """Errors of all fingers together, by setup and estimator; all setups have the same noise.
 
     `nominal` is the finger that nominal models change; None: the simulated one. Without errors of the sensors all seeds
     would be the same, and one is enough.

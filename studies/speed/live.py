@@ -116,7 +116,7 @@ def measure(seconds: float, changes: list[str], options: list[str]) -> LiveMeasu
 def send(
     link: socket.socket, port: int, messages: list[dict[str, Any]], seconds: float, process: int
 ) -> tuple[dict[int, float], list[float]]:
-    """Sends readings: their times, s, and the memory of the process after a tenth of the time and at the end, MB."""
+    """Sends readings; returns their times, s, and the memory of the process after a tenth and at the end, MB."""
     sent, sizes, begin, number = {}, [], time.monotonic(), round(seconds / PERIOD)
     for i in range(number):
         message = encoded({"count": float(i), "time": PERIOD * i, **messages[i % len(messages)]}, "json")

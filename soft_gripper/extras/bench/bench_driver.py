@@ -341,7 +341,7 @@ class BenchDriver(Driver):
             self._passed_over -= len(waiting)
 
     def _take(self, message: Message, arrival: float) -> bool:
-        """Uses the reading in a message, unless it comes too late; returns whether there is one."""
+        """Uses the reading in a message, unless it comes too late; returns whether the message holds one."""
         begin, effort = self._clock(), time.thread_time()
         try:
             reading = parse_reading(message, self._config, self._ranges, self._bench.quantities)

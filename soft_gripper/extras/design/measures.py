@@ -47,9 +47,9 @@ def sensors(station: Station, recording: Recording) -> int:
 
 
 def strength_n(station: Station, recording: Recording) -> float:
-    """The least force that takes the object out of the grasp, of six directions, N; see `extras/grasps/strength.py`.
+    """Smallest force, of six directions, that takes the object out of the grasp, N; see `extras/grasps/strength.py`.
 
-    The loads are put on in Drake, whatever the engine of the scenario.
+    The loads are applied in Drake, whatever the engine of the scenario.
     """
     drake_scenario = replace(station.scenario, engine=DRAKE, engine_step=None)
     text = dump_scenario(drake_scenario)

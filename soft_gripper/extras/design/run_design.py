@@ -1,7 +1,7 @@
 """Runs a design study: the search, and the test of the best design with new draws and unseen objects.
 
-The best design is compared with the fingers as they are, driven as well as they can be: those fields of the drive that
-the study varies are searched for them too, with as many designs and the same draws.
+The best design is compared with the unchanged fingers under their best drive: the fields of the drive that the study
+varies are searched for these fingers too, with as many designs and the same draws.
 
 Every simulation is a row of one table, by which an interrupted study is resumed. Designs are proposed in batches, and
 the search learns the scores of a batch in their order, so that the table depends neither on the number of processes nor
@@ -73,7 +73,7 @@ class DesignResult:
     reference: the fingers as they are, with the best drive; the scenario as it is, if nothing of the drive is varied.
     front: indices of the allowed designs on the Pareto front.
     best: index of the best design; None if no design is allowed.
-    tests: cells and changes of the scenario of the runs of the test, of the reference and then of the best design.
+    tests: table cells and scenario changes of the test runs, those of the reference first, then of the best design.
     """
 
     study: DesignStudy

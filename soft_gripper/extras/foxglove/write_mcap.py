@@ -1,9 +1,10 @@
-"""Recordings as MCAP files (https://mcap.dev) with a layout, for Foxglove (https://docs.foxglove.dev).
+"""Writes recordings as MCAP files (https://mcap.dev) with a layout, for Foxglove (https://docs.foxglove.dev).
 
 Every signal of up to 100 numbers is a topic, `/left_finger/strain`, whose messages are {timestamp, value} in JSON. An
-axis with names is an object, one with numbers is a list: `/left_finger/strain.value.inner[0]`; what is not known is
-null. Covariances are left out: they would be most of the file. Fingers, contacts and objects are drawn by topics with
-schemas of Foxglove, in the frame `world`; there is no message where something is not known:
+axis with names is an object, one with numbers is a list: `/left_finger/strain.value.inner[0]`; unknown
+values are null. Covariances are left out: they would be most of the file. Fingers, contacts and objects are drawn by
+topics with schemas of Foxglove, in m in the frame `world`; there is no message while the value is unknown. Another such
+topic is a name, a schema and a function of the sample, which `_drawn_topics` yields:
 
 | topic | schema | what |
 |---|---|---|
@@ -106,7 +107,7 @@ def layout(data: xr.Dataset) -> dict[str, Any]:
 
 
 def _stack_panels(panels: list[str]) -> Any:
-    """Panels below each other, of equal height."""
+    """Stacks panels of equal height."""
     if len(panels) < 2:
         return panels[0] if panels else None
     first, *other_panels = panels

@@ -73,9 +73,9 @@ class StrengthRow:
     """The strength of a grasp in one direction.
 
     load: "force" or "torque"; a force acts at the centre of mass.
-    direction: along or about an axis of B of the first finger as it stands: x is the way in which it closes, z points
+    direction: along or about an axis of frame B of the first finger: x points in its closing direction, z
         along it to its tip.
-    strength: largest load that is resisted, N or mN m.
+    strength: largest load resisted, N or mN m.
     ended: "slid", "turned" or "let go"; "not lost" if the load ended before, "not held" if there was no grasp.
     stiffness: half of the strength over the motion of the object under it, N/mm or mN m/degree.
     moved_mm, turned_deg: motion of the object relative to the palm under the largest load.

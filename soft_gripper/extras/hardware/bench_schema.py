@@ -124,8 +124,8 @@ def bench_from_inputs(inputs: Mapping[str, int], source: str) -> BenchConfig:
         finger, _, kind = name.rpartition(".")
         fields.setdefault(finger, {})[kind] = [f"{name}[{i}]" for i in range(size)]
     fingers = {}
-    for finger, kinds in fields.items():
-        pressures, tensions, pose = (kinds.pop(kind, []) for kind in ("pressure", "tension", "X_WB"))
-        (readings,) = kinds.values()
+    for finger, kind_columns in fields.items():
+        pressures, tensions, pose = (kind_columns.pop(kind, []) for kind in ("pressure", "tension", "X_WB"))
+        (readings,) = kind_columns.values()
         fingers[finger] = BenchFinger(readings, pressures, tensions, pose or None)
     return BenchConfig(source=source, count="count", time="time", fingers=fingers)

@@ -17,7 +17,7 @@ _MINUTES_PATTERN = re.compile(r"\d{1,9}:\d\d[.,]\d+", re.ASCII)
 
 
 def is_clock(cells: Sequence[str]) -> bool:
-    """Whether texts are times of day, or dates with them."""
+    """Whether texts are times of day, with or without a date."""
     sampled_cells = [cell for cell in cells if cell.strip()][:_MAX_SAMPLED_CELLS]
     return 2 * sum(":" in cell for cell in sampled_cells) > len(sampled_cells)
 

@@ -163,8 +163,8 @@ class _Linearized(NamedTuple):
 class _UnknownIndices:
     """Indices of the numbers in the vector of unknowns, which begins with the logarithm of the bend per pressure r.
 
-    `bends` are the logarithms of  a r (1 + v x)  in the middles of the sections: readings determine them well, r and v
-    themselves hardly, which makes a fit easy.
+    `bends` are the logarithms of  a r (1 + v x)  at the middles of the sections. Readings determine these well, but
+    r and v poorly, so that a fit is easy in them.
     """
 
     def __init__(self, layout: SensorLayout, recordings: int, fitted: Collection[str]):
@@ -438,7 +438,7 @@ def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds:
 
 
 def _residuals(x: Array, predicted: _Predicted, holds: _Holds, indices: _UnknownIndices) -> Array:
-    """Residuals of the strains and of the tip's position, (M, R + 2); NaN if not measured."""
+    """Residuals of R strains and of the tip's z and x, m, (M, R + 2); NaN if not measured."""
     drift = x[indices.drifts].reshape(-1, indices.readings)[holds.recording] * holds.time[:, None]
     strain = indices.gains(x) * _response_strains(x, predicted, indices) + x[indices.offsets] + drift
     tip = holds.tip - predicted.tip

@@ -1,4 +1,8 @@
-"""Reads files in a separate process, since a damaged file can crash some libraries or keep them busy without end."""
+"""Reads files in a separate process, since a damaged file can crash some libraries or keep them busy without end.
+
+`read_isolated` sends the process a reader and a path, and returns the result or raises the error, within a limit of
+time, s, and of memory, bytes.
+"""
 
 import pickle
 import resource

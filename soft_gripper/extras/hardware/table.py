@@ -120,7 +120,7 @@ def split_runs(table: Table, time: str, pause: float) -> list[Table]:
 
 
 def drop_zero_stamps(table: Table, time: str, unit: float) -> Table:
-    """Samples since the clock was set, whose time then begins at 0; `unit` of the time, s.
+    """Samples since the clock was set, at times from 0 in units of `unit` s.
 
     Before a clock is set, a time of 0 is recorded.
     """

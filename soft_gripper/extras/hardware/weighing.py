@@ -236,7 +236,7 @@ def _mass_slope(model: Model, states: SettledStates, mass: float) -> tuple[Array
 
 
 def _weigh_rows(error: Array, slope: Array, deviations: Array) -> tuple[float, float]:
-    """Change of the mass with which rows agree best, and its band, kg, which includes `deviations`, (R, P)."""
+    """Change of the mass with which R rows agree best, and its band, kg; the band includes `deviations`, (R, P)."""
     strength = float((slope**2).sum())
     change = -float((slope * error).sum()) / strength
     sums = (slope * (error + slope * change)).sum(axis=(1, 2))

@@ -462,7 +462,7 @@ class _Window(NamedTuple):
 
 
 class _Observation(NamedTuple):
-    """z = H x + noise, of R readings."""
+    """Linear model z = H x + noise of R readings."""
 
     state_map: Array  # H, (B, K, R, n)
     values: Array  # z, (B, K, R)

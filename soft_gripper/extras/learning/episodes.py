@@ -26,7 +26,7 @@ class Stations(Truth, Protocol):
         """Begins episodes in some environments, with variations and random parts of their task, (rows, ...)."""
 
     def step(self, actions: Array) -> list[str]:
-        """Applies actions, (E, n), for a time step; reasons of divergence, empty where there was none."""
+        """Applies actions, (E, n), for a time step; returns E reasons for divergence, empty where there is none."""
 
     def observe(self) -> Array:
         """The observations, (E, k)."""

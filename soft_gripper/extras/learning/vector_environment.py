@@ -229,7 +229,7 @@ class MujocoStations:
         plants, network, plant_step = self._plants, self._network, self._plant_step
         stride = round(self._period / plant_step)
         for first in range(0, round(self._config.time_step / plant_step), stride):
-            network.drive(first * plant_step)
+            network.drive_plants(first * plant_step)
             plants.begin_step(keeps=True)
             network.sample()
             plants.finish_step(keeps=True)

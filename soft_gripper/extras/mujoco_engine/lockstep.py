@@ -79,7 +79,7 @@ def simulate_network(
         network.begin()
         for sample in range(samples):
             time = sample * period
-            network.drive(time)
+            network.drive_plants(time)
             _drop_diverged(station, plants, time, failed)
             plants.begin_step()
             logs.take(sample)

@@ -122,7 +122,7 @@ class Network:
             plants: of all environments.
             logs: of the first diagram; None: nothing is logged.
             outputs: of the diagram, for `read`.
-            graphs: steps of further kinds of blocks, as of `GRAPHS`.
+            graphs: steps of further kinds of blocks, see `GRAPHS`.
         """
         self._graphs = {**GRAPHS, **graphs}
         self._first, self.plants, self.count, self._wired = wired[0], plants, len(wired), wired
@@ -159,11 +159,11 @@ class Network:
 
     # Wiring.
 
-    def _source(self, system: Any, number: int, level: Level) -> Output | None:
+    def _source(self, system: Any, port_index: int, level: Level) -> Output | None:
         """The leaf output, or the input of the diagram, that feeds an input."""
-        feed = level.feed(system.get_input_port(number))
+        feed = level.feed(system.get_input_port(port_index))
         if feed is None:
-            name = self._exported_inputs.get((system, number))
+            name = self._exported_inputs.get((system, port_index))
             return None if name is None else (name, 0)
         if isinstance(feed.system, Diagram):
             port, _ = feed.level.leaf_output(feed.output)
@@ -388,7 +388,7 @@ class Network:
         self._look()
         return self._value(self._outputs[name])
 
-    def drive(self, time: float) -> None:
+    def drive_plants(self, time: float) -> None:
         """Reads the states of the plants at a time, s, drives them, and prepares updates of the drive."""
         self._look()
         self._drive(time)
@@ -422,7 +422,7 @@ class Network:
                 yield number, self._value(output)
 
     def sample(self) -> None:
-        """Makes all samples and updates of a time, once the plants have made their first step from it."""
+        """Takes the samples and makes the updates of a time, after the first step of the plants from it."""
         for block in self._blocks.values():
             if isinstance(block, Streams):
                 block.draw()

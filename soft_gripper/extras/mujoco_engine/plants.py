@@ -270,7 +270,7 @@ class Plants:
         return _Arm(ctrl, np.array(stiffness), np.array(damping))
 
     def drive(self, model: ModelInstanceIndex, torques: Array, desired: Array | None) -> None:
-        """Applies the torques of the actuators of a model, (E, nu), and the desired states of an arm, (E, 2 nu)."""
+        """Applies efforts of a model's actuators, (E, nu) N m or N, and the desired states of an arm, (E, 2 nu)."""
         arm = self._arm
         if self.station.parts.arm is None or model != self.station.parts.arm.model:
             self._applied[:, self._dofs(model)] = torques

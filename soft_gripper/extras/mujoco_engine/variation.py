@@ -1,5 +1,9 @@
 """Keys of stations, plants and blocks that runs in MuJoCo share, and changes of models between runs.
 
+A scenario gives a `Key`, equal where runs share. `variation` compares it with the scenario of the shared station:
+`begin_positions` takes poses from the result, and `vary_model` masses, kg, frictions, factors of size, and stiffnesses,
+N/m. Another difference is a field of `Variation`.
+
 Pose, mass and friction of free objects are numbers in MuJoCo's model and state, and a task is planned anew for the
 pose of its object, so that runs that differ in them share a station. A mesh of another size is another model: such runs
 have stations of their own, and share the blocks. Runs with other pressures, set points, gains or sensor errors share

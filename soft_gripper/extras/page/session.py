@@ -128,7 +128,7 @@ class Session:
                 recorder.close()
 
     def step(self) -> None:
-        """Obeys the buttons, advances for a moment, and shows a frame if one is due."""
+        """Handles button clicks, advances for a moment, and shows a frame if one is due."""
         for button in self.driver.panel.take_clicks():
             self.driver.note = self._problem = ""
             self._with_view(partial(self._react, button))

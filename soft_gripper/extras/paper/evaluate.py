@@ -138,7 +138,7 @@ def summarize(out: Path) -> Evaluation:
 
 
 def _gather(out: Path, file: str, kind: type[Row]) -> list[Row]:
-    """The rows of a table of all scenarios, also written into one file."""
+    """Joins the rows of a table of all scenarios, and writes them into one file."""
     rows = [row for name in SCENARIOS for row in read_csv(out / name / file, kind)]
     write_csv(out / file, rows)
     return rows

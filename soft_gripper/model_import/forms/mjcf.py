@@ -210,7 +210,7 @@ def _mend_masses(model: ModelFile, parent: ET.Element, masses: _Masses, childcla
 
 
 def _has_mass(model: ModelFile, geom: ET.Element, masses: _Masses, childclass: str) -> bool:
-    """Whether a geom has a mass; one of a group that has none loses it.
+    """Whether a geom has a mass; sets it to 0 outside the groups that have a mass.
 
     Raises:
         InputError: if its mesh is missing.

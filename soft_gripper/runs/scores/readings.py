@@ -47,7 +47,7 @@ class ReadAgain:
         return to_base(self.X_WB, self.gravity_world)
 
     def shape(self, estimator: str = "arcs", rows: NDArray[np.int_] | None = None) -> ShapeEstimate:
-        """The estimate of a built-in estimator at some times of the recording, (M), by their numbers, or at all T."""
+        """Shape by a built-in estimator in some rows of the recording, (M,), or in all T."""
         samples, inverse = np.unique(self.numbers if rows is None else self.numbers[rows], return_inverse=True)
         return self.estimate(estimator, samples).at(inverse)
 

@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _check_options(options: argparse.Namespace) -> None:
-    """Raises an InputError if there is nothing to do, or options of a fit are given without one, or missing."""
+    """Raises an InputError if there is nothing to do, or if options of a fit are missing or have no fit."""
     require(bool(options.file or options.test), "identify", "FILE", "", "give recordings to fit to, or --test ones")
     for name, value in (("--free", options.free), ("--out", options.out)) if options.file else ():
         require(bool(value), "identify", name, "", "is required to fit a finger to recordings")

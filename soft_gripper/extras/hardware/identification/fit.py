@@ -59,7 +59,9 @@ def fit(
     """
     motions, count = tuple(motions), len(free.start)
     unknowns = np.concatenate([motion.unknowns for motion in motions])
-    tails = np.split(np.arange(len(unknowns)) + count, np.cumsum([len(motion.unknowns) for motion in motions])[:-1])
+    unknown_columns = np.split(
+        np.arange(len(unknowns)) + count, np.cumsum([len(motion.unknowns) for motion in motions])[:-1]
+    )
     scales, room = (np.concatenate([*map(values, motions)]) for values in (_unknown_scales, _unknown_room))
     lower, upper = free.bounds
 
@@ -67,7 +69,7 @@ def fit(
         return free.build_model(x[:count])
 
     def with_unknowns(x: Array) -> tuple[MeasuredMotion, ...]:
-        return tuple(motion.with_unknowns(x[tail]) for motion, tail in zip(motions, tails, strict=True))
+        return tuple(motion.with_unknowns(x[columns]) for motion, columns in zip(motions, unknown_columns, strict=True))
 
     def possible_model(x: Array) -> Model | None:
         try:
@@ -83,7 +85,7 @@ def fit(
         steps = np.concatenate([free.steps(x[:count], _DIFFERENCE_STEP), _DIFFERENCE_STEP * scales])
         points = x + np.diag(steps)
         calls = [(column, i) for column in range(count) for i in range(len(motions))]
-        calls += [(column, i) for i, tail in enumerate(tails) for column in tail.tolist()]
+        calls += [(column, i) for i, columns in enumerate(unknown_columns) for column in columns.tolist()]
         models, changed = [*map(possible_model, points)], [*map(with_unknowns, points)]
         results = run(_residuals_or_impossible, [models[c] for c, _ in calls], [changed[c][i] for c, i in calls])
         ends = np.cumsum([2 * motion.markers.size for motion in motions])

@@ -129,7 +129,7 @@ def identify(
 
 
 def compare_motions(model: Model, motions: Sequence[MeasuredMotion], executor: Executor) -> Tested:
-    """Compares recordings with a finger in its set-up; only what was not recorded is fitted to them."""
+    """Compares recordings with a finger in its set-up; fits only their unrecorded quantities."""
     return Tested(model, *_scores(model, [], motions, executor))
 
 

@@ -4,12 +4,12 @@ In a press, finger and instrument rest, and the instrument measures more than `M
 samples are compared. Nothing moves then, so neither the delay of an instrument nor the finger's lag counts.
 Noise averages out in a median, so the variance of the estimates in a press is subtracted from that of its band.
 
-A force F that is measured at a position s is compared with
+A force F measured at an arc length s is compared with
 
 - the component of `contact_force_vector` along the instrument's axis, or `contact_force` without one; the band is two
   standard deviations of it;
-- `external_torque` at the first joint, where a force F across the finger at s has the moment that its lever on the
-  estimated shape gives it. The band is two standard deviations of the elastic torque and of the driving torque there.
+- `external_torque` at the first joint, compared with the moment of a force F across the finger at s on the
+  estimated shape. The band is two standard deviations of the elastic torque and of the driving torque there.
   A common scale of finger and sensors changes neither: a finger that bends further is as much softer.
 
 Bands of a calibrated finger widen away from the states in which it was calibrated (`CalibratedStates`).
@@ -201,8 +201,8 @@ def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[s
     distance, disagreement = signals[f"{name}.{DISTANCE}"].values, signals[f"{name}.{DISAGREEMENT}"].values.ravel()
 
     def describe_state(row: int, part: int) -> str:
-        drive = f"under {1e-3 * pressure[row]:.0f} kPa"
-        return f"its drive {drive}" if part == 0 else f"the readings of section {part - 1} {drive}"
+        pressure_text = f"under {1e-3 * pressure[row]:.0f} kPa"
+        return f"its drive {pressure_text}" if part == 0 else f"the readings of section {part - 1} {pressure_text}"
 
     far = signals[f"{name}.{FAR}"].values.ravel() == 1
     warnings = extrapolation_warnings(time, distance, far, describe_state)

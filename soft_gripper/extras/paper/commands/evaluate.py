@@ -32,7 +32,7 @@ def _evaluate(out: Path, resume: bool, executor: Executor, console: Console) -> 
     try:
         names = unfinished_runs(out) if resume else list(RUNS)
         duration = sum(load_scenario(name).duration for name in names)
-        with console.seconds(duration, f"scenarios: {len(names)}") as bar:
+        with console.seconds_bar(duration, f"scenarios: {len(names)}") as bar:
             run_scenarios(names, out, executor, bar.update)
     except KeyboardInterrupt:
         print(f"\nMissing: {', '.join(unfinished_runs(out))}; `soft-gripper evaluate --out {out} --resume` runs them")

@@ -1,4 +1,4 @@
-"""Commands of this extra, as the command line lists them."""
+"""Declares the commands of this extra; each calls `run(options)` in the module of its name."""
 
 from soft_gripper.commands.options import HOST, Command, Group, option, path, scenario
 
