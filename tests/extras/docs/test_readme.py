@@ -27,11 +27,9 @@ CONTACTS, TRIALS = "docs/studies/contacts.md", "docs/extras/grasps/grasp_trials.
 REPLAY = "docs/extras/hardware/hardware_replay.md"
 # By a sentence of README: the cells with its numbers, by page, beginning of the row, column and places within the cell.
 QUOTED = {
-    r"divided at 40 mm: mean (\S+) %, median (\S+) %, 90th percentile (\S+) %": [
-        (CONTACTS, "mean of 20 samples", 3, slice(None))
-    ],
-    r"four: (\S+) %, (\S+) %, (\S+) %": [(CONTACTS, "four sections: mean of 20 samples", 3, slice(None))],
-    r"two equal, beyond 10 % of the length: (\S+) %, (\S+) %, (\S+) %, with (\S+) % detected": [
+    r"at a third of the length: (\S+) / (\S+) / (\S+) %": [(CONTACTS, "mean of 20 samples", 3, slice(None))],
+    r"four sections: (\S+) / (\S+) / (\S+) %": [(CONTACTS, "four sections: mean of 20 samples", 3, slice(None))],
+    r"two equal ones, from 10 % of the length on: (\S+) / (\S+) / (\S+) %, with (\S+) % detected": [
         (CONTACTS, "equal sections, beyond 10 %", 3, slice(None)),
         (CONTACTS, "equal sections, beyond 10 %", 1, slice(None)),
     ],
