@@ -12,5 +12,5 @@ def changes_line(finger: str, read: Callable[[str], Array]) -> str:
     bend, std = (100 * float(np.ravel(read(f"{finger}.{name}"))[0]) for name in ("bend_change", "bend_change_std"))
     offsets, stds = (np.ravel(read(f"{finger}.{name}")) for name in ("offset_changes", "offset_changes_std"))
     most = int(np.abs(offsets).argmax())
-    moved = f"offsets have moved by up to {offsets[most]:+.4f} +- {stds[most]:.4f}"
+    moved = f"offsets have moved by up to {offsets[most]:+.2g} +- {stds[most]:.2g}"
     return f"{finger}: bends {bend:+.1f} +- {std:.1f} % further than its model; {moved}"
