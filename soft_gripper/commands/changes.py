@@ -12,5 +12,5 @@ def changes_line(finger: str, read: Callable[[str], Array]) -> str:
     bend, std = (100 * float(np.ravel(read(f"{finger}.{name}"))[0]) for name in ("bend_change", "bend_change_std"))
     offsets, stds = (np.ravel(read(f"{finger}.{name}")) for name in ("offset_changes", "offset_changes_std"))
     largest = int(np.abs(offsets).argmax())
-    offset_text = f"offsets have moved by up to {offsets[largest]:+.4f} +- {stds[largest]:.4f}"
+    offset_text = f"offsets have moved by up to {offsets[largest]:+.2g} +- {stds[largest]:.2g}"
     return f"{finger}: bends {bend:+.1f} +- {std:.1f} % further than its model; {offset_text}"

@@ -55,8 +55,8 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
     """The sensors that a scenario puts on a finger: of the kind that it names, strain sensors by default.
 
     Raises:
-        InputError: if there is no such kind, it fails, there are more sections than segments, the borders are wrong, or
-            the response is not a curve.
+        InputError: if there is no such kind, it fails, a path is named and it has none, there are more sections than
+            segments, the borders are wrong, or the response is not a curve.
     """
     points = LINEAR if config.response is None else tuple(map(tuple, config.response))
     borders = None if config.borders is None else tuple(config.borders)
@@ -67,6 +67,12 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
         for name, default in (("one_sided", False), ("layout", "sides"), ("paths", [])):
             if (value := getattr(config, name)) != default:
                 raise InputError("sensor", name, value, f"{config.type} has no paths; leave it out")
+        dead = [] if config.errors is None else config.errors.dead
+        paths = {"faults": [fault.path for fault in config.faults], "errors.dead": [sensor.path for sensor in dead]}
+        for name, values in paths.items():
+            if values:
+                expected = f"{config.type} has no paths; leave {name} out"
+                raise InputError("sensor", f"{name}[0].path", values[0], expected)
     elif config.paths:
         kind, options["paths"] = PathSensors, tuple(map(_path, config.paths))
     elif config.layout != "sides":

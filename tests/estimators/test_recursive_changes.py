@@ -9,6 +9,7 @@ import pytest
 from printed_numbers import differences, sentence_problems
 from scipy.interpolate import CubicSpline
 
+from soft_gripper.commands.changes import changes_line
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of
@@ -85,6 +86,15 @@ def test_offsets_and_bend_are_told_apart(shipped_finger):
 
 def _rms(errors):
     return float(np.sqrt(np.mean(np.square(errors))))
+
+
+def test_offsets_that_hardly_moved_are_printed_with_their_uncertainty():
+    """No offset is known to 0.0000 +- 0.0000."""
+    values = {"bend_change": 0.02, "bend_change_std": 0.01, "offset_changes_std": np.full((2, 1), 2.75e-5)}
+    for offset, text in ((-1.6e-10, "-1.6e-10 +- 2.8e-05"), (0.0123, "+0.012 +- 2.8e-05")):
+        offsets = {"offset_changes": np.array([[0.0], [offset]])}
+        line = changes_line("left", lambda name, known=values | offsets: known[name.removeprefix("left.")])
+        assert line.endswith(f"offsets have moved by up to {text}")
 
 
 def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger):

@@ -93,9 +93,11 @@ def test_what_they_do_not_have_is_refused(kind, shipped_finger):
     with pytest.raises(InputError) as error:
         sensor_layout(shipped_finger, SensorConfig(type=kind, one_sided=True))
     assert error.value.field == "one_sided"
-    with pytest.raises(InputError) as error:
-        run(kind, "gaussian", "sensor.errors.dead=[{path: outer, section: 1}]")
-    assert error.value.field == "dead"
+    for field in ("errors.dead", "faults"):
+        for path in ("inner", "outer"):
+            with pytest.raises(InputError, match="has no paths") as error:
+                run(kind, "gaussian", f"sensor.{field}=[{{path: {path}, section: 1}}]")
+            assert (error.value.field, error.value.value) == (f"{field}[0].path", path)
 
 
 @pytest.mark.parametrize("matrix", [np.ones((2, 11)), np.ones(12), np.full((2, 12), np.nan), np.empty((0, 12))])

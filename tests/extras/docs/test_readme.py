@@ -98,7 +98,13 @@ WRITTEN: dict[str, Callable[[list[str], Path], Numbers]] = {
     "pick and place": trial_numbers,
     "hardware": replay_numbers,
 }
-MEANT = {"95": "% of the bands", "0.2": "s of an average", "40": "% of the length", "200": "contacts"}
+MEANT = {
+    "95": "% of the bands",
+    "0.2": "s of an average",
+    "40": "% of the length",
+    "200": "contacts",
+    "90": "th percentile",
+}
 
 
 def numbers(page: str, beginning: str, column: int, places: slice) -> list[float]:
