@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # imported when a signal is read
 
 _TRUE_FORCE, _ESTIMATED_FORCE = "true_transverse_force", "transverse_force"
 _NO_FORCE = "the recording has neither; record.truth: all records the true force, estimator.type: contact estimates it"
-_NO_ESTIMATE = "No contact force was estimated: --set estimator.type=contact estimates it."
+_NO_ESTIMATE = "No contact force was estimated: the estimator contact estimates it (estimator.type: contact)."
 
 
 @dataclass(frozen=True)

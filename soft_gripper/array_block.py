@@ -17,7 +17,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Inpu
 
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached, weakly
-from soft_gripper.errors import InputError
+from soft_gripper.errors import InputError, suggestion
 from soft_gripper.signals import describe
 from soft_gripper.steps import TIME, Memory, Output, Step, Steps, constant, same, sampled
 
@@ -163,7 +163,7 @@ class ArrayBlock(LeafSystem):
     def add(self, name: str, step: Step, kept: bool = True) -> None:
         """Adds any step but an input; where it has one reader, it need not be `kept` for others."""
         self.steps[name] = step
-        reads = [self._read[source] for source in step.sources]
+        reads = self._reads_of(step.sources)
         tickets = self._tickets_of(step.sources)
         if step.memory is not None:
             reads = [self._declare_state(name, step.memory.begin), *reads]
@@ -188,7 +188,7 @@ class ArrayBlock(LeafSystem):
     ) -> None:
         """Declares a vector output, ``function(*sources)``, folded into axes; see `describe`."""
         size = int(np.prod([len(labels) for labels in axes.values()]))
-        value = _apply_to_context(function, [self._read[source] for source in sources])
+        value = _apply_to_context(function, self._reads_of(sources))
         check_inputs = weakly(self._check_inputs)
 
         def calc(context: Context, output: BasicVector) -> None:
@@ -303,6 +303,13 @@ class ArrayBlock(LeafSystem):
     def _check_inputs(self, context: Context) -> None:
         ports = [self.get_input_port(i) for i in range(self.num_input_ports())]
         check_finite(self, {port.get_name(): port.Eval(context) for port in ports if port.HasValue(context)})
+
+    def _reads_of(self, sources: Sequence[str]) -> list[Callable[[Context], Any]]:
+        """Functions that read steps in a context; an InputError if there is no such step yet."""
+        for source in sources:
+            if source not in self._read:
+                raise InputError(type(self).__name__, "step", source, suggestion(source, self._read))
+        return [self._read[source] for source in sources]
 
     def _tickets_of(self, sources: Sequence[str]) -> set[Any]:
         return {ticket for source in sources for ticket in self._tickets[source]}

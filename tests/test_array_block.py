@@ -305,3 +305,12 @@ def test_an_optional_input_is_none_while_it_is_open():
     assert block.get_output_port().Eval(context) == 3
     block.GetInputPort("factor").FixValue(context, [2.0])
     assert block.get_output_port().Eval(context) == 6
+
+
+def test_a_step_that_is_not_there_is_named_with_the_one_meant():
+    block = ArrayBlock(PERIOD)
+    block.take("x", 1)
+    block.derive("smooth", np.square, "x")
+    for declare in (lambda: block.put_out("y", np.square, "smoth"), lambda: block.derive("z", np.square, "smoth")):
+        with pytest.raises(InputError, match=r"ArrayBlock: step = 'smoth': did you mean 'smooth'\?"):
+            declare()
