@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from finger_plants import free_bending
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from finger_plants import free_bending, uniform_finger
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from refusals import refused
+from scipy.integrate import trapezoid
 
 from soft_gripper.diagrams.simulation import simulate, solver_config
 from soft_gripper.diagrams.station import make_station
@@ -143,3 +144,20 @@ def test_energy_never_rises_in_free_decay(time_step):
     since = motion.time[-1] - motion.time[motion.kinetic.argmax()]
     remains = np.exp(-finger.relaxation_time * slowest * since)
     assert motion.kinetic[-1] < remains * motion.kinetic.max()
+
+
+@pytest.mark.slow
+def test_undamped_finger_keeps_its_energy(finger_plant):
+    plant = finger_plant(uniform_finger(4, relaxation_time=0.0))
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -9.81])
+    accurate = SimulatorConfig(integration_scheme="runge_kutta5", accuracy=1e-6, max_step_size=0.01)
+    motion = release(plant, plant, accurate, angle=0.25)
+    assert np.ptp(motion.energy) < 1e-3 * motion.kinetic.max()
+
+
+@pytest.mark.slow
+def test_energy_that_is_lost_is_what_the_damping_takes():
+    station, motion = free_decay(0.0005)
+    damping = np.concatenate([finger.finger.damping for finger in station.fingers])
+    taken = trapezoid(motion.velocities**2 @ damping, motion.time)
+    assert taken == pytest.approx(motion.energy[0] - motion.energy[-1], rel=0.01)
