@@ -1,4 +1,4 @@
-"""Bands of the bodies of an arm about the places that its wires give, and samples that leave what was fitted.
+"""Bands of an arm's bodies about their positions by its wires, and samples far from the fitted states.
 
 The band of a body is a circle that holds it with a probability of 95 %, learned as `fitted_states` says. Sections err
 independently of each other, so each has states of its own: its length and bend. At a distance d from the fitted ones,
@@ -104,16 +104,16 @@ def _left_out(
     sections: Sequence[FittedStates],
     region: NDArray[np.bool_],
 ) -> LeftOut:
-    """Errors in a region of states of all recordings one after the other, by a fit to the other states."""
+    """Errors in a region of the concatenated states of all recordings, by a fit to the other states."""
     masks = np.split(region, np.cumsum([len(recording.time) for recording in recordings])[:-1])
     geometry = geometry_without(fitted, masks)
-    kept = [states.leave_out(region) for states in sections]
+    fits = [states.leave_out(region) for states in sections]
     nothing: Array = np.zeros((0, len(sections)))
     errors, widths = [nothing], [nothing]
     for recording, mask in zip(recordings, masks, strict=True):
         rows = np.flatnonzero(mask & np.isfinite(recording.positions).all(axis=-1))[::_SAMPLE_STRIDE]
         if len(rows):
-            distances = _shape_distances(kept, [states[rows] for states in section_states(fitted.model, recording)])
+            distances = _shape_distances(fits, [states[rows] for states in section_states(fitted.model, recording)])
             errors.append(_errors(geometry, recording, finger)[rows])
             widths.append(_growth_widths(geometry, recording, finger, distances, rows))
     all_errors = np.concatenate(errors)
@@ -144,12 +144,12 @@ def _growth_widths(
     """Radius of every body, (T, S), that a growth of 1 gives at distances (T, S)."""
     theta, length = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     positions, _ = body_poses(geometry, finger, theta, length)
-    steps, shifted = _WIRE_STEP * np.sqrt(distances), []
+    steps, changed_positions = _WIRE_STEP * np.sqrt(distances), []
     for mask in np.eye(distances.shape[-1]):
         bends = theta + np.sqrt(2) * mask * steps / geometry.wires.spacing
-        shifted += [body_poses(geometry, finger, bends, length)[0]]
-        shifted += [body_poses(geometry, finger, theta, length + mask * steps / np.sqrt(2))[0]]
-    return ball_radius(as_points(np.stack(shifted) - positions)) / _WIRE_STEP
+        changed_positions += [body_poses(geometry, finger, bends, length)[0]]
+        changed_positions += [body_poses(geometry, finger, theta, length + mask * steps / np.sqrt(2))[0]]
+    return ball_radius(as_points(np.stack(changed_positions) - positions)) / _WIRE_STEP
 
 
 @dataclass(frozen=True)
@@ -173,11 +173,11 @@ def body_band(
     widths = _growth_widths(geometry, recording, finger, distances)
     radius = band.widths.band(widths)
     if variants:
-        positions, *shifted = (
+        positions, *variant_positions = (
             body_poses(variant, finger, *variant.wires.sections(recording.inner, recording.outer))[0]
             for variant in (geometry, *variants)
         )
-        radius = np.hypot(radius, ball_radius(as_points(np.stack(shifted) - positions)))
+        radius = np.hypot(radius, ball_radius(as_points(np.stack(variant_positions) - positions)))
     return BodyBand(radius, distances, band.widths.is_far(widths).any(axis=-1))
 
 
