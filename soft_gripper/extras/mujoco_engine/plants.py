@@ -143,8 +143,8 @@ def export_to_mujoco(
     export = station_mjcf(station, step, False, paired_models)
     root = ET.fromstring(export.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
-    for part in ("tendon", "keyframe"):
-        root.remove(_part(root, part))
+    for tag in ("tendon", "keyframe"):
+        root.remove(_part(root, tag))
     actuator_element = _part(root, "actuator")
     for actuator in [element for element in actuator_element if element.attrib["name"] not in arm]:
         actuator_element.remove(actuator)
@@ -350,8 +350,8 @@ class Plants:
 
     def pose(self, body: Any) -> Array:
         """The pose of a body of Drake's plant in the world, (E, 3, 4) [R | p]."""
-        number = self._model.body(str(self.plant.get_body(body).scoped_name())).id
-        return np.concatenate([self._xmat[:, number].reshape(-1, 3, 3), self._xpos[:, number, :, None]], axis=-1)
+        body_id = self._model.body(str(self.plant.get_body(body).scoped_name())).id
+        return np.concatenate([self._xmat[:, body_id].reshape(-1, 3, 3), self._xpos[:, body_id, :, None]], axis=-1)
 
     def patches(self) -> tuple[Array, NDArray[np.int_]]:
         """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
@@ -364,10 +364,10 @@ class Plants:
         They are those of each `stride`-th step, from the first on, and of the last one.
         """
         begins = accumulate((readings.shape[1] for readings in self._readings[:-1]), initial=0)
-        parts = [part[:, -begin % stride :: stride] for part, begin in zip(self._readings, begins, strict=True)]
-        joined = np.concatenate([*parts, self._readings[-1][:, -1:]], axis=1)
+        pieces = [reading[:, -begin % stride :: stride] for reading, begin in zip(self._readings, begins, strict=True)]
+        kept_readings = np.concatenate([*pieces, self._readings[-1][:, -1:]], axis=1)
         self._readings.clear()
-        return joined
+        return kept_readings
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """Functions that compute a model's output ports, by port name without the model's."""
