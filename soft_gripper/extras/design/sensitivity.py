@@ -55,13 +55,13 @@ def sensitivities(end: str, values: Sequence[float], variables: Mapping[str, Seq
     if len(values) <= sum(column.shape[1] for column in columns.values()) + 2:
         return []
     y = _standard(rankdata(values)[:, None])[:, 0]
-    slopes, total = _fit(y, list(columns.values()))
+    slopes, explained = _fit(y, list(columns.values()))
     rows = []
     begin = 0
     for name, column in columns.items():
-        rest = [column_cells for key, column_cells in columns.items() if key != name]
+        other_columns = [column_cells for key, column_cells in columns.items() if key != name]
         slope = float(slopes[begin]) if np.isfinite(numbers_in(variables[name])).all() else nan
-        rows.append(Sensitivity(end, name, slope, max(total - _fit(y, rest)[1], 0.0), total, len(y)))
+        rows.append(Sensitivity(end, name, slope, max(explained - _fit(y, other_columns)[1], 0.0), explained, len(y)))
         begin += column.shape[1]
     return rows
 

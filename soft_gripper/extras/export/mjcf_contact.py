@@ -40,7 +40,7 @@ _PATCH_RADIUS = 4e-3  # m, radius over which a link touches, shared by its point
 
 
 class ShapeSurface(NamedTuple):
-    """Properties of one of two shapes, on which their contact depends."""
+    """Properties of a shape that determine its contacts."""
 
     friction: float
     compliance: float  # of a point, m/N; 0 if it is rigid
@@ -91,7 +91,7 @@ def mixed(first: StatedContact, second: StatedContact) -> DampedContact:
 
 
 def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
-    """The medians of all skins."""
+    """Medians of the properties of all skins."""
     skins = [Skin(surface.friction, surface.mobility) for surface in surfaces if surface.compliance > 0]
     return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
 

@@ -15,7 +15,7 @@ _REACH_MARGIN = 0.01  # m; MuJoCo's limits of joints are soft
 
 
 class Ball(NamedTuple):
-    """A ball that the origin of a body never leaves."""
+    """A ball, m, that the origin of a body never leaves."""
 
     center: Array  # (3,) m in the world
     radius: float  # m; infinite for a free body, 0 for one that is fixed
@@ -89,7 +89,7 @@ def may_touch(first: ShapeRange, second: ShapeRange) -> bool:
 
 
 def _stays_clear(reach: ShapeRange, fixed_shape: ShapeRange) -> bool:
-    """Whether a shape is always off a fixed shape."""
+    """Whether a shape can never touch a fixed shape."""
     if fixed_shape.X_WG is None:
         return False
     center = fixed_shape.X_WG.inverse() @ reach.ball.center

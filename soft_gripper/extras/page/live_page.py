@@ -95,7 +95,7 @@ def page_contents(
 
 
 def list_plots(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
-    """The plots that can be chosen, by title; signals of the fingers share one.
+    """The available plots by title; signals of the fingers share one.
 
     Returns:
         `unit`, `scale` from the port's unit to it, `axes` of the entries, and `signals`, the labels of their entries by

@@ -1,4 +1,4 @@
-"""Panel: the sliders and buttons of a page, for the thread that acts on them and for one that serves the page."""
+"""Panel: the sliders and buttons of a page, shared by the thread that acts on them and the one that serves the page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ _BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.ZERO: "KeyZ",
 
 
 class Panel:
-    """The positions of sliders, and the clicked buttons, for a thread that acts on them and one that serves a page."""
+    """Slider positions and clicked buttons, shared by the thread that acts on them and the one that serves the page."""
 
     def __init__(self, buttons: Sequence[Button], sliders: Sequence[Slider] = (), together: Sequence[str] = ()):
         """`together` are the names of the sliders that `ALL_FINGERS` moves."""

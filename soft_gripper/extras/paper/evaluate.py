@@ -1,4 +1,4 @@
-"""The evaluation: scenarios side by side, then the tables, figures and claims of them all."""
+"""The evaluation: runs scenarios in parallel, then makes the tables, figures and claims of all."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -97,7 +97,7 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
 
 
 def run_files(name: str) -> dict[str, bytes]:
-    """Runs a scenario or the task; returns the files that it leaves, by their names."""
+    """Runs a scenario or the task; returns the written files by name."""
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary) / "run"
         (run_task if name == TASK else run_scenario)(name, folder)

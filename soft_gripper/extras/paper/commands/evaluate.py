@@ -59,5 +59,5 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
 
 
 def _means(rows: Sequence[PoseRow], scenario: str) -> list[float]:
-    """Pose and fingertip error with 1 to 4 sensors per side."""
+    """Mean pose and fingertip errors, mm, with 1 to 4 sensors per side."""
     return [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]
