@@ -31,12 +31,12 @@ def added(name: str) -> list[Any]:
     These modules are imported whenever a scenario is read, after the packages that they are in: both import nothing
     that takes long, or that an installation may lack.
     """
-    modules = (import_module(f"{__name__}.{extra}.adds") for extra in _adding())
+    modules = (import_module(f"{__name__}.{extra}.adds") for extra in _extras_with_adds())
     return [getattr(module, name) for module in modules if hasattr(module, name)]
 
 
 @cache  # looking for files takes 1 ms, and every run of a sweep asks several times
-def _adding() -> tuple[str, ...]:
+def _extras_with_adds() -> tuple[str, ...]:
     return tuple(extra for extra in names() if Path(__path__[0], extra, "adds.py").is_file())
 
 

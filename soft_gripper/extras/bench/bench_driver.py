@@ -446,16 +446,16 @@ class BenchDriver(Driver):
         estimates = self._estimates if is_fresh else self._changes.widened(self._estimates, age)
         header = self._header(0.0 if is_fresh else age, is_stale)
         if is_stale or self.is_zeroing:
-            self._send(header | estimates | self._safe())
+            self._send(header | estimates | self._safe_commands())
         else:
             self._send(header | estimates | self._command, self._arrived)
 
     def _send_safe(self) -> None:
         """Sends the last results again, with safe commands; under the lock."""
         last_results = {name: self.results[name] for name in self.sent}
-        self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe())
+        self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe_commands())
 
-    def _safe(self) -> dict[str, Array]:
+    def _safe_commands(self) -> dict[str, Array]:
         """Commands without estimates, from `safe_command`."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 

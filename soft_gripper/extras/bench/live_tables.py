@@ -95,7 +95,7 @@ _UNKNOWN_VALUE = np.array([np.nan])
 
 
 def readings_table(counts: Counts) -> Table:
-    """Makes a table of the counters of the watch; those of faults are marked."""
+    """Makes a table of the watch's counters, with counters of faults marked."""
     cells: list[Cell] = []
     for name, count in asdict(counts).items():
         cells += [(name, "name"), (str(count), "bad") if count and name != "used" else str(count)]

@@ -100,7 +100,7 @@ class FirstPressures:
         self._first_readings: list[dict[str, Array]] = []
 
     def note(self, values: Mapping[str, Array]) -> Iterator[str]:
-        """Takes measurements by input of a bench; yields lines after enough of them."""
+        """Takes measurements by input of a bench; yields lines after enough measurements."""
         if self._remaining == 0:
             return
         self._remaining -= 1

@@ -101,7 +101,7 @@ class _CalibratedFinger:
 
 
 class CalibrationTally:
-    """Counts, for every calibrated finger, the readings that are far from its calibration, and those that agree.
+    """Counts the readings of every calibrated finger far from its calibration, and near its free states.
 
     Readings disagree with the drive if hardly any, under a fitted drive, come near those of a free finger: the sensors
     were remounted, or a contact lasted all the time.

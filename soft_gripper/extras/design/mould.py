@@ -27,12 +27,12 @@ def least_wall(finger: Finger) -> float:
     Taken at the given cross-sections and the stations of the chambers; between them everything changes linearly.
     """
     if not finger.chambers:
-        return min(map(_thinnest, finger.cross_sections))
+        return min(map(_thinnest_wall, finger.cross_sections))
     stations = {*finger.places, *(place for chamber in finger.chambers for place in chamber.at)}
-    return min(_thinnest(finger.section(place * finger.length)) for place in stations)
+    return min(_thinnest_wall(finger.section(place * finger.length)) for place in stations)
 
 
-def _thinnest(section: CrossSection) -> float:
+def _thinnest_wall(section: CrossSection) -> float:
     """Thinnest wall of one cross-section, m."""
     width, thickness, layer = (float(length) for length in (section.width, section.thickness, section.layer_thickness))
     rectangles = [np.array(hole, dtype=float) for hole in section.holes if float(hole.area) > 0]
@@ -79,10 +79,10 @@ class Ring(NamedTuple):
 def outer_rings(finger: Finger) -> list[Ring]:
     """Rings of the outer surface of a finger, one for each given cross-section."""
     sections = zip(finger.places, finger.cross_sections, strict=True)
-    return _rings((place * finger.length, 0.0, 0.0, section.thickness, section.width) for place, section in sections)
+    return _to_rings((place * finger.length, 0.0, 0.0, section.thickness, section.width) for place, section in sections)
 
 
-def _rings(numbers: Iterable[Sequence[float]]) -> list[Ring]:
+def _to_rings(numbers: Iterable[Sequence[float]]) -> list[Ring]:
     """Converts rows in m to rings, and drops repeated ones, as at a step of another quantity."""
     return [ring for ring, _ in groupby(Ring(*(_MM_PER_M * float(number) for number in row)) for row in numbers)]
 
@@ -106,7 +106,7 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
             pieces.append(
                 [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]
             )
-    return [_cut_top(_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
+    return [_cut_top(_to_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
 
 
 def _cut_top(rings: Sequence[Ring], height: float) -> list[Ring]:

@@ -144,7 +144,7 @@ def _all_cases(study: DesignStudy) -> tuple[Cases, Cases]:
 
 
 class _Runs(ScenarioRuns):
-    """The runs of a study, in a table; `changes` has those of the scenario in each, in the order of the rows."""
+    """Runs of a study in a table; `changes` has the changes to the scenario in each run, in row order."""
 
     def __init__(self, study: DesignStudy, out: Path, executor: Executor, resume: bool, report: Callable[[bool], Any]):
         self._study, self._executor, self._report = study, executor, report
@@ -162,7 +162,7 @@ class _Runs(ScenarioRuns):
         self.changes: dict[tuple[str, ...], Mapping[str, Any]] = {}
 
     def scores(self, designs: Designs) -> list[DesignScore]:
-        """Scores designs in the search; those that cannot be moulded are not run."""
+        """Scores designs in the search, without running designs that cannot be moulded."""
         config = self._study.config
         refusals = {number: refusal(self._study, values) for number, values in designs.items()}
         keys = self._run(

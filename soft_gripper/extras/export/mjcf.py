@@ -295,7 +295,7 @@ class _Writer:
         """Adds contact attributes to every shape, and pairs whose contacts differ from these attributes."""
         elements = list(self._geoms.values())
         bodies = [self._geometry_body(geometry) for geometry in self._geoms]
-        ranges = [self._range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
+        ranges = [self._shape_range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
         fixed_indices = {i for i, shape_range in enumerate(ranges) if shape_range.X_WG is not None}
         is_filtered = self._inspector.CollisionFiltered
         geometries = list(self._geoms)
@@ -321,7 +321,7 @@ class _Writer:
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[k], models[j]), (surfaces[k], surfaces[j])))
 
-    def _range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
+    def _shape_range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
         """The range of places of a shape of a body."""
         shape = self._inspector.GetShape(geometry)
         X_BG = self._inspector.GetPoseInFrame(geometry)
@@ -334,15 +334,15 @@ class _Writer:
     def _surfaces(self) -> list[ShapeSurface]:
         """The surfaces of all shapes."""
         frictions = [
-            self._property(geometry, "coulomb_friction", CoulombFriction()).static_friction()
+            self._contact_property(geometry, "coulomb_friction", CoulombFriction()).static_friction()
             for geometry in self._geoms
         ]
-        stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
+        stiffnesses = [self._contact_property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
         compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
         mobilities = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
         return list(map(ShapeSurface, frictions, compliances, mobilities))
 
-    def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
+    def _contact_property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)
 
     def _geometry_body(self, geometry: GeometryId) -> RigidBody:

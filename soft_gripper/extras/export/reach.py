@@ -36,8 +36,8 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
             if plant.IsAnchored(parent):
                 center = pivot.CalcPoseInWorld(context).translation()
             else:
-                radius += _length(pivot.GetFixedPoseInBodyFrame())
-            radius += _travel(joint) + _length(joint.frame_on_child().GetFixedPoseInBodyFrame())
+                radius += _offset_length(pivot.GetFixedPoseInBodyFrame())
+            radius += _travel(joint) + _offset_length(joint.frame_on_child().GetFixedPoseInBodyFrame())
             if plant.IsAnchored(body):
                 center, radius = body.EvalPoseInWorld(context).translation(), 0.0
             balls[body.index()] = Ball(center, radius)
@@ -45,7 +45,7 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
     return balls
 
 
-def _length(X: RigidTransform) -> float:
+def _offset_length(X: RigidTransform) -> float:
     return float(np.linalg.norm(X.translation()))
 
 
@@ -60,10 +60,10 @@ def _travel(joint: Joint) -> float:
 
 def extent(shape: Shape, X_BG: RigidTransform) -> float:
     """Distance of the farthest point of a shape from the origin of its body, m, at most."""
-    return _length(X_BG) + _radius(shape)
+    return _offset_length(X_BG) + _shape_radius(shape)
 
 
-def _radius(shape: Shape) -> float:
+def _shape_radius(shape: Shape) -> float:
     if isinstance(shape, Sphere):
         return float(shape.radius())
     if isinstance(shape, Box):

@@ -91,7 +91,7 @@ def layout(data: xr.Dataset) -> dict[str, Any]:
     grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 1, "divisions": 20}
     panels: dict[str, Any] = {"3D!space": {"topics": visible_topics, "layers": {"grid": grid}, "followTf": "world"}}
     for group in _PLOT_GROUPS:
-        paths = [path for name in _fingers(data) for signal in group for path in _lines(data, f"{name}.{signal}")]
+        paths = [path for name in _fingers(data) for signal in group for path in _value_paths(data, f"{name}.{signal}")]
         if paths:
             lines = [{"value": path, "enabled": True, "timestampMethod": "receiveTime"} for path in paths]
             panels[f"Plot!{group[0]}"] = {"title": group[0].replace("_", " "), "paths": lines, "isSynced": True}
@@ -115,7 +115,7 @@ def _stack_panels(panels: list[str]) -> Any:
     return {"first": first, "second": _stack_panels(other_panels), "direction": "column", "splitPercentage": percentage}
 
 
-def _lines(data: xr.Dataset, name: str) -> list[str]:
+def _value_paths(data: xr.Dataset, name: str) -> list[str]:
     """Message paths of the numbers of a signal."""
     if name not in data:
         return []

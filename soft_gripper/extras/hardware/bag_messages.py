@@ -172,7 +172,7 @@ def _check_meaning(path: Path, series: Series, name: str) -> None:
 
 
 def _sort(path: Path, rows: Series) -> None:
-    """Sorts rows by their stamps, which may be a little late; those of another recording are left where they are."""
+    """Sorts rows whose stamps are a little late; rows of another recording keep their places."""
     clock = np.array(rows.clock)
     delays = np.maximum.accumulate(clock) - clock
     if 0 < delays.max() <= _MAX_LATENESS:
@@ -267,14 +267,14 @@ def _field(message: Any, name: str) -> Any:
 
 def _entry_names(entries: Any, parent: Any) -> list[str] | None:
     """Names of the entries of a list, from the entries or from a list beside it; None: they have none."""
-    name_field = next((name for name in _NAME_FIELDS if len(entries) and _has(entries[0], name)), None)
+    name_field = next((name for name in _NAME_FIELDS if len(entries) and _has_entry(entries[0], name)), None)
     if name_field is not None:
         return [str(_field(entry, name_field)) for entry in entries]
-    lists = (_field(parent, name) for name in _NAME_LIST_FIELDS if _has(parent, name))
+    lists = (_field(parent, name) for name in _NAME_LIST_FIELDS if _has_entry(parent, name))
     return next(([*map(str, names)] for names in lists if isinstance(names, list)), None if len(entries) else [])
 
 
-def _has(message: Any, name: str) -> bool:
+def _has_entry(message: Any, name: str) -> bool:
     return name in message if isinstance(message, dict) else hasattr(message, name)
 
 

@@ -1,4 +1,4 @@
-"""Finds readings that are clipped by their converter or never move, among those of a finger that may be at rest.
+"""Finds readings of a finger, possibly at rest, that are clipped by their converter or never change.
 
 A finger at rest has readings that stay the same too, often its smallest. A reading counts as clipped if another signal
 that it followed continues while it stays at its largest or smallest value, or has left the range that belongs to it.

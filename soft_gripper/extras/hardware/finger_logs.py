@@ -91,11 +91,11 @@ def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
     else:
         finger_logs = [*_recording_logs(file, log.described, fingers, gravity)]
     for log_ in finger_logs:
-        _check(file, _log_violations(log_, nominal_layout(scenario, log_.finger)))
+        _raise_violation(file, _log_violations(log_, nominal_layout(scenario, log_.finger)))
     return finger_logs
 
 
-def _check(file: Path, violations: Iterable[Violation]) -> None:
+def _raise_violation(file: Path, violations: Iterable[Violation]) -> None:
     for violation in violations:
         raise InputError(file, *violation)
 
@@ -138,7 +138,7 @@ def _bench_logs(
     runs = [log_table] if bench.pause is None else split_runs(log_table, time_column, bench.pause)
     for run_number, table in enumerate(runs, 1):
         time = table.columns([time_column])[:, 0]
-        _check(file, _bench_violations(bench, time_column, time, fingers, period))
+        _raise_violation(file, _bench_violations(bench, time_column, time, fingers, period))
         run_name = file.stem if len(runs) == 1 else f"{file.stem}_{run_number}"
         for name, config in bench.fingers.items():
             field, finger = f"bench.fingers.{name}", fingers[name]
@@ -146,7 +146,7 @@ def _bench_logs(
             if bench.pressure_ambient is None:
                 remedy = "give `pressure_ambient`, what it has in open air; if it is not, `pressure_ambient: 0`"
                 reference = time <= time[0] + _REST_TIME
-                _check(file, absolute_violations(f"{field}.pressures", pressure, reference, remedy))
+                _raise_violation(file, absolute_violations(f"{field}.pressures", pressure, reference, remedy))
             X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(time), 1, 1))
             if config.base_pose is not None:
                 X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)
@@ -154,7 +154,7 @@ def _bench_logs(
             note_stuck(file, {f"reading {i} of {name}": row for i, row in enumerate(readings.T)}, {"p": pressure})
             tip = None if config.tip is None else as_planar(table.columns(config.tip))
             measured = read_instruments(table, config)
-            _check(file, instrument_violations(measured, config, finger.finger.length, f"{field}."))
+            _raise_violation(file, instrument_violations(measured, config, finger.finger.length, f"{field}."))
             yield FingerLog(run_name, finger, time, pressure, X_WB, gravity, readings, tip, measured)
 
 
@@ -191,7 +191,7 @@ def _recording_logs(
         readings = require_value(run.readings, file, "readings", "name the columns of the strain sensors")
         pressures = require_value(run.pressures, file, "pressures", "name the column of the pressure")
         columns = described.pressures.columns if described.pressures else []
-        _check(file, _pressure_violations("pressures.columns", columns))
+        _raise_violation(file, _pressure_violations("pressures.columns", columns))
         # Gravity is that of the scenario in the world, or that of the recording in B.
         X_WB, g = (finger.X_WB.GetAsMatrix34(), gravity) if run.gravity is None else (np.eye(3, 4), run.gravity)
         poses = np.tile(X_WB, (len(run.time), 1, 1))

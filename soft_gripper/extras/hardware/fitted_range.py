@@ -86,13 +86,13 @@ def disagreement(fitted: FittedStates, states: Array, shape: int) -> float:
 
 
 def nearest_distance(distance: Array) -> float:
-    """The distance, of those that are not NaN, within which the share NEAREST of them lies; 0: all are NaN."""
+    """Quantile NEAREST of the finite distances; 0 if all are NaN."""
     known_distances = distance[np.isfinite(distance)]
     return float(np.quantile(known_distances, NEAREST)) if len(known_distances) else 0.0
 
 
 def fitted_disagreement(recordings: Sequence[Array], spread: Array, shape: int) -> float:
-    """The largest disagreement of a recording's states with those of all others; infinite: it cannot be told."""
+    """Largest disagreement of a recording's states with the states of all others; infinite if unknown."""
     disagreements = []
     for number, states in enumerate(recordings) if len(recordings) > 1 else ():
         other_states = np.concatenate([*recordings[:number], *recordings[number + 1 :]])

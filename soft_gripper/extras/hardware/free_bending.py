@@ -348,7 +348,7 @@ def _weighted_std(stds: Array, strain: Array) -> float:
 
 
 def _median(values: Array) -> Array:
-    """Medians of the finite numbers over the first axis, NaN if there are none."""
+    """Medians of the finite numbers over the first axis; NaN without finite numbers."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.asarray(np.nanmedian(values, axis=0))

@@ -29,7 +29,7 @@ _MAX_DELAY_SAMPLES = 4000  # samples of a run that the delay is sought in
 
 @dataclass(frozen=True)
 class InstrumentRun:
-    """T samples of an instrument and an estimate of what it measures, at equal steps; NaN where there is none."""
+    """T samples of an instrument and of an estimate of its quantity, at equal steps; NaN where missing."""
 
     time: Array  # (T,) s
     value: Array  # (T,)
@@ -48,7 +48,7 @@ class Instrument:
     def corrected(self, number: int, run: InstrumentRun) -> Array:
         """Readings in a run, (T,), corrected for delay, zero and drift as far as these are known."""
         zero, drift = np.nan_to_num([self.zeros[number], self.drift])
-        return _advance(run.value - zero - drift * run.time, _steps(self.delay, run))
+        return _advance(run.value - zero - drift * run.time, _delay_steps(self.delay, run))
 
 
 def find_instrument(runs: Sequence[InstrumentRun], minimum: float, max_delay: float = MAX_DELAY) -> Instrument:
@@ -64,7 +64,7 @@ def _period(run: InstrumentRun) -> float:
     return float(run.time[1] - run.time[0]) if len(run.time) > 1 else np.inf
 
 
-def _steps(delay: float, run: InstrumentRun) -> int:
+def _delay_steps(delay: float, run: InstrumentRun) -> int:
     return round(delay / _period(run))
 
 
@@ -108,7 +108,7 @@ def _fit_zeros(runs: Sequence[InstrumentRun], delay: float, minimum: float) -> t
 
 def _free_readings(run: InstrumentRun, delay: float, minimum: float) -> tuple[Array, Array]:
     """Times and readings while nothing touches."""
-    size, steps = np.abs(run.estimate), _steps(delay, run)
+    size, steps = np.abs(run.estimate), _delay_steps(delay, run)
     limit = max(minimum, _MAX_FREE_SHARE * float(np.nanpercentile(size, 95))) if np.isfinite(size).any() else minimum
     value = _advance(run.value, steps)
     free = run.rest & (size < limit) & np.isfinite(value)

@@ -151,7 +151,7 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
     if config.pressures is not None:
         measured_pressures = table.columns(config.pressures.columns) * _pressure_unit(config.pressures)
         check(_pressure_violations(measured_pressures, config.pressures, reference))
-        pressures = measured_pressures - _ambient(measured_pressures, config.pressures, reference)
+        pressures = measured_pressures - _ambient_pressures(measured_pressures, config.pressures, reference)
     lengths, pulled_lengths = _read_lengths(table, config.lengths), _read_pulled_lengths(table, config)
     if config.lengths is not None:
         check(_length_violations(lengths, config.lengths, config.length))
@@ -258,7 +258,7 @@ def _marker_violations(
                 expected = f"{change_text}: are they on one rigid body? Markers along a finger need a body each"
                 yield f"markers.bodies.{body}", f"{a}, {b}", expected
     if "tip" in bodies and "base" in bodies:
-        base, tip = (max(_motion(markers[name]) for name in bodies[body]) for body in ("base", "tip"))
+        base, tip = (max(_marker_motion(markers[name]) for name in bodies[body]) for body in ("base", "tip"))
         if base > tip + _MAX_BASE_MOTION * length:
             expected = f"the base moves by {base * 1e3:.1f} mm and the tip by {tip * 1e3:.1f} mm"
             yield "markers.bodies", "base, tip", f"{expected}: are their markers exchanged?"
@@ -294,7 +294,7 @@ def _distance(p: Array, q: Array) -> Array:
     return distance
 
 
-def _motion(p: Array) -> float:
+def _marker_motion(p: Array) -> float:
     """Distance of a marker from its median position, 90th percentile, which ignores single outliers."""
     points = p[~np.isnan(p).any(axis=1)]
     return float(np.percentile(_distance(points, np.median(points, axis=0)), 90)) if len(points) else 0.0
@@ -384,7 +384,7 @@ def _recording_frame(
 
 
 def _finite_mean(p: Array) -> Array:
-    """Mean over the finite rows of (T, 3), NaN if there are none."""
+    """Mean over the finite rows of (T, 3); NaN without finite rows."""
     finite_points = p[~np.isnan(p).any(axis=1)]
     mean_point: Array = finite_points.mean(axis=0) if len(finite_points) else np.full(3, np.nan)
     return mean_point
@@ -418,7 +418,7 @@ def absolute_violations(name: str, pressure: Array, reference: NDArray[np.bool_]
         yield name, f"{level / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {remedy}"
 
 
-def _ambient(pressures: Array, described: PressuresConfig, reference: NDArray[np.bool_]) -> Array | float:
+def _ambient_pressures(pressures: Array, described: PressuresConfig, reference: NDArray[np.bool_]) -> Array | float:
     """Ambient pressures, Pa, measured by the pressure sensors."""
     if not described.zeroed:
         return (described.ambient or 0.0) * _pressure_unit(described)
@@ -474,7 +474,7 @@ def _number_in_name(path: Path, pattern: str) -> str | None:
 
 
 def _named_pressure(path: Path, config: RecordingConfig) -> float | None:
-    """Commanded pressure in a file's name, Pa; None if there is none."""
+    """Commanded pressure, Pa, by a file's name; None if the name has no pressure."""
     for named in config.commanded_pressure:
         if number_text := _number_in_name(path, named.pattern):
             return float(number_text) * PRESSURE[named.unit]
@@ -492,7 +492,7 @@ def _named_load(path: Path, config: RecordingConfig) -> float:
 def find_recordings(
     files: Sequence[str], described_as: str | None = None, data: Path | None = None
 ) -> list[HardwareRecording]:
-    """Finds and reads recordings: the files of `recording_paths`, as they are described.
+    """Finds and reads recordings: the files of `recording_paths`, by their descriptions.
 
     Raises:
         InputError: if a file or description is not found, or wrong.

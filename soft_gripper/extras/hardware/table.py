@@ -184,7 +184,7 @@ def leave_out_start(table: Table, columns: Columns, hold: float) -> Table:
 
 
 def note_missing(table: Table, columns: Columns, hold: float | None) -> None:
-    """Notes how many cells of each column are missing; those of markers are noted with their times."""
+    """Notes the number of missing cells of each column, except markers, which are noted with their times."""
     reason = "no value there" if hold is None else f"no value there, nor in the {hold:g} s before (`hold`)"
     for name, missing_count in zip(table.names, np.isnan(table.values).sum(axis=0), strict=True):
         if missing_count and columns.fields[name] not in ("time", "markers"):

@@ -26,7 +26,7 @@ class Stations(Truth, Protocol):
         """Begins episodes in some environments, with their variations and random task parameters, (rows, ...)."""
 
     def step(self, actions: Array) -> list[str]:
-        """Applies actions, (E, n), for a time step; returns E reasons for divergence, empty where there is none."""
+        """Applies actions, (E, n), for a time step; returns E reasons for divergence, empty without divergence."""
 
     def observe(self) -> Array:
         """The observations, (E, k)."""

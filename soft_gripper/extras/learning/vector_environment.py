@@ -155,7 +155,7 @@ class MujocoStations:
         stations = [Station(station.diagram, station.parts, None) for station in learning]  # type: ignore[arg-type]  # without logs
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
-        self._check(scenario)
+        self._check_scenario(scenario)
         step = dividing_step(self._plant_step, scenario.engine_step or LONGEST_STEP)
         self._substeps = round(self._plant_step / step)
         object_task = config.grasp or config.pick_place
@@ -181,7 +181,7 @@ class MujocoStations:
         self._force: Array = np.zeros((count, len(self._station.fingers)))
         self._peak: Array = np.zeros(count)
 
-    def _check(self, scenario: Scenario) -> None:
+    def _check_scenario(self, scenario: Scenario) -> None:
         for name, period in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
             steps = self._config.time_step / period if period else 0.0
             if not steps or abs(steps - round(steps)) > 1e-6:

@@ -399,7 +399,7 @@ def side_by_side(*values: Array) -> Array:
     return np.concatenate(values, axis=1)
 
 
-def _sum(*values: Array) -> Array:
+def _add_values(*values: Array) -> Array:
     total_value = values[0]
     for value in values[1:]:
         total_value = total_value + value
@@ -411,12 +411,12 @@ def _mean_bound(*signals: Array) -> Array:
     bounds = [
         np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(signals[::2], signals[1::2], strict=True)
     ]
-    return _sum(*bounds) / len(bounds)
+    return _add_values(*bounds) / len(bounds)
 
 
 Graphs = Mapping[type[LeafSystem], Callable[[Any], Steps]]
 GRAPHS: Graphs = {  # of the steps of a block, by its class
-    Adder: lambda block: direct(block, _sum),
+    Adder: lambda block: direct(block, _add_values),
     AffineSystem: _affine,
     ArrayBlock: lambda block: block.steps,
     ConstantVectorSource: _constant,

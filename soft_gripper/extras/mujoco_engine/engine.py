@@ -183,7 +183,7 @@ def _replan(parts: StationParts, diagram: Diagram, positions: Array) -> None:
 
 
 def _build_station(scenario: Scenario, plant: Key | None) -> Station:
-    """Builds a station, around a copy of an equal plant of another station if there is one."""
+    """Builds a station, if possible around a copy of another station's equal plant."""
     source = None if plant is None else _plant_sources.get(plant)
     station = make_private_station(scenario, composed=False, like=None if source is None else source.parts)
     check_closed(station)

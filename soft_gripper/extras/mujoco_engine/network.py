@@ -102,11 +102,11 @@ class Wired(Protocol):
 
     @property
     def task(self) -> TaskMachine | None:
-        """Task, if there is one."""
+        """Task of the station, or None."""
 
 
 class Network:
-    """Blocks of diagrams of one structure, as far as they are read by the plant, by logs, or by `read`."""
+    """Blocks of diagrams of one structure that the plant, logs or `read` need."""
 
     def __init__(
         self,
@@ -151,7 +151,7 @@ class Network:
         self._step_blocks = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._sample_blocks = [leaf for leaf in with_state if leaf not in self._step_blocks]
-        self._changing_blocks = [leaf for leaf in self._blocks if self._changes(leaf)]
+        self._changing_blocks = [leaf for leaf in self._blocks if self._is_changing(leaf)]
         drives = [member for _, *feeds in self._driven for member in feeds]
         drives += [member for leaf in self._step_blocks for member in self._feeds[leaf]]
         self._is_foreseen = not any(member is not None and self._is_unforeseen(member) for member in drives)
@@ -319,7 +319,7 @@ class Network:
         is_sampled = step == self._first.scenario.sensor.period  # each step is a sample
         return isinstance(block, Functions) and block.period == step and not is_sampled
 
-    def _changes(self, leaf: Key) -> bool:
+    def _is_changing(self, leaf: Key) -> bool:
         """Whether an input or output of a block changes with every step of the plant."""
         if isinstance(leaf, str):
             return False

@@ -43,7 +43,7 @@ class Layout:
             if not joint.num_velocities():
                 continue
             mujoco_joint = model.joint(scoped_name(joint))
-            q, v, q_start, v_start = joint.position_start(), joint.velocity_start(), *_starts(mujoco_joint)
+            q, v, q_start, v_start = joint.position_start(), joint.velocity_start(), *_dof_starts(mujoco_joint)
             if joint.num_velocities() == 1:
                 self.qpos[q], self.qvel[v] = q_start, v_start
                 continue
@@ -77,7 +77,7 @@ class Layout:
         return self.plant.GetPositionsFromArray(model, np.arange(self.plant.num_positions())).astype(int)
 
 
-def _starts(joint: Any) -> tuple[int, int]:
+def _dof_starts(joint: Any) -> tuple[int, int]:
     return int(joint.qposadr[0]), int(joint.dofadr[0])
 
 
@@ -243,14 +243,14 @@ class Plants:
     def _set_models(self, rows: Rows, models: "Sequence[mujoco.MjModel]") -> None:
         """Sets the models of some environments; only differing fields are stored, to save memory."""
         for row, model in zip(rows, models, strict=True):
-            for name, default in self._usual.items():
+            for name, default in self._default_fields.items():
                 value = _value(model, name)
                 if name in self._own_fields or value.tobytes() != default:
                     self._own_fields.add(name)
                     self.batch.expand(name)[row] = value
 
     @cached_property
-    def _usual(self) -> dict[str, bytes]:
+    def _default_fields(self) -> dict[str, bytes]:
         """Fields of the model that may differ between environments, as bytes; integers are structure and may not."""
         from mujoco.batch import MODEL_FIELDS
 

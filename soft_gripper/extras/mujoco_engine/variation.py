@@ -60,7 +60,7 @@ def plain_objects(scenario: Scenario) -> Scenario:
 
     They are 1 here, so that a run does not depend, even in rounding, on the scenario that a station was first made for.
     """
-    models = [_plain(model) if model.free else model for model in scenario.models]
+    models = [_with_unit_properties(model) if model.free else model for model in scenario.models]
     return replace(scenario, models=models)
 
 
@@ -88,7 +88,7 @@ def _clear_places(scenario: Scenario) -> TaskConfig | None:
     return None if task is None else replace(task, X_WGoal=Transform(), pose_error=PoseErrorConfig())
 
 
-def _plain(model: ModelConfig) -> ModelConfig:
+def _with_unit_properties(model: ModelConfig) -> ModelConfig:
     mass, friction = (None if value is None else 1.0 for value in (model.mass, model.friction))
     return replace(model, mass=mass, friction=friction)
 

@@ -54,7 +54,7 @@ class Panel:
         """
         match message:
             case {"slider": str(name), "value": int(value) | float(value), **rest} if not rest:
-                return name in self._by_name and self._move(self._by_name[name], value)
+                return name in self._by_name and self._move_slider(self._by_name[name], value)
             case {"button": str(name), **rest} if not rest and name in self.buttons:
                 with self._lock:
                     self._clicked.add(Button(name))
@@ -62,7 +62,7 @@ class Panel:
             case _:
                 return False
 
-    def _move(self, slider: Slider, value: float) -> bool:
+    def _move_slider(self, slider: Slider, value: float) -> bool:
         if isinstance(value, bool) or not slider.low <= value <= slider.high:  # also rejects NaN
             return False
         with self._lock:

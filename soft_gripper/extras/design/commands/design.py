@@ -82,7 +82,7 @@ def _print(result: DesignResult, minutes: float, tests: Table) -> None:
     names = [name for name in rows[0] if name not in ("allowed", "front", "reason")]
     title = f"Pareto front, {len(result.front)} designs; by {end} design {result.best} is best; {SHIPPED} is as it is"
     _print_table(short_names(names), [[rows[i][name] for name in names] for i in shown_designs], title)
-    changes_text = ", ".join(f"{key} = {_short(value)}" for key, value in result.reference.values.items())
+    changes_text = ", ".join(f"{key} = {_shorten(value)}" for key, value in result.reference.values.items())
     drive = f"the fingers as they are, at their best drive: {changes_text}" if changes_text else "the scenario as it is"
     title = f"Test, with new draws; the reference, {result.reference.number}, is {drive}"
     _print_table(list(tests[0]), [list(row.values()) for row in tests], title)
@@ -93,8 +93,8 @@ def _print(result: DesignResult, minutes: float, tests: Table) -> None:
 
 def _print_table(names: list[str], rows: list[list[Any]], title: str) -> None:
     columns = {name.replace("_percent", " [%]"): ">" for name in names}
-    print_table(columns, [[*map(_short, row)] for row in rows], title)
+    print_table(columns, [[*map(_shorten, row)] for row in rows], title)
 
 
-def _short(value: object) -> str:
+def _shorten(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)

@@ -140,6 +140,6 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
 
 
 def _statistic(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
-    """A statistic of the measured values; NaN if there are none."""
+    """Statistic of the finite values; NaN without such values."""
     known_values = [value for value in values if not np.isnan(value)]
     return average(known_values) if known_values else float("nan")

@@ -81,7 +81,7 @@ def print_identified(tested: Tested) -> None:
 
 
 def print_identified_states(tested: TestedStates) -> None:
-    """Prints the errors of every recording and family, after the parameters, if any are fitted."""
+    """Prints fitted parameters, and the errors of every recording and family."""
     print()
     if isinstance(tested, IdentifiedStates):
         _print_parameters(tested.fit.free, tested.fit.x, tested.confidence)
@@ -94,7 +94,7 @@ def print_identified_states(tested: TestedStates) -> None:
 
 
 def print_bands(rows: Sequence[BandRow]) -> None:
-    """Prints how the markers lie in their bands, and which recordings are far from what was fitted."""
+    """Prints the shares of markers in their bands, and recordings far from the fitted states."""
     print_rows(rows, "markers and their 95 % bands, which widen away from the fitted states")
     for warning in extrapolations(rows):
         print(f"WARNING: {warning}")

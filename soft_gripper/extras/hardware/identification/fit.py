@@ -136,7 +136,7 @@ def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
 
 
 def _weights(motion: MeasuredMotion) -> Array:
-    """Weights of the residuals of a motion, by the times of its events as they were detected."""
+    """Weights of the residuals of a motion, by the detected times of its events."""
     is_emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _CREEP_DELAY)
     return np.repeat(np.where(is_emptied, _EMPTIED_WEIGHT, 1.0), 2 * motion.markers.shape[1])
 

@@ -113,14 +113,14 @@ def _turn_tendons(model: Model, values: Sequence[float]) -> Model:
     return replace(model, finger=replace(model.finger, tendons=tuple(tendons)))
 
 
-def _lever(model: Model) -> Sequence[float]:
+def _tendon_lever(model: Model) -> Sequence[float]:
     """Distance of the first tendon from the middle of the section, at its beginning."""
     return [float(np.hypot(tendon.x[0], tendon.y[0])) for tendon in model.finger.tendons[:1]]
 
 
 def _set_lever(model: Model, values: Sequence[float]) -> Model:
     """Moves all tendons in proportion, until the first has a distance from the middle of the section."""
-    ratio = values[0] / _lever(model)[0]
+    ratio = values[0] / _tendon_lever(model)[0]
     tendons = (
         replace(tendon, x=tuple(ratio * x for x in tendon.x), y=tuple(ratio * y for y in tendon.y))
         for tendon in model.finger.tendons
@@ -137,7 +137,7 @@ def _lever_room(model: Model) -> Room:
         half_sizes = np.minimum(section.thickness, section.width) / 2
         offsets = np.hypot(tendon.value_at("x", s, finger.length), tendon.value_at("y", s, finger.length))
         max_ratio = min(max_ratio, float((half_sizes / np.maximum(offsets, SIZES[0])).min()))
-    return 0.0, max(max_ratio, 1.0) * _lever(model)[0]
+    return 0.0, max(max_ratio, 1.0) * _tendon_lever(model)[0]
 
 
 def _clear_small(values: Array) -> tuple[float, ...]:
@@ -202,7 +202,7 @@ KEYS = {
     "backlash": _setup_key("backlash", "m", False, 3e-4, (0.0, 0.05)),
     "delay": _setup_key("delay", "s", False, 0.05, (-2.0, 2.0)),
     "tendon.angle": Key("rad", _angles, _turn_tendons, positive=False),
-    "tendon.lever": Key("m", _lever, _set_lever, room=_lever_room),
+    "tendon.lever": Key("m", _tendon_lever, _set_lever, room=_lever_room),
     "tendon.slack": _field_key(_TENDON_PARTS, "slack", "m", positive=False, scale=3e-4),
     "tendon.stiffness": _field_key(_TENDON_PARTS, "stiffness", "N/m", scale=0.3),
 }
@@ -222,13 +222,13 @@ class FreeParameters:
         return [name if size == 1 else f"{name}.{i + 1}" for name, size in key_counts for i in range(size)]
 
     @property
-    def _free(self) -> NDArray[np.bool_]:
+    def _is_free(self) -> NDArray[np.bool_]:
         return np.array([name not in self.fixed for name in self._all_names], dtype=bool)
 
     def _key_values(self, get_value: Callable[[Key], Any]) -> list[Any]:
         """Value of every free number's key."""
         values = [get_value(key) for key in self.keys.values() for _ in key.get(self.model)]
-        return [value for value, is_free in zip(values, self._free, strict=True) if is_free]
+        return [value for value, is_free in zip(values, self._is_free, strict=True) if is_free]
 
     @property
     def names(self) -> list[str]:
@@ -253,7 +253,7 @@ class FreeParameters:
     @property
     def start(self) -> Array:
         """Vector of the current model."""
-        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])[self._free]
+        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])[self._is_free]
         return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
 
     def starts(self, count: int, seed: int, jitter: float) -> Array:
@@ -300,7 +300,7 @@ class FreeParameters:
             InputError: if such a finger is impossible.
         """
         numbers = np.array([value for key in self.keys.values() for value in key.get(self.model)], dtype=float)
-        numbers[self._free] = self.values(x)
+        numbers[self._is_free] = self.values(x)
         model, remaining_values = self.model, numbers.tolist()
         for key in self.keys.values():
             count = len(key.get(self.model))

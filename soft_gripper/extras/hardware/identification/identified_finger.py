@@ -165,7 +165,7 @@ def _with_hold(setup: Setup, motion: MeasuredMotion) -> MeasuredMotion:
 def _scores(
     model: Model, fitted: Sequence[MeasuredMotion], tested: Sequence[MeasuredMotion], executor: Executor
 ) -> tuple[tuple[MeasuredMotion, ...], tuple[MotionScore, ...]]:
-    """Recordings with what was not recorded, and their scores; one in which the finger diverges is left out.
+    """Recordings with fitted unrecorded quantities, and their scores, without recordings in which the finger diverges.
 
     Those held out are compared with the held pose that explains each best, and without.
     """
@@ -288,27 +288,27 @@ def with_finger(path: Path, finger: Finger) -> str:
     assert element is not None
     initial = read_finger(path)
     for name in _BODY_FIELDS:
-        _set(_child(element, "body"), name, getattr(finger, name), getattr(initial, name))
+        _set_attribute(_child_element(element, "body"), name, getattr(finger, name), getattr(initial, name))
     sections = [*element.findall("base"), *element.findall("section"), *element.findall("tip")]
     for section, part, initial_part in zip(sections, finger.cross_sections, initial.cross_sections, strict=True):
         is_other = (part.youngs_modulus, part.density) != (initial_part.youngs_modulus, initial_part.density)
         if is_other:
             section.attrib.pop("material", None)  # it applied to both
         for name in _SECTION_FIELDS:
-            _set(section, name, getattr(part, name), None if is_other else getattr(initial_part, name))
+            _set_attribute(section, name, getattr(part, name), None if is_other else getattr(initial_part, name))
     for child, tendon, initial_tendon in zip(element.findall("tendon"), finger.tendons, initial.tendons, strict=True):
         if (tendon.x, tendon.y) != (initial_tendon.x, initial_tendon.y):
             child.set("x", _text(*tendon.x))
             child.set("y", _text(*tendon.y))
-        _set(child, "stiffness", tendon.stiffness, initial_tendon.stiffness)
-        _set(child, "slack", tendon.slack, initial_tendon.slack)
+        _set_attribute(child, "stiffness", tendon.stiffness, initial_tendon.stiffness)
+        _set_attribute(child, "slack", tendon.slack, initial_tendon.slack)
     if finger.creep != initial.creep:
         for name in ("share", "time"):
-            _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
+            _child_element(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
     law = finger.pressure_law
     if law is not None and law != initial.pressure_law:
         for name in ("pressure", "effective", "stiffness_taken"):
-            _child(element, "pressure_law").set(name, _text(*getattr(law, name)))
+            _child_element(element, "pressure_law").set(name, _text(*getattr(law, name)))
     ET.indent(robot)
     prolog = _PROLOG.match(text)
     assert prolog is not None
@@ -335,16 +335,16 @@ def write_fitted(initial: Path, path: Path, model: Model, remarks: Sequence[str]
 
 
 def read_setup(finger: Path) -> Setup:
-    """The set-up that is saved beside a finger's file; the default if there is none."""
+    """Reads the set-up beside a finger's file; the default without such a file."""
     return SETUP.read(finger) or Setup()
 
 
-def _set(element: ET.Element, name: str, value: float, initial: float | None) -> None:
+def _set_attribute(element: ET.Element, name: str, value: float, initial: float | None) -> None:
     if value != initial and not (initial is None and value == 0):
         element.set(name, _text(value))
 
 
-def _child(element: ET.Element, tag: str) -> ET.Element:
+def _child_element(element: ET.Element, tag: str) -> ET.Element:
     child = element.find(tag)
     return ET.SubElement(element, tag) if child is None else child
 

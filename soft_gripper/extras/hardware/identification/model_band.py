@@ -196,7 +196,7 @@ def _left_out_rows(kept: FittedStatesConfig, identified: IdentifiedStates) -> li
 
 
 def far_rows(kept: FittedStatesConfig, states: SettledStates) -> NDArray[np.bool_]:
-    """Mask of the rows that are far from what the finger was fitted to, (R,)."""
+    """Mask of the rows far from the fitted states, (R,)."""
     return kept.widths.is_far(np.sqrt(kept.fitted.distance(_driven_states(states)))[:, None]).any(axis=1)
 
 

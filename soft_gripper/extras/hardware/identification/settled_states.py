@@ -451,7 +451,7 @@ def _fit_rest(
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
-    """Scores of all markers, and of each one if there are several; rows without a balance do not count."""
+    """Scores of all markers together, and of each one of several, over the rows with a balance."""
     errors = errors[balanced_rows(errors)]
     if not len(errors):
         return []

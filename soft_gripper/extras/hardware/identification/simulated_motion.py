@@ -336,7 +336,7 @@ class _HeldPose(NamedTuple):
 
 
 def _held_pose(finger: PlantFinger, hold: Hold | None) -> _HeldPose:
-    """Pose before a release: straight if there is no hold; else a hand holds the tip alone, and creep is over.
+    """Pose before a release: straight without a hold; else with the tip in a hand and creep at its end.
 
     Angles are small: the joints yield to weight, and to a force and a moment of the hand, by their stiffness less all
     creep. Force and moment bring the tip to its position and direction.
@@ -425,7 +425,7 @@ def _chamber_pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, dura
 
 
 def _follow_supply(pressure: float, supplies: Array, steps: Array, levels: Array, rates: Array) -> list[float]:
-    """Pressures, Pa, after time steps, s, toward those of the supply, at rates for levels of the pressure."""
+    """Pressures, Pa, after time steps, s, that follow the supply at rates for levels of the pressure."""
     pressures = []
     for supply, step in zip(supplies.tolist(), steps.tolist(), strict=True):
         pressure_gap = supply - pressure

@@ -122,7 +122,7 @@ def _left_out(
 
 
 def _units(sections: Sequence[Array]) -> list[Array]:
-    """Units of the states of every section: those of lengths, bends and pressures of the whole arm."""
+    """Units of the states of every section: the spreads of lengths, bends and pressures over the whole arm."""
     length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE_COUNT))
     pressure = spread_of(np.concatenate([states[:, _SHAPE_COUNT:] for states in sections], axis=-1))
     return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE_COUNT)]) for states in sections]
@@ -154,7 +154,7 @@ def _growth_widths(
 
 @dataclass(frozen=True)
 class BodyBand:
-    """The band of the bodies in T samples of a recording, and samples far from what was fitted."""
+    """Band of the bodies in T samples of a recording, and samples far from the fitted states."""
 
     radius: Array  # (T, S) m
     distance: Array  # (T, S) spreads, of the sections
@@ -182,7 +182,7 @@ def body_band(
 
 
 def extrapolations(geometry: ArmGeometry, recording: ArmRecording, body: BodyBand) -> list[str]:
-    """Samples of a recording that are far from what was fitted, as text: the furthest state of a section, or none."""
+    """Text on samples of a recording far from the fitted states, with the furthest state of a section, if any."""
     sections = section_states(geometry, recording)
 
     def describe_state(row: int, section: int) -> str:

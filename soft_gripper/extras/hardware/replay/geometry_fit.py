@@ -107,7 +107,7 @@ def measured_poses(recording: ArmRecording, delay: float) -> tuple[Planar, Array
 
 
 def _nominal_offsets(recordings: Sequence[ArmRecording]) -> Array:
-    """Mean lengths from body to body less those of the wires, (S,) m: the start of the search."""
+    """Mean distances from body to body minus wire lengths, (S,) m, at which the search starts."""
     differences = []
     for recording in recordings:
         spans = np.abs(np.diff(recording.positions, axis=1, prepend=0.0))

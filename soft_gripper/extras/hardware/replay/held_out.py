@@ -90,7 +90,7 @@ def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
 
 @dataclass(frozen=True)
 class ReplayRow:
-    """Errors of one estimator over a recording, or over all samples of all of them."""
+    """Errors of one estimator over a recording, or over the samples of all recordings."""
 
     estimator: str
     sections: int  # sensors per side
@@ -243,13 +243,13 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     The first sample, which is logged before the sensors are read, is omitted, and so are those that zero the wires.
     """
     table = []
-    far = _with_all({run.name: run.signals[FAR].values[run.first :] for run in replayed})
+    far = _add_total({run.name: run.signals[FAR].values[run.first :] for run in replayed})
     for row, (estimator, sections) in rows.items():
         errors = {run.name: 1e3 * run.signals[f"{row}.body_error"][run.first :] for run in replayed}
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
-            bands = _with_all({run.name: 1e3 * run.signals[BAND].values[run.first :, i] for run in replayed})
-            for name, values in _with_all({name: error.values[:, i] for name, error in errors.items()}).items():
+            bands = _add_total({run.name: 1e3 * run.signals[BAND].values[run.first :, i] for run in replayed})
+            for name, values in _add_total({name: error.values[:, i] for name, error in errors.items()}).items():
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
                 percentages = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
                 band_numbers = *percentages, float(bands[name].mean()), 100 * float(far[name].mean())
@@ -260,7 +260,7 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     return table
 
 
-def _with_all(values: dict[str, Array]) -> dict[str, Array]:
+def _add_total(values: dict[str, Array]) -> dict[str, Array]:
     """Values by recording, and concatenated for all recordings."""
     return {**values, ALL: np.concatenate([*values.values()])}
 
