@@ -1,4 +1,4 @@
-"""Extras: what stands beside the core, a folder each, with a README that says for whom, or a file each.
+"""Extras: additions to the core, each a folder whose README names its readers, or a file.
 
 The core names none of them, and goes on without any. An extra is found by its place: `commands` in its folder, or the
 file, declares its commands, if it has any, and imports neither Drake nor numpy outside of functions.
@@ -14,12 +14,12 @@ from typing import Any
 
 
 def names() -> list[str]:
-    """Names of the extras that are there."""
+    """Names of the installed extras."""
     return sorted(module.name for module in pkgutil.iter_modules(__path__))
 
 
 def command_modules() -> list[Any]:
-    """The modules that declare the commands of extras; folders without are not imported, since that takes long."""
+    """The modules that declare the commands of extras; other folders are not imported, since that takes long."""
     folder_names = (f"{extra}.commands" for extra in names() if Path(__path__[0], extra, "commands").is_dir())
     file_names = (entry.name for entry in pkgutil.iter_modules(__path__) if not entry.ispkg)
     return [import_module(f"{__name__}.{module}") for module in (*folder_names, *file_names)]
@@ -31,12 +31,12 @@ def added(name: str) -> list[Any]:
     These modules are imported whenever a scenario is read, after the packages that they are in: both import nothing
     that takes long, or that an installation may lack.
     """
-    modules = (import_module(f"{__name__}.{extra}.adds") for extra in _adding())
+    modules = (import_module(f"{__name__}.{extra}.adds") for extra in _extras_with_adds())
     return [getattr(module, name) for module in modules if hasattr(module, name)]
 
 
 @cache  # looking for files takes 1 ms, and every run of a sweep asks several times
-def _adding() -> tuple[str, ...]:
+def _extras_with_adds() -> tuple[str, ...]:
     return tuple(extra for extra in names() if Path(__path__[0], extra, "adds.py").is_file())
 
 

@@ -42,7 +42,7 @@ _UPRIGHT_POSE = np.eye(3, 4).ravel()
 
 
 class HeldInput(ArrayBlock):
-    """Values from outside, constant for a period.
+    """Source of values from outside, held for a period.
 
     ::
 
@@ -77,7 +77,7 @@ class _BenchParts:
 
 
 class Cost(NamedTuple):
-    """Time of a sample."""
+    """Cost of a sample, s."""
 
     processor: float  # s, 90th percentile
     elapsed: float  # s by the clock, mean; larger if other programs use the processor

@@ -114,7 +114,7 @@ def _instrument_values(numbers: Mapping[str, float], config: AnyInstrument) -> A
 
 @dataclass
 class Pace:
-    """Limits readings to one per period, and to those of a bunch."""
+    """Limits readings to one per period on average, and to a bunch of _MAX_BUNCH_TIME."""
 
     period: float
     clock: Callable[[], float] = time.monotonic
@@ -207,7 +207,7 @@ class BenchDriver(Driver):
 
     @property
     def counts(self) -> Counts:
-        """Counts of readings so far, by their fate."""
+        """Counts of readings so far, by outcome."""
         return self._watch.counts
 
     @property
@@ -215,12 +215,12 @@ class BenchDriver(Driver):
         """The greatest age of the commands so far, in words; empty where nothing is commanded at a pace."""
         if self._pace is None or not self._commands:
             return ""
-        oldest = f"{1e3 * self.max_command_age:.0f} ms" if self.max_command_age else "none but safe ones"
-        return f"oldest command in force: {oldest}"
+        age_limit_text = f"{1e3 * self.max_command_age:.0f} ms" if self.max_command_age else "none but safe ones"
+        return f"oldest command in force: {age_limit_text}"
 
     @property
     def is_zeroing(self) -> bool:
-        """Whether readings are being collected, to zero the sensors."""
+        """Whether readings are being collected to zero the sensors."""
         return self._zeroing is not None
 
     def zero(self, seconds: float) -> None:
@@ -233,17 +233,17 @@ class BenchDriver(Driver):
         Raises:
             InputError: if nothing was collected.
         """
-        collected, self._zeroing, self._zeroed_at = self._zeroing, None, math.inf
+        samples, self._zeroing, self._zeroed_at = self._zeroing, None, math.inf
         self._bench.restart_control()
-        if not collected:
+        if not samples:
             raise InputError(
                 "live", "--zero", "no reading", "arrived; the source must send while the sensors are zeroed"
             )
-        for name in collected[0]:
-            offsets = np.array([sample[name] for sample in collected])
-            number = np.isfinite(offsets).sum(axis=0)
+        for name in samples[0]:
+            offsets = np.array([sample[name] for sample in samples])
+            counts = np.isfinite(offsets).sum(axis=0)
             # A sensor that was never read keeps its offset.
-            self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(offsets, axis=0) / np.maximum(number, 1)
+            self._offsets[name] = self._offsets.get(name, 0.0) + np.nansum(offsets, axis=0) / np.maximum(counts, 1)
         self._bench.restart_estimation()
         self.calibration.restart()
 
@@ -430,9 +430,9 @@ class BenchDriver(Driver):
         """Sends the last estimates, with their commands unless these are too old; under the lock."""
         time = self._clock()
         age = time - self._arrived if self._pace is not None else 0.0
-        tick = max(time + self._bench.period, self._arrived + 1.5 * self._bench.period * is_new)
+        due_time = max(time + self._bench.period, self._arrived + 1.5 * self._bench.period * is_new)
         stale_at = self._arrived + self._config.stale_after
-        self._due = stale_at if time < stale_at < tick else tick
+        self._due = stale_at if time < stale_at < due_time else due_time
         if self._last is None:
             self._send_safe()
             return
@@ -446,16 +446,16 @@ class BenchDriver(Driver):
         estimates = self._estimates if is_fresh else self._changes.widened(self._estimates, age)
         header = self._header(0.0 if is_fresh else age, is_stale)
         if is_stale or self.is_zeroing:
-            self._send(header | estimates | self._safe())
+            self._send(header | estimates | self._safe_commands())
         else:
             self._send(header | estimates | self._command, self._arrived)
 
     def _send_safe(self) -> None:
         """Sends the last results again, with safe commands; under the lock."""
         last_results = {name: self.results[name] for name in self.sent}
-        self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe())
+        self._send(self._header(self._clock() - self._arrived, True) | last_results | self._safe_commands())
 
-    def _safe(self) -> dict[str, Array]:
+    def _safe_commands(self) -> dict[str, Array]:
         """Commands without estimates, from `safe_command`."""
         return {name: np.full(self._bench.signals[name].size(), self._config.safe_command) for name in self._commands}
 
@@ -463,7 +463,7 @@ class BenchDriver(Driver):
         """Sends results; `commanded`: when the reading of their commands arrived, None if these are safe."""
         self.results = results
         factor = self._config.pressure_factor
-        sent_values = {k: v / factor if k.endswith(".pressure_command") else v for k, v in results.items()}
+        sent_values = {k: value / factor if k.endswith(".pressure_command") else value for k, value in results.items()}
         self._sink(encoded(sent_values, self._config.sink_format or self._config.format), sent_values)
         if self._in_force is not None:
             self.max_command_age = max(self.max_command_age, self._clock() - self._in_force)
@@ -491,12 +491,12 @@ def _default_signals(bench: Bench) -> list[str]:
 class _RecentChanges:
     """Largest recent changes of estimates, which widen their bands while no reading arrives."""
 
-    def __init__(self, bench: Bench, sent: Sequence[str]):
+    def __init__(self, bench: Bench, sent_names: Sequence[str]):
         self._bench = bench
         self._subjects: dict[str, list[str]] = {}  # by band
-        for band in sent:
-            owner, _, name = band.rpartition(".")
-            subjects = [f"{owner}.{subject}" for subject in _BAND_SUBJECTS.get(name, ())]
+        for band in sent_names:
+            finger, _, name = band.rpartition(".")
+            subjects = [f"{finger}.{quantity}" for quantity in _BAND_SUBJECTS.get(name, ())]
             if subjects and set(subjects) <= bench.signals.keys():
                 self._subjects[band] = subjects
         self._past: deque[dict[str, Array]] = deque(maxlen=round(_CHANGE_WINDOW / bench.period))
@@ -506,17 +506,17 @@ class _RecentChanges:
         self._past.append({band: _points(self._bench.read(names)) for band, names in self._subjects.items()})
 
     def widened(self, results: Mapping[str, Array], age: float) -> dict[str, Array]:
-        """Results of an age, s, with wider bands."""
-        wider = dict(results)
+        """Copy of results with bands widened for an age, s."""
+        widened_results = dict(results)
         if len(self._past) < 2:
-            return wider
-        lag = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
-        age_factor = max(1.0, age / (lag * self._bench.period))
+            return widened_results
+        past_samples = min(max(1, round(age / self._bench.period)), len(self._past) // 2)
+        age_factor = max(1.0, age / (past_samples * self._bench.period))
         for band in self._subjects.keys() & results.keys():
             past_points = np.array([points[band] for points in self._past])
-            change = np.nan_to_num(past_points[lag:] - past_points[:-lag])
-            wider[band] = np.hypot(results[band], age_factor * np.linalg.norm(change, axis=-1).max(axis=0))
-        return wider
+            changes = np.nan_to_num(past_points[past_samples:] - past_points[:-past_samples])
+            widened_results[band] = np.hypot(results[band], age_factor * np.linalg.norm(changes, axis=-1).max(axis=0))
+        return widened_results
 
 
 def _points(subjects: Mapping[str, Array]) -> Array:

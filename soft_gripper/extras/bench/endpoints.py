@@ -137,8 +137,8 @@ class Endpoints:
 
     def _open(self, field: str, address: str, openers: Mapping[str, Callable[[], Any]]) -> Any:
         """Opens the source or sink of an address; None if it is a user's function."""
-        scheme, colon, rest = address.partition(":")
-        if not colon or (scheme not in openers and rest.startswith("/")):
+        scheme, colon, target = address.partition(":")
+        if not colon or (scheme not in openers and target.startswith("/")):
             expected = (
                 f"give an address that begins with {', '.join(f'{name}:' for name in openers)}, or module:function"
             )
@@ -192,12 +192,12 @@ class Endpoints:
     def _file_writer(self, path: Path) -> Sink:
         """A writer of a file; opens a pipe at the first result, because that waits for a reader."""
         if path.is_fifo():
-            opened: list[int] = []
+            descriptors: list[int] = []
 
             def write(message: bytes, _: dict[str, Any]) -> None:
-                if not opened:
-                    opened.append(os.open(path, os.O_WRONLY))
-                write_all(opened[0], message)
+                if not descriptors:
+                    descriptors.append(os.open(path, os.O_WRONLY))
+                write_all(descriptors[0], message)
 
             return write
         return writer(self._stack.enter_context(path.open("wb", buffering=0)).fileno())
@@ -212,7 +212,7 @@ class Endpoints:
         file = self._stack.enter_context(path.open("rb"))
         check_regular(path)
         lines = enumerate(line for line in _lines(path, file) if line.strip())
-        return (line for number, line in lines if number or line.lstrip()[:1] in b"{+-.0123456789")
+        return (line for line_number, line in lines if line_number or line.lstrip()[:1] in b"{+-.0123456789")
 
 
 def _lines(path: Path, file: IO[bytes]) -> Iterator[bytes]:
@@ -310,7 +310,7 @@ def _host_and_port(parts: SplitResult) -> tuple[str, int]:
 
 
 def file_path(parts: SplitResult) -> Path:
-    """Path of the file that an address names."""
+    """Path of the file at an address."""
     return Path(unquote(f"{parts.netloc}{parts.path}"))
 
 

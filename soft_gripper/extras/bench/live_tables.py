@@ -76,8 +76,8 @@ def finger_table(
         if any(names[0] in ports for names in finger_signals):
             rows.append([title, *(_cell(names, ports, values, text) for names in finger_signals)])
     if disagreeing:
-        marked: list[Cell] = [("disagree", "bad") if finger in disagreeing else "agree" for finger in fingers]
-        rows.append(["readings and drive", *marked])
+        agreement_cells: list[Cell] = [("disagree", "bad") if finger in disagreeing else "agree" for finger in fingers]
+        rows.append(["readings and drive", *agreement_cells])
     return ["estimates", ["", *fingers], *rows]
 
 
@@ -95,9 +95,9 @@ _UNKNOWN_VALUE = np.array([np.nan])
 
 
 def readings_table(counts: Counts) -> Table:
-    """Makes a table of the counters of the watch; those of faults are marked."""
+    """Makes a table of the watch's counters, with counters of faults marked."""
     cells: list[Cell] = []
-    for name, number in asdict(counts).items():
-        cells += [(name, "name"), (str(number), "bad") if number and name != "used" else str(number)]
+    for name, count in asdict(counts).items():
+        cells += [(name, "name"), (str(count), "bad") if count and name != "used" else str(count)]
     width = 2 * _COUNTERS_PER_ROW
     return ["readings", [], *(cells[i : i + width] for i in range(0, len(cells), width))]

@@ -95,14 +95,14 @@ class LiveView(BenchDriver):
         return True
 
     def frame(self, wanted: Collection[str]) -> tuple[dict[str, Any], dict[str, Array]]:
-        """Draws the fingers, and fills the tables."""
+        """Draws the fingers, and returns status, tables and values."""
         table_signals = needed_signals(self.fingers, self._bench.signals)
         values = self._sent_values({*table_signals, *self._estimate_scene.signals, *wanted})
         if self._has_scene:
             self._estimate_scene.show({name: values[name] for name in self._estimate_scene.signals if name in values})
         contents = self.fingers, self._bench.signals, values, self.calibration.disagreeing
         tables = [finger_table(*contents), readings_table(self.counts)]
-        return {**self._status(), "tables": tables}, {name: v for name, v in values.items() if name in wanted}
+        return {**self._status(), "tables": tables}, {name: value for name, value in values.items() if name in wanted}
 
     def _sent_values(self, names: Iterable[str]) -> dict[str, Array]:
         """Values of signals: the last sent ones with wider bands, or else those read; none before the first reading."""
@@ -117,8 +117,8 @@ class LiveView(BenchDriver):
         is_stale = bool(results.get("stale", 1.0))
         waits = "waiting for readings" if self.counts.used == 0 else f"stale, {results.get('age', 0.0):.1f} s"
         recent_latencies = [*islice(reversed(self.latencies), _SHOWN_LATENCIES)]
-        middle, highest = 1e3 * np.percentile(recent_latencies, [50, 99]) if recent_latencies else (np.nan, np.nan)
-        latency = f"reading to result {middle:.1f} ms, 99 % {highest:.1f} ms" if recent_latencies else ""
+        median, p99 = 1e3 * np.percentile(recent_latencies, [50, 99]) if recent_latencies else (np.nan, np.nan)
+        latency = f"reading to result {median:.1f} ms, 99 % {p99:.1f} ms" if recent_latencies else ""
         return {
             "time": self._clock() - self._began,
             "mode": waits if is_stale else "zeroing" if is_zeroing else "live",

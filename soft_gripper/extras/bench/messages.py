@@ -86,7 +86,7 @@ def count_of(value: float) -> int:
 
 
 def encoded(results: Mapping[str, float | Array], form: str) -> bytes:
-    """A message with named scalars and vectors; without names, all numbers one after the other. NaN is null in JSON."""
+    """Encodes named scalars and vectors, in some formats as unnamed numbers in order. NaN is null in JSON."""
     if form == "json":
         return (json.dumps({name: _plain_value(value) for name, value in results.items()}) + "\n").encode()
     numbers = np.concatenate([np.ravel(value) for value in results.values()])
@@ -106,7 +106,7 @@ def _from_json(message: bytes) -> dict[str, float]:
 
 
 def _flat_entries(document: Mapping[str, object]) -> list[tuple[str, object]]:
-    """Entries of a document, those of a list named `{name}[0]`, `{name}[1]` ..."""
+    """Yields entries of a document; those of a list are named `{name}[0]`, `{name}[1]` ..."""
     entries: list[tuple[str, object]] = []
     for name, value in document.items():
         entries += (
@@ -127,7 +127,7 @@ def _number(name: str, value: object) -> float:
 
 def _from_text(message: bytes) -> list[float]:
     try:
-        return [number(part) for part in message.decode("ascii").split(",")]
+        return [number(entry) for entry in message.decode("ascii").split(",")]
     except ValueError:
         raise MalformedError("is not numbers between commas") from None
 

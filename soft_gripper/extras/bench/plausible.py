@@ -74,11 +74,11 @@ def check_plausible(values: Mapping[str, Array], ranges: Ranges, measured_names:
     """
     for name, value in values.items():
         lowest, highest = ranges[name]
-        outside = ~((value >= lowest) & (value <= highest))
+        is_outside = ~((value >= lowest) & (value <= highest))
         if name in measured_names:
-            outside &= ~np.isnan(value)
-        if outside.any():
-            i = int(outside.argmax())
+            is_outside &= ~np.isnan(value)
+        if is_outside.any():
+            i = int(is_outside.argmax())
             low, high = (float(np.broadcast_to(limit, value.shape)[i]) for limit in (lowest, highest))
             expected = f"which is not within {low:g} to {high:g}"
             raise MalformedError(f"has {value[i]:g} as entry {i} of {name}, {expected}")
@@ -100,7 +100,7 @@ class FirstPressures:
         self._first_readings: list[dict[str, Array]] = []
 
     def note(self, values: Mapping[str, Array]) -> Iterator[str]:
-        """Takes measurements by input of a bench; yields lines after enough of them."""
+        """Takes measurements by input of a bench; yields lines after enough measurements."""
         if self._remaining == 0:
             return
         self._remaining -= 1
@@ -112,8 +112,8 @@ class FirstPressures:
 
     def _questions(self, name: str, pressures: Array) -> Iterator[str]:
         for i, pressure in enumerate(pressures):
-            rests = float(np.median(pressure))
-            if seems_absolute(rests, pressure):
+            resting_pressure = float(np.median(pressure))
+            if seems_absolute(resting_pressure, pressure):
                 remedy = "if so, give `pressure_ambient`, its reading in open air; if not, `pressure_ambient: 0`"
-                observation = f"{name}[{i}] = {rests / self._factor:.4g} {self._unit} at the beginning"
+                observation = f"{name}[{i}] = {resting_pressure / self._factor:.4g} {self._unit} at the beginning"
                 yield f"note: {observation}: is it measured against vacuum? {remedy}"

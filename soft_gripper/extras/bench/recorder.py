@@ -46,16 +46,16 @@ def recording_layout(bench: Bench, signals: Sequence[str]) -> RowLayout:
 
     It is derived from files of one and two rows, whose numbers are their indices.
     """
-    described = {name: signal_of(bench.signals[name]) for name in signals} | _READING_SIGNALS
+    descriptors = {name: signal_of(bench.signals[name]) for name in signals} | _READING_SIGNALS
     sizes = [1, *(bench.signals[name].size() for name in signals), *[1] * len(_READING_SIGNALS)]
     attributes = provenance(bench.scenario, bench.scenario.sensor.type, bench.scenario.estimator.type)
-    places = np.split(np.arange(float(sum(sizes))), np.cumsum(sizes)[:-1])
+    index_groups = np.split(np.arange(float(sum(sizes))), np.cumsum(sizes)[:-1])
     files = []
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
         for rows in (1, 2):
-            numbers = {i: np.tile(part, (rows, 1)) for i, part in enumerate(places[1:])}
-            sources = {name: LoggedPort(i) for i, name in enumerate(described)}
-            recording = make_recording(labels_of(described), Samples(sources, np.zeros(rows), numbers), attributes)
+            values = {i: np.tile(indices, (rows, 1)) for i, indices in enumerate(index_groups[1:])}
+            sources = {name: LoggedPort(i) for i, name in enumerate(descriptors)}
+            recording = make_recording(labels_of(descriptors), Samples(sources, np.zeros(rows), values), attributes)
             path = Path(folder) / "layout.nc"
             recording.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT", unlimited_dims=["time"])
             files.append(path.read_bytes())
@@ -109,11 +109,11 @@ class Recorder:
         return not self._ends.is_set()
 
     def end(self) -> None:
-        """Lets the thread write the remaining rows and end, without waiting for it."""
+        """Tells the thread to write the remaining rows and end, without waiting for it."""
         self._ends.set()
 
     def close(self) -> None:
-        """Ends, and waits until all is written; gives up on a disk that is too slow."""
+        """Ends the recording, and waits until it is written; gives up on a disk that is too slow."""
         self.end()
         self._thread.join(5 * LINGER)
         if self._thread.is_alive():
@@ -151,6 +151,6 @@ class Recorder:
 
 
 def free_name(path: Path) -> Path:
-    """A path, or the first with a number behind its stem that does not exist: no recording replaces another."""
-    numbered = (path.with_name(f"{path.stem}_{i}{path.suffix}") for i in range(2, 10**6))
-    return next(candidate for candidate in (path, *numbered) if not candidate.exists()) if path.exists() else path
+    """First unused path: the given one, or with a number after its stem, so that no recording is replaced."""
+    numbered_paths = (path.with_name(f"{path.stem}_{i}{path.suffix}") for i in range(2, 10**6))
+    return next(candidate for candidate in (path, *numbered_paths) if not candidate.exists()) if path.exists() else path

@@ -45,8 +45,8 @@ class _FingerTally:
         if self._force not in estimates:
             return
         self.is_known, force = True, float(estimates[self._force][0])
-        touches = math.isfinite(force) and force != 0
-        self._touched = self._touched + 1 if touches else 0
+        has_contact = math.isfinite(force) and force != 0
+        self._touched = self._touched + 1 if has_contact else 0
         if self._touched < _CONTACT_READINGS:
             return
         was_at_rest = self._is_at_rest
@@ -101,7 +101,7 @@ class _CalibratedFinger:
 
 
 class CalibrationTally:
-    """Counts, for every calibrated finger, the readings that are far from its calibration, and those that agree.
+    """Counts the readings of every calibrated finger far from its calibration, and near its free states.
 
     Readings disagree with the drive if hardly any, under a fitted drive, come near those of a free finger: the sensors
     were remounted, or a contact lasted all the time.
@@ -110,9 +110,7 @@ class CalibrationTally:
     def __init__(self, bench: Bench):
         states = {name: layout.calibrated for name, layout in bench.layouts.items()}
         self._fingers = {
-            name: _CalibratedFinger(calibrated.disagreement)
-            for name, calibrated in states.items()
-            if calibrated is not None
+            name: _CalibratedFinger(state.disagreement) for name, state in states.items() if state is not None
         }
         self._signals = [f"{name}.{signal}" for name in self._fingers for signal in (FAR, DISAGREEMENT)]
         self._bench, self._min_readings = bench, max(1, round(_JUDGING_TIME / bench.period))
@@ -155,7 +153,7 @@ class CalibrationTally:
 
 
 class StatusLine:
-    """A sink for people: the state of every finger, in one line.
+    """Sink that prints the state of every finger in one line.
 
     On a terminal of a width the line is overwritten; elsewhere, None, another follows now and then.
     """
@@ -183,7 +181,7 @@ class StatusLine:
         print_out(text.encode(), results)
 
     def line(self, results: Mapping[str, Any], since: float) -> str:
-        """Line at a time since the session began, s."""
+        """Status line at a time since the session began, s."""
         texts = (f"{finger}: {self._finger_text(results, finger)}" for finger in self._fingers)
         state = "stale" if results["stale"] else "live"
         return f"{since:7.1f} s  {state:<5}  {' | '.join(texts)} | {results['lost']:.0f} lost"

@@ -51,7 +51,7 @@ class Outbox(Generic[_T]):
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Waits until all is taken, at most for `LINGER` if items may be dropped; drops the rest."""
+        """Waits until all items are taken, at most `LINGER` s if items may be dropped; drops the rest."""
         end = time.monotonic() + LINGER
         with self._changed:
             while (self._waiting or self._is_busy) and self._error is None:
@@ -92,10 +92,10 @@ class Outbox(Generic[_T]):
 
 def write_all(descriptor: int, content: bytes) -> None:
     """Writes to a file descriptor that may have no room yet, or only for a part."""
-    rest = memoryview(content)
-    while rest:
+    unwritten_bytes = memoryview(content)
+    while unwritten_bytes:
         try:
-            rest = rest[os.write(descriptor, rest) :]
+            unwritten_bytes = unwritten_bytes[os.write(descriptor, unwritten_bytes) :]
         except BlockingIOError:
             poll = select.poll()
             poll.register(descriptor, select.POLLOUT)

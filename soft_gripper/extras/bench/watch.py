@@ -22,7 +22,7 @@ class Counts:
     restarts: int = 0  # of the device, whose numbers began again, or after a wrong number
 
     def __str__(self) -> str:
-        return ", ".join(f"{number} {name}" for name, number in asdict(self).items())
+        return ", ".join(f"{count} {name}" for name, count in asdict(self).items())
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Watch:
         return self._behind >= _RESTART_READINGS
 
     def _restart(self, count: int) -> None:
-        """Restarts the numbers from here; if the last gap was due to a wrong number, its readings are not lost."""
+        """Restarts the numbering here; readings in a last gap due to a wrong number do not count as lost."""
         self.counts.restarts += 1
         if count in self._skipped:
             self.counts.lost -= self._skipped.stop - count

@@ -51,30 +51,30 @@ def design_figure(result: DesignResult) -> Figure:
 
 
 def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, indices: Sequence[int]) -> None:
-    """Dots of some designs, and the star of the best."""
-    allowed = [i for i in indices if result.designs[i].score.is_allowed]
-    unallowed = [i for i in indices if i not in allowed]
+    """Plots some designs as dots, and the best as a star."""
+    allowed_indices = [i for i in indices if result.designs[i].score.is_allowed]
+    unallowed = [i for i in indices if i not in allowed_indices]
     axes.plot(x[unallowed], y[unallowed], "o", ms=4, color=LOST, label="object lost, or beyond a limit")
-    axes.plot(x[allowed], y[allowed], "o", ms=5, color=ALLOWED, label="allowed")
+    axes.plot(x[allowed_indices], y[allowed_indices], "o", ms=5, color=ALLOWED, label="allowed")
     if result.best is not None:
         axes.plot(x[result.best], y[result.best], zorder=3, label=f"best: design {result.best}", **_BEST_STYLE)
 
 
 def _draw_front(axes: Axes, result: DesignResult, ends: Array) -> None:
-    """The first two ends against each other or, if there is one, over the number of the design."""
+    """Plots the first two ends against each other, or a single one over the number of the design."""
     names = [end.measure for end in result.study.config.ends]
     is_front = len(names) > 1
     x, y = (ends[:, 0], ends[:, 1]) if is_front else (np.arange(float(len(ends))), ends[:, 0])
     _draw_designs(axes, result, x, y, range(1, len(ends)))
     if is_front:
-        front = sorted(result.front, key=lambda i: float(x[i]))
-        axes.plot(x[front], y[front], "-", lw=1.2, color=ALLOWED, label="Pareto front")
+        front_indices = sorted(result.front, key=lambda i: float(x[i]))
+        axes.plot(x[front_indices], y[front_indices], "-", lw=1.2, color=ALLOWED, label="Pareto front")
     axes.plot(x[:1], y[:1], "s", ms=7, mfc="none", mew=1.6, color=SHIPPED, label="as it is")
     axes.set(xlabel=names[0] if is_front else "design", ylabel=names[1 if is_front else 0])
 
 
 def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
-    """Bars of the explained variance, for each variable and end."""
+    """Plots the explained variance as a bar for each variable and end."""
     rows = sensitivity_rows(result)
     keys = [axis.key for axis in result.study.axes]
     ends = list(dict.fromkeys(row.end for row in rows))
@@ -82,9 +82,9 @@ def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
     for i, end in enumerate(ends):
         places = np.arange(len(keys)) + (i - (len(ends) - 1) / 2) * thickness
         end_rows = [row for row in rows if row.end == end]  # in the order of the keys
-        shares = [row.explained for row in end_rows]
+        fractions = [row.explained for row in end_rows]
         label = "share of runs held" if end == SHARE_HELD else end
-        bars = axes.barh(places, shares, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
+        bars = axes.barh(places, fractions, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
         slopes = [row.slope_of_ranks for row in end_rows]
         signs = ["" if math.isnan(slope) else "+" if slope > 0 else "−" for slope in slopes]
         axes.bar_label(bars, signs, padding=2, fontsize=8)

@@ -37,8 +37,8 @@ def force_error_n(station: Station, recording: Recording) -> float:
             recording[f"{finger.name}.{name}"].values for name in ("transverse_force", "true_transverse_force")
         )
         errors.append(np.abs(estimated - true)[window & np.isfinite(true + estimated)])  # not every one has the truth
-    finite = np.concatenate(errors)
-    return float(finite.mean()) if len(finite) else math.nan
+    finite_errors = np.concatenate(errors)
+    return float(finite_errors.mean()) if len(finite_errors) else math.nan
 
 
 def sensors(station: Station, recording: Recording) -> int:
@@ -54,8 +54,8 @@ def strength_n(station: Station, recording: Recording) -> float:
     drake_scenario = replace(station.scenario, engine=DRAKE, engine_step=None)
     text = dump_scenario(drake_scenario)
     object_name = objects_of(station)[0]
-    numbers = [number for number, load in enumerate(LOADS) if not load.is_torque]
-    return min(direction_strength(text, object_name, number, Shake()).strength for number in numbers)
+    indices = [index for index, load in enumerate(LOADS) if not load.is_torque]
+    return min(direction_strength(text, object_name, index, Shake()).strength for index in indices)
 
 
 OWN = {function.__name__: f"{__name__}:{function.__name__}" for function in (force_error_n, sensors, strength_n)}

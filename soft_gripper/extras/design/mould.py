@@ -1,4 +1,4 @@
-"""Moulds to cast a finger with: walls that are thick enough, a core for each chamber, and a shell.
+"""Moulds for casting a finger: a check of its walls, a core for each chamber, and a shell.
 
 Core and shell are meshes in mm that can be printed. Both stand on the base of the finger, in the frame of the middle of
 its section: x toward the inner side, z along the finger. The chamber of the model runs to the tip; the core ends one
@@ -27,21 +27,21 @@ def least_wall(finger: Finger) -> float:
     Taken at the given cross-sections and the stations of the chambers; between them everything changes linearly.
     """
     if not finger.chambers:
-        return min(map(_thinnest, finger.cross_sections))
+        return min(map(_thinnest_wall, finger.cross_sections))
     stations = {*finger.places, *(place for chamber in finger.chambers for place in chamber.at)}
-    return min(_thinnest(finger.section(place * finger.length)) for place in stations)
+    return min(_thinnest_wall(finger.section(place * finger.length)) for place in stations)
 
 
-def _thinnest(section: CrossSection) -> float:
+def _thinnest_wall(section: CrossSection) -> float:
     """Thinnest wall of one cross-section, m."""
-    width, thickness, layer = (float(v) for v in (section.width, section.thickness, section.layer_thickness))
-    holes = [np.array(hole, dtype=float) for hole in section.holes if float(hole.area) > 0]
+    width, thickness, layer = (float(length) for length in (section.width, section.thickness, section.layer_thickness))
+    rectangles = [np.array(hole, dtype=float) for hole in section.holes if float(hole.area) > 0]
     walls = [
         wall
-        for w, t, x, y in holes
+        for w, t, x, y in rectangles
         for wall in ((width - w) / 2 - abs(y), (thickness - t) / 2 + x, (thickness - t) / 2 - x - layer)
     ]
-    return float(min([*walls, *(_gap(*pair) for pair in combinations(holes, 2))], default=inf))
+    return float(min([*walls, *(_gap(*pair) for pair in combinations(rectangles, 2))], default=inf))
 
 
 def _gap(first: Array, second: Array) -> float:
@@ -77,18 +77,18 @@ class Ring(NamedTuple):
 
 
 def outer_rings(finger: Finger) -> list[Ring]:
-    """Rings of the outside of a finger, at the given cross-sections."""
+    """Rings of the outer surface of a finger, one for each given cross-section."""
     sections = zip(finger.places, finger.cross_sections, strict=True)
-    return _rings((place * finger.length, 0.0, 0.0, section.thickness, section.width) for place, section in sections)
+    return _to_rings((place * finger.length, 0.0, 0.0, section.thickness, section.width) for place, section in sections)
 
 
-def _rings(numbers: Iterable[Sequence[float]]) -> list[Ring]:
-    """Rings from numbers in m, without repeated ones, as at a step of another quantity."""
+def _to_rings(numbers: Iterable[Sequence[float]]) -> list[Ring]:
+    """Converts rows in m to rings, and drops repeated ones, as at a step of another quantity."""
     return [ring for ring, _ in groupby(Ring(*(_MM_PER_M * float(number) for number in row)) for row in numbers)]
 
 
 def core_rings(finger: Finger) -> list[list[Ring]]:
-    """The chambers of a finger, each from its base to its end, a wall before the tip if it runs that far.
+    """Rings of the chambers of a finger, from base to end; a chamber through the tip ends a wall before it.
 
     The chamber of the sections is in the pieces that solid sections leave.
     """
@@ -106,17 +106,17 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
             pieces.append(
                 [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]
             )
-    return [_cut_top(_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
+    return [_cut_top(_to_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
 
 
-def _cut_top(rings: Sequence[Ring], top: float) -> list[Ring]:
-    """Cuts rings off at a height, with a ring there."""
-    lower_rings = [ring for ring in rings if ring.z < top]
+def _cut_top(rings: Sequence[Ring], height: float) -> list[Ring]:
+    """Cuts rings off at a height, mm, and ends them with a ring there."""
+    lower_rings = [ring for ring in rings if ring.z < height]
     if len(lower_rings) == len(rings):
         return lower_rings
-    low, high = lower_rings[-1], rings[len(lower_rings)]
-    share = (top - low.z) / (high.z - low.z)
-    return [*lower_rings, Ring(*(np.array(low) + share * (np.array(high) - np.array(low))).tolist())]
+    lower_ring, upper = lower_rings[-1], rings[len(lower_rings)]
+    fraction = (height - lower_ring.z) / (upper.z - lower_ring.z)
+    return [*lower_rings, Ring(*(np.array(lower_ring) + fraction * (np.array(upper) - np.array(lower_ring))).tolist())]
 
 
 def loft(rings: Sequence[Ring]) -> trimesh.Trimesh:
@@ -126,11 +126,11 @@ def loft(rings: Sequence[Ring]) -> trimesh.Trimesh:
 
 def shell(finger: Finger) -> trimesh.Trimesh:
     """A mould around a finger, open at its base, with walls and a floor of SHELL beyond its tip."""
-    inside = outer_rings(finger)
-    outside = [ring.grown(SHELL) for ring in inside]
-    outside.append(outside[-1]._replace(z=outside[-1].z + SHELL))
+    inner_rings = outer_rings(finger)
+    shell_rings = [ring.grown(SHELL) for ring in inner_rings]
+    shell_rings.append(shell_rings[-1]._replace(z=shell_rings[-1].z + SHELL))
     # Up along the outside, through the middle of the floor, and down along the inside to where it began.
-    return _mesh([*outside, outside[-1].middle, inside[-1].middle, *reversed(inside), outside[0]])
+    return _mesh([*shell_rings, shell_rings[-1].middle, inner_rings[-1].middle, *reversed(inner_rings), shell_rings[0]])
 
 
 def cores(finger: Finger) -> list[trimesh.Trimesh]:
@@ -142,9 +142,9 @@ def _mesh(rings: Sequence[Ring]) -> trimesh.Trimesh:
     """Joins each ring to the next by quadrilaterals, without double points and degenerate faces."""
     faces = [
         face
-        for low, high in pairwise(range(0, 4 * len(rings), 4))
+        for lower, upper in pairwise(range(0, 4 * len(rings), 4))
         for k, next_k in pairwise((0, 1, 2, 3, 0))
-        for face in ((low + k, low + next_k, high + next_k), (low + k, high + next_k, high + k))
+        for face in ((lower + k, lower + next_k, upper + next_k), (lower + k, upper + next_k, upper + k))
     ]
     mesh = trimesh.Trimesh(np.concatenate([ring.corners for ring in rings]), faces)
     mesh.update_faces([len(set(face)) == 3 for face in mesh.faces.tolist()])

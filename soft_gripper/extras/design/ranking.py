@@ -44,7 +44,7 @@ class DesignScore:
 
 @dataclass(frozen=True)
 class Design:
-    """A design and its score in the search; values by dotted keys, none of the scenario as it is."""
+    """A design and its score in the search; values by dotted keys, empty for the unchanged scenario."""
 
     number: int
     values: Mapping[str, Any]
@@ -62,7 +62,7 @@ def score(rows: Sequence[Row], ends: Sequence[EndConfig], limits: Mapping[str, L
 
 
 def summarize_runs(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list[Row], tuple[float, ...]]:
-    """The runs that hold their object, and each end over them; NaN if it is not known in one, or there are none."""
+    """The runs that hold their object, and the value of each end over them, NaN where a run lacks it or none holds."""
     held_rows = [row for row in rows if row[GRASP] == HELD]
     values = [numbers_in([row[end.measure] for row in held_rows]) for end in ends] if held_rows else []
     end_values = (
@@ -84,7 +84,7 @@ def _excess(name: str, limit: LimitConfig, values: Array) -> dict[str, float]:
 
 
 def costs(designs: Sequence[Design], ends: Sequence[EndConfig]) -> Array:
-    """Ends of designs with signs that make less better, (K, E); NaN for designs that are not allowed."""
+    """Costs of designs, (K, E): their ends, negated where more is better; NaN for designs that are not allowed."""
     signs = np.array([1.0 if end.towards == LEAST else -1.0 for end in ends])
     scores = (design.score for design in designs)
     rows = [
@@ -96,12 +96,12 @@ def costs(designs: Sequence[Design], ends: Sequence[EndConfig]) -> Array:
 
 def pareto_front(cost: Array) -> list[int]:
     """Indices of the rows of (K, E) costs that no other dominates, as good in every column and better in one."""
-    allowed = cost[np.isfinite(cost).all(axis=1)]
-    is_dominated = [((allowed <= row).all(axis=1) & (allowed < row).any(axis=1)).any() for row in cost]
+    allowed_costs = cost[np.isfinite(cost).all(axis=1)]
+    is_dominated = [((allowed_costs <= row).all(axis=1) & (allowed_costs < row).any(axis=1)).any() for row in cost]
     return [i for i, row in enumerate(cost) if np.isfinite(row).all() and not is_dominated[i]]
 
 
 def find_best(cost: Array) -> int | None:
     """Index of the row that is best in the first column, among equals in the next; None if all are NaN."""
-    allowed = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
-    return min(allowed, key=lambda i: tuple(cost[i]), default=None)
+    allowed_indices = [i for i in range(len(cost)) if np.isfinite(cost[i]).all()]
+    return min(allowed_indices, key=lambda i: tuple(cost[i]), default=None)

@@ -48,19 +48,19 @@ Cases = Mapping[tuple[str, str], Mapping[str, Any]]  # changes of the scenario, 
 
 
 def cases(stage: str, objects: Mapping[str, Mapping[str, Any]], draws: int, seed: int) -> Cases:
-    """Draws with every object; one draw, if nothing is random.
+    """Cases of every object and draw; one draw if nothing is random.
 
     Those of the search are spread by a Latin hypercube, so that few cover the ranges; those of the test are
     independent, so that a proportion has a confidence interval. Neither depends on the other objects.
     """
     case_changes = {}
     for name, changes in objects.items():
-        count = sum(isinstance(value, Range) for value in changes.values())
+        range_count = sum(isinstance(value, Range) for value in changes.values())
         rng = np.random.default_rng([seed, *f"{stage} {name}".encode()])
-        fractions = rng.random((draws, count))
-        if count and stage == SEARCH:
-            fractions = qmc.LatinHypercube(count, rng=rng).random(draws)
-        for draw, row in enumerate(fractions.tolist() if count else [[]]):
+        fractions = rng.random((draws, range_count))
+        if range_count and stage == SEARCH:
+            fractions = qmc.LatinHypercube(range_count, rng=rng).random(draws)
+        for draw, row in enumerate(fractions.tolist() if range_count else [[]]):
             case_changes[name, str(draw)] = fix_ranges(changes, row)
     return case_changes
 
@@ -119,9 +119,9 @@ def run_design(
     finalists = [reference] if best_index is None else [reference, results[best_index]]
     tests = runs.tests({design.number: design.values for design in finalists})
     runs.finish(runs.changes)
-    front = [i + 1 for i in pareto_front(cost)]
-    best = None if best_index is None else best_index + 1
-    return DesignResult(study, [first, *results], reference, front, best, tests)
+    front_numbers = [i + 1 for i in pareto_front(cost)]
+    best_number = None if best_index is None else best_index + 1
+    return DesignResult(study, [first, *results], reference, front_numbers, best_number, tests)
 
 
 def _drive_axes(study: DesignStudy) -> list[Axis]:
@@ -144,7 +144,7 @@ def _all_cases(study: DesignStudy) -> tuple[Cases, Cases]:
 
 
 class _Runs(ScenarioRuns):
-    """The runs of a study, in a table; `changes` has those of the scenario in each, in the order of the rows."""
+    """Runs of a study in a table; `changes` has the changes to the scenario in each run, in row order."""
 
     def __init__(self, study: DesignStudy, out: Path, executor: Executor, resume: bool, report: Callable[[bool], Any]):
         self._study, self._executor, self._report = study, executor, report
@@ -153,16 +153,16 @@ class _Runs(ScenarioRuns):
         measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), list(self._own.values()))
         _check_measures(study, measures)
         drawn_keys = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
-        varied = dict.fromkeys((*(axis.key for axis in study.axes), *drawn_keys))
-        super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied, *measures])
-        first = {**study.fixed, **next(iter(self._searched.values()))}
-        self._fixed = {**study.fixed, **engine_step_of(study.scenario, first, executor)}
+        varied_keys = dict.fromkeys((*(axis.key for axis in study.axes), *drawn_keys))
+        super().__init__(out, TABLE, ABOUT, [STAGE, DESIGN, OBJECT, DRAW], [*varied_keys, *measures])
+        first_changes = {**study.fixed, **next(iter(self._searched.values()))}
+        self._fixed = {**study.fixed, **engine_step_of(study.scenario, first_changes, executor)}
         self._scenario = changed_scenario(study.scenario, self._fixed)
         self.begin_runs(self._scenario, resume, "optuna", study=asdict(study.config))
         self.changes: dict[tuple[str, ...], Mapping[str, Any]] = {}
 
     def scores(self, designs: Designs) -> list[DesignScore]:
-        """Scores designs in the search; those that cannot be moulded are not run."""
+        """Scores designs in the search, without running designs that cannot be moulded."""
         config = self._study.config
         refusals = {number: refusal(self._study, values) for number, values in designs.items()}
         keys = self._run(
@@ -178,7 +178,7 @@ class _Runs(ScenarioRuns):
         return [(self.row(key), self.changes[key]) for key in self._run(TEST, designs, self._tested)]
 
     def _run(self, stage: str, designs: Designs, in_cases: Cases) -> list[tuple[str, ...]]:
-        """Makes the runs of each design in some cases that the table does not have; returns the keys of all."""
+        """Makes the runs of each design that are missing in the table; returns the keys of all."""
         changes: dict[tuple[str, ...], Mapping[str, Any]] = {
             (stage, str(number), *case): {**self._fixed, **draw, **values}
             for number, values in designs.items()
@@ -201,7 +201,7 @@ class _Runs(ScenarioRuns):
 
 
 def own_measures(study: DesignStudy) -> dict[str, str]:
-    """Measures that a sweep does not have, as "module:function", by their names in the study."""
+    """Measures of a study beyond those of a sweep, as "module:function", by their names in the study."""
     names = [*(end.measure for end in study.config.ends), *study.config.limits]
     return {name: OWN.get(name, name) for name in names if ":" in name or name in OWN}
 

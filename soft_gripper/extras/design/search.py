@@ -40,7 +40,7 @@ def searched_designs(
     study = optuna.create_study(directions=directions, sampler=sampler)
     for begin in range(0, len(numbers) if axes else 0, config.batch):
         trials = {number: study.ask() for number in numbers[begin : begin + config.batch]}
-        batch = {n: {axis.key: _value(trial, axis) for axis in axes} for n, trial in trials.items()}
+        batch = {n: {axis.key: _suggest_value(trial, axis) for axis in axes} for n, trial in trials.items()}
         for (number, trial), score in zip(trials.items(), scores(batch), strict=True):
             for name, excess in (score.excess or {"refused": 1.0}).items():
                 trial.set_constraint(name, excess)
@@ -48,7 +48,7 @@ def searched_designs(
             yield Design(number, batch[number], score)
 
 
-def _value(trial: Any, axis: Axis) -> Any:
+def _suggest_value(trial: Any, axis: Axis) -> Any:
     if not isinstance(axis, Range):
         return axis.values[trial.suggest_categorical(axis.key, list(range(len(axis.values))))]
     if axis.is_whole:

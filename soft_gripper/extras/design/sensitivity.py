@@ -51,30 +51,30 @@ def sensitivities(end: str, values: Sequence[float], variables: Mapping[str, Seq
     """
     if len(values) < 2 or np.ptp(values) == 0:
         return []
-    columns = {name: _columns(cells) for name, cells in variables.items()}
+    columns = {name: _rank_columns(cells) for name, cells in variables.items()}
     if len(values) <= sum(column.shape[1] for column in columns.values()) + 2:
         return []
-    y = _standard(rankdata(values)[:, None])[:, 0]
-    slopes, total = _fit(y, list(columns.values()))
+    y = _standardized(rankdata(values)[:, None])[:, 0]
+    slopes, explained = _fit(y, list(columns.values()))
     rows = []
     begin = 0
     for name, column in columns.items():
-        rest = [column_cells for key, column_cells in columns.items() if key != name]
+        other_columns = [column_cells for key, column_cells in columns.items() if key != name]
         slope = float(slopes[begin]) if np.isfinite(numbers_in(variables[name])).all() else nan
-        rows.append(Sensitivity(end, name, slope, max(total - _fit(y, rest)[1], 0.0), total, len(y)))
+        rows.append(Sensitivity(end, name, slope, max(explained - _fit(y, other_columns)[1], 0.0), explained, len(y)))
         begin += column.shape[1]
     return rows
 
 
-def _columns(cells: Sequence[str]) -> Array:
+def _rank_columns(cells: Sequence[str]) -> Array:
     """Standardised ranks, (K, 1), or whether each choice but the first is taken, (K, C - 1)."""
     numbers = numbers_in(cells)
     if np.isfinite(numbers).all():
-        return _standard(rankdata(numbers)[:, None])
-    return _standard(np.array(cells)[:, None] == sorted(set(cells))[1:])
+        return _standardized(rankdata(numbers)[:, None])
+    return _standardized(np.array(cells)[:, None] == sorted(set(cells))[1:])
 
 
-def _standard(columns: Array) -> Array:
+def _standardized(columns: Array) -> Array:
     """Zero mean and unit variance of columns; zeros if all are the same."""
     centered = columns - columns.mean(axis=0)
     scale = centered.std(axis=0)

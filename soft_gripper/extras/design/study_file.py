@@ -38,7 +38,7 @@ _SCENARIO_OBJECT = "as_in_the_scenario"
 
 @dataclass
 class EndConfig:
-    """A measure to be made small or large; those first in the list count first."""
+    """A measure to minimize or maximize; earlier ones in the list take precedence."""
 
     # A column of a sweep, one of design/measures.py, or your own "module:function"
     measure: str = quantity("", filled=True)
@@ -48,7 +48,7 @@ class EndConfig:
 
 @dataclass
 class LimitConfig:
-    """Limits of a measure in every run; None: there is none."""
+    """Limits of a measure in every run; None: no limit."""
 
     least: float | None = None
     most: float | None = None
@@ -65,7 +65,7 @@ _MAX_OBJECTS = 1000
 
 @dataclass
 class DesignConfig:
-    """A design study, as its file has it."""
+    """Fields of a design study's file."""
 
     scenario: str = quantity("", filled=True)  # name of a shipped one, or a file
     description: str = ""
@@ -95,9 +95,9 @@ class DesignConfig:
             for name in getattr(self, part):
                 if not is_name(name):
                     yield part, name, "give names of letters, digits, _ and -, beginning with a letter"
-        count = len(self.objects) + len(self.unseen)
-        if count > _MAX_OBJECTS:
-            yield "objects", f"{count} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
+        object_count = len(self.objects) + len(self.unseen)
+        if object_count > _MAX_OBJECTS:
+            yield "objects", f"{object_count} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
         for name in self.unseen:
             if name in self.objects:
                 yield f"unseen.{name}", name, "is an object of the search already"
@@ -177,7 +177,7 @@ def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str,
     """Copy of changes with each Range replaced by its value at the next share, 0 to 1; these come last."""
     fixed_values = {key: value for key, value in changes.items() if not isinstance(value, Range)}
     ranges = (value for value in changes.values() if isinstance(value, Range))
-    return fixed_values | {axis.key: axis.at(share) for axis, share in zip(ranges, shares, strict=False)}
+    return fixed_values | {axis.key: axis.at(fraction) for axis, fraction in zip(ranges, shares, strict=False)}
 
 
 def _check_keys(study: DesignStudy) -> None:
@@ -187,9 +187,9 @@ def _check_keys(study: DesignStudy) -> None:
         changes += [("vary", {axis.key: axis.at(end)}) for axis in study.axes]
         for part, parts in (("objects", study.objects), ("unseen", study.unseen)):
             changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in parts.items()]
-    for place, changed in changes:
+    for place, object_changes in changes:
         try:
-            scenario = changed_scenario(study.scenario, {**study.fixed, **changed})
+            scenario = changed_scenario(study.scenario, {**study.fixed, **object_changes})
             if place.startswith(("objects", "unseen")):
                 check_closed(make_station(scenario))
         except InputError as error:

@@ -20,7 +20,7 @@ Table = list[dict[str, Any]]
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
-    """The last words of dotted keys; the keys themselves, if that does not tell them apart."""
+    """The last words of dotted keys, or the keys themselves if these words are not unique."""
     names = [_short_name(key) for key in keys]
     return names if len(set(names)) == len(names) else list(keys)
 
@@ -31,7 +31,7 @@ def _short_name(key: str) -> str:
 
 
 def design_rows(result: DesignResult) -> Table:
-    """Rows of all designs; the first is the scenario as it is."""
+    """Rows of all designs; the first is the unchanged scenario."""
     rows = []
     for i, design in enumerate(result.designs):
         score = design.score
@@ -51,7 +51,7 @@ def _named_ends(result: DesignResult, values: Sequence[float]) -> dict[str, floa
 
 
 def reason(result: DesignResult, index: int) -> str:
-    """Reason against a design, in words; empty if it is allowed."""
+    """Text that says why a design is not allowed; empty if it is."""
     score = result.designs[index].score
     if score.refused:
         return score.refused
@@ -62,11 +62,11 @@ def reason(result: DesignResult, index: int) -> str:
 
 def sensitivity_rows(result: DesignResult) -> list[Sensitivity]:
     """Sensitivity of each end among allowed designs, and of the fraction of held runs among all simulated ones."""
-    simulated = [design for design in result.designs[1:] if not design.score.refused]
-    allowed = [design for design in simulated if design.score.is_allowed]
+    simulated_designs = [design for design in result.designs[1:] if not design.score.refused]
+    allowed = [design for design in simulated_designs if design.score.is_allowed]
     ends = [end.measure for end in result.study.config.ends]
     values = {name: (allowed, [design.score.ends[i] for design in allowed]) for i, name in enumerate(ends)}
-    values[SHARE_HELD] = simulated, [design.score.held / design.score.runs for design in simulated]
+    values[SHARE_HELD] = simulated_designs, [design.score.held / design.score.runs for design in simulated_designs]
     rows = []
     for name, (designs, end_values) in values.items():
         cells = {axis.key: [cell(design.values[axis.key]) for design in designs] for axis in result.study.axes}

@@ -1,4 +1,4 @@
-"""Commands of an exported scenario over time: pressures, and the positions of an arm that follows no estimate.
+"""Commands of an exported scenario over time: pressures, and positions of an arm without feedback of estimates.
 
 A task that does not command the gripper moves the arm at fixed times, so that its motion is known before the run. A PD
 controller of another simulator takes a position alone: the desired velocity and the weight of the arm are folded in.
@@ -21,7 +21,7 @@ from soft_gripper.scenario.schema import Scenario
 
 
 class CommandSchedule(NamedTuple):
-    """Values that hold from a time on; K times, C chambers, n joints of an arm."""
+    """Commands held from K times on, for C chambers and the n joints of an arm."""
 
     times: Array  # (K,) s; the run ends at the last one
     pressures: Array  # (K, C) Pa, effective: after the laws of the chambers
@@ -38,7 +38,7 @@ class ArmActuator(NamedTuple):
 
 
 def arm_actuators(station: Station) -> list[ArmActuator]:
-    """Actuators of the arm, if there is one, in the order of its joints that follow no other."""
+    """Actuators of the arm, if any, in the order of its independent joints."""
     arm = station.parts.arm
     plant = station.plant
     if arm is None:
@@ -84,12 +84,12 @@ def _motion(station: Station) -> tuple[Array, Array]:
     if task is not None and _has_fixed_motion(station.scenario):
         samples = list(task.unobserved_motion(station.scenario.duration))
         return np.array([time for time, _ in samples]), np.array([state for _, state in samples])
-    home = [] if arm is None else [*arm.home, *np.zeros(len(arm.home))]
-    return np.zeros(1), np.array([home])
+    home_state = [] if arm is None else [*arm.home, *np.zeros(len(arm.home))]
+    return np.zeros(1), np.array([home_state])
 
 
 def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Array) -> Array:
-    """Desired positions that make PD controllers without desired velocity do the same and carry the weight, (K, k)."""
+    """Positions (K, k) with which PD controllers without desired velocity follow the motion and carry the weight."""
     positions, velocities = np.split(desired, 2, axis=1)
     leads = arm.couplings.leads
     stiffness, damping = (
@@ -106,10 +106,10 @@ def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Arra
 
 
 def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:
-    """The effective pressures of a finger at each step, Pa, (steps, C); 0 in a closed loop."""
-    count = finger.finger.pressures
-    if scenario.control.set_points is not None or not count:
-        return np.zeros((scenario.steps, count))
+    """Effective pressures of a finger at each step, (steps, C) Pa; 0 in a closed loop."""
+    chamber_count = finger.finger.pressures
+    if scenario.control.set_points is not None or not chamber_count:
+        return np.zeros((scenario.steps, chamber_count))
     labels = [label for names in finger.finger.chamber_axis.values() for label in names]
     steps = steps_of("pressure", scenario.pressure.steps, finger.name, labels)
     step_pressures = steps[np.minimum(np.arange(scenario.steps), len(steps) - 1)]

@@ -1,4 +1,4 @@
-"""A scenario as MJCF: bodies, joints, springs, chambers, contacts and objects as they stand in the finalized plant.
+"""A scenario as MJCF: bodies, joints, springs, chambers, contacts and objects of the finalized plant.
 
 All numbers are written in full precision. A chamber is a fixed tendon along the
 joints of its finger, weighted by the pressure gain of each, that an actuator with the lag of the supply pulls at. A
@@ -249,8 +249,8 @@ class _Writer:
         inertia = central_inertia(body)
         # MuJoCo takes no inertia of zero, which point masses have, and rods about their axes.
         shortfall = max(_MIN_GYRATION**2 * mass, _MIN_INERTIA) - np.linalg.eigvalsh(inertia.CopyToFullMatrix3()).min()
-        full = text([*(inertia.get_moments() + max(shortfall, 0.0)), *inertia.get_products()])
-        ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=full)
+        tensor = text([*(inertia.get_moments() + max(shortfall, 0.0)), *inertia.get_products()])
+        ET.SubElement(element, "inertial", pos=text(body.default_com()), mass=repr(float(mass)), fullinertia=tensor)
 
     def _add_geoms(self, element: ET.Element, body: RigidBody) -> None:
         for geometry in self._plant.GetCollisionGeometriesForBody(body):
@@ -292,10 +292,10 @@ class _Writer:
         ET.SubElement(self._assets, "mesh", name=name, file=file, scale=text(shape.scale3()))
 
     def _add_contacts(self, contact: ET.Element) -> None:
-        """Adds contact attributes to every shape, and the pairs that touch otherwise than their shapes state."""
+        """Adds contact attributes to every shape, and pairs whose contacts differ from these attributes."""
         elements = list(self._geoms.values())
         bodies = [self._geometry_body(geometry) for geometry in self._geoms]
-        ranges = [self._range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
+        ranges = [self._shape_range(*shape) for shape in zip(self._geoms, bodies, strict=True)]
         fixed_indices = {i for i, shape_range in enumerate(ranges) if shape_range.X_WG is not None}
         is_filtered = self._inspector.CollisionFiltered
         geometries = list(self._geoms)
@@ -321,7 +321,7 @@ class _Writer:
             ET.SubElement(contact, "pair", names | settings)
             self._pairs.append(Pair(name, (models[k], models[j]), (surfaces[k], surfaces[j])))
 
-    def _range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
+    def _shape_range(self, geometry: GeometryId, body: RigidBody) -> ShapeRange:
         """The range of places of a shape of a body."""
         shape = self._inspector.GetShape(geometry)
         X_BG = self._inspector.GetPoseInFrame(geometry)
@@ -334,22 +334,22 @@ class _Writer:
     def _surfaces(self) -> list[ShapeSurface]:
         """The surfaces of all shapes."""
         frictions = [
-            self._property(geometry, "coulomb_friction", CoulombFriction()).static_friction()
+            self._contact_property(geometry, "coulomb_friction", CoulombFriction()).static_friction()
             for geometry in self._geoms
         ]
-        stiffnesses = [self._property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
+        stiffnesses = [self._contact_property(geometry, "point_contact_stiffness", np.inf) for geometry in self._geoms]
         compliances = [1 / stiffness if stiffness < _RIGID_STIFFNESS else 0.0 for stiffness in stiffnesses]
         mobilities = [self._mobilities[self._geometry_body(geometry).index()] for geometry in self._geoms]
         return list(map(ShapeSurface, frictions, compliances, mobilities))
 
-    def _property(self, geometry: GeometryId, name: str, default: Any) -> Any:
+    def _contact_property(self, geometry: GeometryId, name: str, default: Any) -> Any:
         return self._inspector.GetProximityProperties(geometry).GetPropertyOrDefault("material", name, default)
 
     def _geometry_body(self, geometry: GeometryId) -> RigidBody:
         return self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
 
     def _add_couplings(self, equality: ET.Element) -> None:
-        """Lets joints follow others, as stiffly as the time step permits."""
+        """Couples joints to those they follow, as stiffly as the time step permits."""
         for model, mimics in self._station.parts.mimics.items():
             for mimic in mimics:
                 settings = {"joint1": f"{model}::{mimic.joint}", "joint2": f"{model}::{mimic.leader}"}

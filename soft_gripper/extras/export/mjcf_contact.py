@@ -40,7 +40,7 @@ _PATCH_RADIUS = 4e-3  # m, radius over which a link touches, shared by its point
 
 
 class ShapeSurface(NamedTuple):
-    """Properties of one of two shapes, on which their contact depends."""
+    """Properties of a shape that determine its contacts."""
 
     friction: float
     compliance: float  # of a point, m/N; 0 if it is rigid
@@ -57,7 +57,7 @@ class DampedContact(NamedTuple):
 def touch(first: ShapeSurface, second: ShapeSurface) -> DampedContact:
     """The contact of two surfaces as in Drake."""
     compliance, mobility = first.compliance + second.compliance, first.mobility + second.mobility
-    return DampedContact(combined_friction(first.friction, second.friction), _time(compliance, mobility))
+    return DampedContact(combined_friction(first.friction, second.friction), _time_constant(compliance, mobility))
 
 
 class Skin(NamedTuple):
@@ -80,7 +80,7 @@ def stated_contact(surface: ShapeSurface, skin: Skin) -> StatedContact:
         return StatedContact(DampedContact(combined_friction(surface.friction, skin.friction), _RIGID_TIME), 0.0)
     mobility = max(surface.mobility, _FIXED_SKIN_MOBILITY * skin.mobility)
     weight = mobility**0.75 * surface.compliance**0.25
-    return StatedContact(DampedContact(surface.friction, _time(surface.compliance, mobility)), weight)
+    return StatedContact(DampedContact(surface.friction, _time_constant(surface.compliance, mobility)), weight)
 
 
 def mixed(first: StatedContact, second: StatedContact) -> DampedContact:
@@ -91,7 +91,7 @@ def mixed(first: StatedContact, second: StatedContact) -> DampedContact:
 
 
 def usual_skin(surfaces: Sequence[ShapeSurface]) -> Skin:
-    """The medians of all skins."""
+    """Medians of the properties of all skins."""
     skins = [Skin(surface.friction, surface.mobility) for surface in surfaces if surface.compliance > 0]
     return Skin(*np.median(skins, axis=0).tolist()) if skins else Skin(1.0, 0.0)
 
@@ -185,6 +185,6 @@ def _attributes(contact: DampedContact, is_skin: bool, directions: int, points: 
     return settings | ({"solimp": text([IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2])} if is_skin else {})
 
 
-def _time(compliance: float, mobility: float) -> float:
+def _time_constant(compliance: float, mobility: float) -> float:
     """Time constant, s."""
     return float(np.sqrt(compliance / (1 - IMPEDANCE) / mobility)) if compliance > 0 else _RIGID_TIME

@@ -15,7 +15,7 @@ _REACH_MARGIN = 0.01  # m; MuJoCo's limits of joints are soft
 
 
 class Ball(NamedTuple):
-    """A ball that the origin of a body never leaves."""
+    """A ball, m, that the origin of a body never leaves."""
 
     center: Array  # (3,) m in the world
     radius: float  # m; infinite for a free body, 0 for one that is fixed
@@ -36,8 +36,8 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
             if plant.IsAnchored(parent):
                 center = pivot.CalcPoseInWorld(context).translation()
             else:
-                radius += _length(pivot.GetFixedPoseInBodyFrame())
-            radius += _travel(joint) + _length(joint.frame_on_child().GetFixedPoseInBodyFrame())
+                radius += _offset_length(pivot.GetFixedPoseInBodyFrame())
+            radius += _travel(joint) + _offset_length(joint.frame_on_child().GetFixedPoseInBodyFrame())
             if plant.IsAnchored(body):
                 center, radius = body.EvalPoseInWorld(context).translation(), 0.0
             balls[body.index()] = Ball(center, radius)
@@ -45,7 +45,7 @@ def reaches(plant: MultibodyPlant, children: Mapping[BodyIndex, Sequence[Joint]]
     return balls
 
 
-def _length(X: RigidTransform) -> float:
+def _offset_length(X: RigidTransform) -> float:
     return float(np.linalg.norm(X.translation()))
 
 
@@ -60,10 +60,10 @@ def _travel(joint: Joint) -> float:
 
 def extent(shape: Shape, X_BG: RigidTransform) -> float:
     """Distance of the farthest point of a shape from the origin of its body, m, at most."""
-    return _length(X_BG) + _radius(shape)
+    return _offset_length(X_BG) + _shape_radius(shape)
 
 
-def _radius(shape: Shape) -> float:
+def _shape_radius(shape: Shape) -> float:
     if isinstance(shape, Sphere):
         return float(shape.radius())
     if isinstance(shape, Box):
@@ -89,7 +89,7 @@ def may_touch(first: ShapeRange, second: ShapeRange) -> bool:
 
 
 def _stays_clear(reach: ShapeRange, fixed_shape: ShapeRange) -> bool:
-    """Whether a shape is always off a fixed shape."""
+    """Whether a shape can never touch a fixed shape."""
     if fixed_shape.X_WG is None:
         return False
     center = fixed_shape.X_WG.inverse() @ reach.ball.center

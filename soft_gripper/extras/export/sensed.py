@@ -42,7 +42,7 @@ class SensedFinger:
         Raises:
             InputError: if there are not D joints.
         """
-        _check("joint positions", q, len(self.joints))
+        _check_shape("joint positions", q, len(self.joints))
         return self.sensors.read(np.asarray(q, dtype=float))
 
     def estimate(self, readings: Array, pressure: Array, X_WB: Array | None = None) -> ShapeEstimate:
@@ -58,8 +58,8 @@ class SensedFinger:
         """
         finger = self.nominal.finger
         names = self.nominal.deformations
-        _check("readings", readings, self.nominal.readings)
-        _check("pressure", pressure, finger.pressures)
+        _check_shape("readings", readings, self.nominal.readings)
+        _check_shape("pressure", pressure, finger.pressures)
         pose = np.broadcast_to(self.X_WB if X_WB is None else X_WB, (*np.shape(readings)[:-1], 3, 4))
         zeros = np.zeros((*np.shape(pressure)[:-1], finger.segments))
         torques = [
@@ -70,7 +70,7 @@ class SensedFinger:
         return self.function(np.asarray(readings), np.concatenate(torques, axis=-1), gravity)
 
 
-def _check(name: str, values: Array, count: int) -> None:
+def _check_shape(name: str, values: Array, count: int) -> None:
     if np.shape(values)[-1:] != (count,):
         raise InputError("sensed finger", name, np.shape(values), f"the last axis must have {count} entries")
 

@@ -33,7 +33,7 @@ def child_joints(plant: MultibodyPlant) -> dict[Any, list[Joint]]:
 
 
 def tree_depth(plant: MultibodyPlant) -> int:
-    """The number of bodies in the longest chain of bodies that hang on each other, without the world."""
+    """Number of bodies in the longest chain from the world to a leaf, without the world."""
     children = child_joints(plant)
     depth = 0
     level = children.get(plant.world_body().index(), [])
@@ -44,7 +44,7 @@ def tree_depth(plant: MultibodyPlant) -> int:
 
 
 def neighbors(plant: MultibodyPlant) -> dict[Any, set[Any]]:
-    """Bodies that touch a body in MuJoCo only by a listed pair, by its index.
+    """Bodies whose contacts with a body need a listed pair in MuJoCo, by its index.
 
     They are fixed to the body, or to one that a joint connects with it, unless that is fixed to the world.
     """
@@ -77,7 +77,7 @@ def exports_creep(finger: PlantFinger) -> bool:
 
 
 def missing_properties(station: Station) -> Iterator[str]:
-    """Properties of fingers and parts of a scenario that the file does not have."""
+    """Texts on properties of fingers and parts of a scenario that are missing in the file."""
     scenario = station.scenario
     for finger in station.fingers:
         for name in ("elastic_law", "tendons"):
@@ -96,7 +96,7 @@ def missing_properties(station: Station) -> Iterator[str]:
 
 
 def zero_pose(joint: Joint) -> RigidTransform:
-    """Pose of the child in the parent with the joint at zero; of a free body, its pose at the begin of a run."""
+    """Pose of a joint's child in its parent at zero position; of a free body, at the beginning of a run."""
     plant = joint.GetParentPlant()
     child = joint.child_body()
     if child.is_floating_base_body():
@@ -160,9 +160,9 @@ def mobilities(
         J = plant.CalcJacobianTranslationalVelocity(
             context, JacobianWrtVariable.kV, body.body_frame(), body.default_com(), world, world
         )
-        mean = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
+        mean_mobility = float(np.trace(J @ np.linalg.solve(mass, J.T))) / 3 if J.size else 0.0
         free_rate, damped_rate = (((J**2).sum(axis=0) / inertias).sum() for inertias in (inertia, inertia + drag))
-        mobility[body.index()] = mean * float(damped_rate / free_rate) if mean > 0 else 0.0
+        mobility[body.index()] = mean_mobility * float(damped_rate / free_rate) if mean_mobility > 0 else 0.0
     return mobility
 
 
@@ -172,5 +172,5 @@ def scoped_name(joint: Joint) -> str:
 
 
 def text(values: Iterable[float]) -> str:
-    """Numbers with all their digits."""
+    """Formats numbers with all their digits."""
     return " ".join(repr(float(value)) for value in values)

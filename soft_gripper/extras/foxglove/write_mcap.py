@@ -71,14 +71,14 @@ def write_mcap(data: xr.Dataset, path: Path) -> None:
         topics = [*_signal_topics(data), *_drawn_topics(data)]
         channels = dict[str, int]()
         for i, stamp in enumerate(stamps):  # in the order of time: readers then need one chunk at a time
-            for topic, schema, make in topics:
-                if (content := make(i)) is None:
+            for topic, schema, make_content in topics:
+                if (content := make_content(i)) is None:
                     continue
                 message = {**_header(stamp, schema), **content}
                 if topic not in channels:
                     text = json.dumps(_schema(message, schema)).encode()
-                    number = writer.register_schema(schema, "jsonschema", text)
-                    channels[topic] = writer.register_channel(topic, "json", number)
+                    schema_id = writer.register_schema(schema, "jsonschema", text)
+                    channels[topic] = writer.register_channel(topic, "json", schema_id)
                 writer.add_message(channels[topic], stamp, json.dumps(message).encode(), stamp)
         writer.finish()  # type: ignore[no-untyped-call]
     with atomic_file(path.with_suffix(".layout.json")) as partial:
@@ -91,7 +91,7 @@ def layout(data: xr.Dataset) -> dict[str, Any]:
     grid = {"layerId": "foxglove.Grid", "instanceId": "grid", "visible": True, "size": 1, "divisions": 20}
     panels: dict[str, Any] = {"3D!space": {"topics": visible_topics, "layers": {"grid": grid}, "followTf": "world"}}
     for group in _PLOT_GROUPS:
-        paths = [path for name in _fingers(data) for signal in group for path in _lines(data, f"{name}.{signal}")]
+        paths = [path for name in _fingers(data) for signal in group for path in _value_paths(data, f"{name}.{signal}")]
         if paths:
             lines = [{"value": path, "enabled": True, "timestampMethod": "receiveTime"} for path in paths]
             panels[f"Plot!{group[0]}"] = {"title": group[0].replace("_", " "), "paths": lines, "isSynced": True}
@@ -111,18 +111,18 @@ def _stack_panels(panels: list[str]) -> Any:
     if len(panels) < 2:
         return panels[0] if panels else None
     first, *other_panels = panels
-    share = 100 / len(panels)
-    return {"first": first, "second": _stack_panels(other_panels), "direction": "column", "splitPercentage": share}
+    percentage = 100 / len(panels)
+    return {"first": first, "second": _stack_panels(other_panels), "direction": "column", "splitPercentage": percentage}
 
 
-def _lines(data: xr.Dataset, name: str) -> list[str]:
-    """The numbers of a signal as paths of messages."""
+def _value_paths(data: xr.Dataset, name: str) -> list[str]:
+    """Message paths of the numbers of a signal."""
     if name not in data:
         return []
     paths = [f"{_topic(name)}.value"]
     for axis in (data[dim].values.tolist() for dim in data[name].dims[1:]):
-        parts = [f".{label}" if isinstance(label, str) else f"[{i}]" for i, label in enumerate(axis)]
-        paths = [path + part for path in paths for part in parts]
+        suffixes = [f".{label}" if isinstance(label, str) else f"[{i}]" for i, label in enumerate(axis)]
+        paths = [path + suffix for path in paths for suffix in suffixes]
     return paths
 
 
@@ -135,7 +135,7 @@ def _fingers(data: xr.Dataset) -> list[str]:
 
 
 def _signal_topics(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
-    """Topics of all signals, their schemas, and their messages."""
+    """Yields topics of all signals, their schemas, and functions that make their messages."""
     for key in data.data_vars:
         name = str(key)
         values = data[name]
@@ -151,23 +151,23 @@ def _signal_topics(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
 
 
 def _label_values(values: Any, labels: list[list[Any]]) -> Any:
-    """A number, or the entries along an axis, by its labels if these are names."""
+    """Nests numbers as a message: entries along an axis are named by its labels if these are texts."""
     if not labels:
         return values if math.isfinite(values) else None
-    parts = [_label_values(value, labels[1:]) for value in values]
-    return dict(zip(labels[0], parts, strict=True)) if isinstance(labels[0][0], str) else parts
+    entries = [_label_values(value, labels[1:]) for value in values]
+    return dict(zip(labels[0], entries, strict=True)) if isinstance(labels[0][0], str) else entries
 
 
 def _drawn_topics(data: xr.Dataset) -> Iterator[tuple[str, str, Make]]:
-    """Topics that are drawn, their schemas, and their messages."""
+    """Yields drawn topics, their schemas, and functions that make their messages."""
     for name in _fingers(data):
         signals = {str(key).removeprefix(f"{name}."): value.values for key, value in data.items()}
         X_WB = signals["X_WB"]
         if drawn_signals(signals):
             in_B = estimated_corners(signals)
             points = to_world(X_WB, in_B)
-            turns = X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
-            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(points[:, -1], _quaternions(turns))
+            rotations = X_WB[:, :, :3] @ link_frames(in_B)[:, -1]
+            yield f"/{name}/tip_in_world", "foxglove.PoseInFrame", _pose(points[:, -1], _quaternions(rotations))
             yield f"/{name}/shape", "foxglove.SceneUpdate", _scene(name, "shape", points, force_in_world(signals, in_B))
         if {TRUE_JOINTS, TRUE_TIP} <= signals.keys():
             points = to_world(X_WB, corners(signals[TRUE_JOINTS], signals[TRUE_TIP]))
@@ -230,18 +230,18 @@ _IDENTITY_POSE = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, 
 
 
 def _arrow(tip: Array, force: Array) -> list[Any]:
-    """An arrow with its tip where a force acts; none if it is small or unknown."""
+    """Arrow whose tip is at the point of a force, N; none if the force is small or unknown."""
     size = float(np.linalg.norm(force))
     if not size > MIN_FORCE or not np.isfinite(tip).all():
         return []
-    turn, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
+    rotation, _ = Rotation.align_vectors([force / size], [[1, 0, 0]])  # an arrow points along x
     length = LENGTH * size
     head = 2 * _LINE_THICKNESS
     return [
         {
             "pose": {
                 "position": _xyz(tip - force / size * (length + head)),
-                "orientation": dict(zip("xyzw", turn.as_quat().tolist(), strict=True)),
+                "orientation": dict(zip("xyzw", rotation.as_quat().tolist(), strict=True)),
             },
             "shaft_length": length,
             "shaft_diameter": _LINE_THICKNESS,
@@ -270,10 +270,10 @@ _JSON_TYPES: Mapping[type, str] = {str: "string", bool: "boolean", int: "integer
 
 
 def _schema(value: Any, title: str = "") -> dict[str, Any]:
-    """The JSON schema of a message, by an example."""
+    """Derives the JSON schema of a message from an example."""
     head: dict[str, Any] = {"title": title} if title else {}
     if isinstance(value, dict):
-        return {**head, "type": "object", "properties": {name: _schema(part) for name, part in value.items()}}
+        return {**head, "type": "object", "properties": {name: _schema(entry) for name, entry in value.items()}}
     if isinstance(value, list):
         return {**head, "type": "array", "items": _schema(value[0]) if value else {"type": "object"}}
     return {**head, "type": _JSON_TYPES.get(type(value), "number")}

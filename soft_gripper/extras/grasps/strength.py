@@ -1,4 +1,4 @@
-"""A standard shake test: the load, in any direction, that takes an object out of a grasp.
+"""Standard shake test: the load, N or N m, in each direction, that takes an object out of a grasp.
 
 The scenario runs until the object is held: to its end or, with a task, to the end of the first phase that holds it.
 Then everything but the gripper is taken away from the object, which hangs in the grasp for REST. From this state on, a
@@ -148,11 +148,11 @@ def held_object(scenario: Scenario, name: str | None) -> str:
 
 
 def shortened_scenario(scenario: Scenario) -> Scenario:
-    """The scenario up to the end of the first phase of its task that holds an object; without one, all of it."""
+    """The scenario up to the end of the first task phase that holds an object, or all of it without such a phase."""
     if scenario.task is None:
         return scenario
-    holding = [number for number, phase in enumerate(scenario.task.phases) if phase.holds]
-    phases = scenario.task.phases[: holding[0] + 1] if holding else scenario.task.phases
+    holding_phases = [number for number, phase in enumerate(scenario.task.phases) if phase.holds]
+    phases = scenario.task.phases[: holding_phases[0] + 1] if holding_phases else scenario.task.phases
     return replace(scenario, task=replace(scenario.task, phases=phases))
 
 
@@ -179,7 +179,7 @@ class LoadSample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SettledGrasp:
-    """An object that hangs in a grasp: the state before every load."""
+    """A grasp that holds an object at rest: the state before every load."""
 
     station: Station
     body: RigidBody
@@ -214,18 +214,18 @@ class SettledGrasp:
 def _row(kind: str, direction: str, unit: str, samples: Sequence[LoadSample]) -> StrengthRow:
     """The row of a load, from all its samples."""
     resistance = smoothed(np.array([sample.resisted for sample in samples]))
-    shifts, turns = (np.array([getattr(sample, name) for sample in samples]) for name in ("moved", "turned"))
-    strongest = int(np.argmax(resistance))
-    half = int(np.argmax(resistance >= resistance[strongest] / 2))
-    scale, motion = (1e3, np.degrees(turns)) if kind == "torque" else (1.0, 1e3 * shifts)
-    strength = scale * float(resistance[strongest])
-    stiffness = scale * float(resistance[half]) / float(motion[half]) if motion[half] > 0 else np.inf
-    largest = 1e3 * float(shifts[strongest]), float(np.degrees(turns[strongest]))
-    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *largest)
+    distances, angles = (np.array([getattr(sample, name) for sample in samples]) for name in ("moved", "turned"))
+    strongest_row = int(np.argmax(resistance))
+    half_row = int(np.argmax(resistance >= resistance[strongest_row] / 2))
+    scale, motions = (1e3, np.degrees(angles)) if kind == "torque" else (1.0, 1e3 * distances)
+    strength = scale * float(resistance[strongest_row])
+    stiffness = scale * float(resistance[half_row]) / float(motions[half_row]) if motions[half_row] > 0 else np.inf
+    largest_motions = 1e3 * float(distances[strongest_row]), float(np.degrees(angles[strongest_row]))
+    return StrengthRow(kind, direction, strength, unit, samples[-1].lost or NOT_LOST, stiffness, *largest_motions)
 
 
 def smoothed(values: Array) -> Array:
-    """Means over the last SMOOTH values, (K,); fewer at the beginning."""
+    """Moving means over the last SMOOTH values, (K,); fewer at the beginning."""
     sums = np.cumsum(np.concatenate([np.zeros(1), values]))
     begins = np.maximum(np.arange(1, len(sums)) - SMOOTH, 0)
     means: Array = (sums[1:] - sums[begins]) / (np.arange(1, len(sums)) - begins)
@@ -290,8 +290,8 @@ class _HeldBody:
         wrench, centers = self._contact()
         resistance = -float((wrench - self._wrench)[0 if self._load.is_torque else 1] @ self._axis)
         X_PO = self._relative_pose(self._base)
-        shift = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
-        return LoadSample(resistance, shift, _angle(self._begin, X_PO), self._loss(centers))
+        distance = float(np.linalg.norm(X_PO.translation() - self._begin.translation()))
+        return LoadSample(resistance, distance, _angle(self._begin, X_PO), self._loss(centers))
 
     def _loss(self, centers: dict[Any, tuple[Array, float]]) -> str:
         if sum(force for _, force in centers.values()) < TOUCH:
@@ -299,8 +299,8 @@ class _HeldBody:
         X_WO = self._body.EvalPoseInWorld(self._context)
         if np.mean([np.linalg.norm(shift(self._context, grip, X_WO)) for grip in self.grips]) > self._shake.slid:
             return SLID
-        turns = [_angle(X, self._relative_pose(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
-        return TURNED if min(turns) > self._shake.turned else ""
+        angles = [_angle(X, self._relative_pose(grip.link)) for X, grip in zip(self._poses, self.grips, strict=True)]
+        return TURNED if min(angles) > self._shake.turned else ""
 
     def _contact(self) -> tuple[Array, dict[Any, tuple[Array, float]]]:
         """Torque about the centre of mass and force of all contacts on the object, (2, 3) N m and N in the world.

@@ -57,9 +57,9 @@ def draw(rng: np.random.Generator, ranges: TrialsConfig) -> TrialVariation:
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * (1e3 * ranges.offset, 1e3 * ranges.offset, np.degrees(ranges.yaw))
     spans = (1e3 * np.array(ranges.mass), np.array(ranges.friction), 1 + ranges.size * np.array([-1.0, 1.0]))
     properties = tuple(rng.uniform(low, high) for low, high in spans)
-    offset = 1e3 * ranges.offset_error
-    turn = np.degrees(ranges.yaw_error)
-    error = rng.uniform(-1.0, 1.0, 3) * (offset, offset, turn)
+    max_offset_error = 1e3 * ranges.offset_error
+    max_yaw_error = np.degrees(ranges.yaw_error)
+    error = rng.uniform(-1.0, 1.0, 3) * (max_offset_error, max_offset_error, max_yaw_error)
     return TrialVariation(*map(float, (x, y, yaw, *properties, *error)))
 
 
@@ -85,9 +85,9 @@ def varied(scenario: Scenario, variation: TrialVariation) -> Scenario:
     vertices = read_scene(model_path(model.file)).convex_hull.vertices
     growth = (variation.size - 1) * model.mesh.scale
     begin, goal = (_keep_height(X.GetDeterministicValue(), vertices, growth) for X in (model.X_PC, task.X_WGoal))
-    turn = RotationMatrix.MakeZRotation(np.radians(variation.yaw_deg))
+    yaw_rotation = RotationMatrix.MakeZRotation(np.radians(variation.yaw_deg))
     place = begin.translation() + 1e-3 * np.array([variation.x_mm, variation.y_mm, 0.0])
-    model.X_PC, task.X_WGoal = Transform(RigidTransform(turn @ begin.rotation(), place)), Transform(goal)
+    model.X_PC, task.X_WGoal = Transform(RigidTransform(yaw_rotation @ begin.rotation(), place)), Transform(goal)
     model.mesh.scale += growth
     model.mass, model.friction = 1e-3 * variation.mass_g, variation.friction
     error = (1e-3 * variation.error_x_mm, 1e-3 * variation.error_y_mm, float(np.radians(variation.error_yaw_deg)))
@@ -106,9 +106,9 @@ def _object(scenario: Scenario) -> ModelConfig:
 
 
 def _keep_height(X_WO: RigidTransform, vertices: Array, growth: float) -> RigidTransform:
-    """A pose that keeps the lowest point's height when each unit of the vertices (N, 3) has grown by `growth` m."""
-    lowest = float(np.min(vertices @ X_WO.rotation().matrix()[2]))
-    return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * lowest])
+    """Shifts a pose to keep the height of the lowest vertex (N, 3), whose unit has grown by `growth` m."""
+    lowest_z = float(np.min(vertices @ X_WO.rotation().matrix()[2]))
+    return RigidTransform(X_WO.rotation(), X_WO.translation() - [0.0, 0.0, growth * lowest_z])
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,8 @@ class Trial:
     @property
     def rows(self) -> list[list[str]]:
         """Cells of the trial in each table."""
-        parts = self.result, self.details, self.grasp
-        return [[self.scenario, str(self.trial), *cells(part)] for part in parts]
+        rows = self.result, self.details, self.grasp
+        return [[self.scenario, str(self.trial), *cells(row)] for row in rows]
 
     @classmethod
     def from_rows(cls, rows: Sequence[Sequence[str]]) -> "Trial":

@@ -203,10 +203,10 @@ Changes = Mapping[str, Any]  # of a scenario, by dotted keys
 def _batches(
     changes: Mapping[str, Changes], number: int, seed: int
 ) -> Iterator[tuple[Batch, tuple[str, int, list[int], Changes]]]:
-    """Yields the keys of trials that are run together, and the arguments of `trials_together`; scenarios alternate."""
+    """Yields batches of trials: their keys and the arguments of `trials_together`; scenarios alternate."""
     size = min(runs_at_once(changed_scenario(*change), number) for change in changes.items())
-    for first in range(0, number, size):
-        numbers = list(range(first, min(first + size, number)))
+    for first_trial in range(0, number, size):
+        numbers = list(range(first_trial, min(first_trial + size, number)))
         for file, file_changes in changes.items():
             yield (
                 tuple((Path(file).stem, str(trial_number)) for trial_number in numbers),
@@ -240,7 +240,7 @@ def trials_together(file: str, seed: int, numbers: Sequence[int], changes: Chang
 def record_trial(
     file: str, seed: int, trial: int, progress: Progress | None = None, engine: str | None = None
 ) -> tuple[Station, Recording]:
-    """Runs one trial as `run_trials` does, and keeps its recording; `progress` as for `simulate`.
+    """Runs one trial like `run_trials`, and returns its recording too; `progress` as for `simulate`.
 
     Raises:
         InputError: if its variation cannot be built.
@@ -278,7 +278,7 @@ def judge(file: str, seed: int, trial: int, station: Station, recording: Recordi
 
 
 def _failed_trial(file: str, seed: int, trial: int, cause: str) -> Trial:
-    """A trial that ended in an error."""
+    """Makes the result of a trial that ended in an error."""
     result = Judged(False, NAN, NAN, False, NAN, NAN, NAN, NAN, NAN, NAN, cause)
     return Trial(Path(file).stem, trial, result, _details(file, seed, trial))
 

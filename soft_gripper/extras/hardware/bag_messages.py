@@ -71,7 +71,7 @@ class _MissingEntryError(Exception):
 
 
 class Column(NamedTuple):
-    """A field of the messages of a topic."""
+    """A number in the messages of a topic."""
 
     name: str
     topic: str
@@ -79,13 +79,13 @@ class Column(NamedTuple):
 
     @property
     def key(self) -> EntryName | None:
-        """The name of the entry of a list in it."""
+        """Name of the list entry in the path of the column."""
         return next((part for part in self.path if isinstance(part, EntryName)), None)
 
 
 @dataclass
 class Series:
-    """Numbers of the messages of a topic that have an entry of a name: those that columns need."""
+    """Needed numbers of the messages of a topic that have an entry of a name."""
 
     columns: list[Column] = field(default_factory=list)
     clock: list[int] = field(default_factory=list)  # ns
@@ -109,11 +109,11 @@ def bag_columns(path: Path, time: str, columns: Iterable[str], hold: float, unit
     """
     with ExitStack() as stack:
         bag = (_mcap if path.suffix == ".mcap" else _ros_bag)(path, stack)
-        clock, *others = (_column(path, name, bag.topics) for name in (time, *columns))
-        keys = [column.key for column in others if column.topic == clock.topic]
+        clock, *other_columns = (_column(path, name, bag.topics) for name in (time, *columns))
+        keys = [column.key for column in other_columns if column.topic == clock.topic]
         key = clock.key or (keys[0] if keys and None not in keys else None)
         series = {(clock.topic, key): Series([clock])}
-        for column in others:
+        for column in other_columns:
             series.setdefault((column.topic, column.key), Series()).columns.append(column)
         _read(path, bag, series, clock)
     for entry in series.values():
@@ -122,8 +122,8 @@ def bag_columns(path: Path, time: str, columns: Iterable[str], hold: float, unit
     if not rows.clock:
         raise InputError(path, "column", time, "there are no messages of this topic")
     if rows.lacking and key is not None:
-        count = rows.lacking + len(rows.clock)
-        note(LEFT_OUT, path, f"{rows.lacking} of {count} messages of {clock.topic}", "", f"they lack '{key.name}'")
+        total = rows.lacking + len(rows.clock)
+        note(LEFT_OUT, path, f"{rows.lacking} of {total} messages of {clock.topic}", "", f"they lack '{key.name}'")
     if rows.is_clock:
         _sort(path, rows)
     values = np.array(rows.values, dtype=float)
@@ -133,11 +133,11 @@ def bag_columns(path: Path, time: str, columns: Iterable[str], hold: float, unit
     for entry in series.values():
         row_values = _row_values(entry, rows.clock, hold)
         named_columns |= {column.name: row_values[:, i] for i, column in enumerate(entry.columns)}
-    return np.column_stack([named_columns[column.name] for column in (clock, *others)])
+    return np.column_stack([named_columns[column.name] for column in (clock, *other_columns)])
 
 
 def _read(path: Path, bag: Bag, series: Mapping[tuple[str, EntryName | None], Series], clock: Column) -> None:
-    """Fills the series."""
+    """Reads all messages into the series."""
     for message in bag.messages({topic for topic, _ in series}):
         for (topic, key), entry in series.items():
             if topic != message.topic:
@@ -172,14 +172,14 @@ def _check_meaning(path: Path, series: Series, name: str) -> None:
 
 
 def _sort(path: Path, rows: Series) -> None:
-    """Sorts rows by their stamps, which may be a little late; those of another recording are left where they are."""
+    """Sorts rows whose stamps are a little late; rows of another recording keep their places."""
     clock = np.array(rows.clock)
-    late = np.maximum.accumulate(clock) - clock
-    if 0 < late.max() <= _MAX_LATENESS:
+    delays = np.maximum.accumulate(clock) - clock
+    if 0 < delays.max() <= _MAX_LATENESS:
         order = np.argsort(clock, kind="stable")
         rows.clock, rows.values = clock[order].tolist(), [rows.values[i] for i in order]
-        why = f"their stamps are up to {1e-6 * late.max():.3g} ms earlier than one before: rows are sorted by them"
-        note(MENDED, path, f"{np.count_nonzero(late)} of {len(clock)} messages", "", why)
+        reason = f"their stamps are up to {1e-6 * delays.max():.3g} ms earlier than one before: rows are sorted by them"
+        note(MENDED, path, f"{np.count_nonzero(delays)} of {len(clock)} messages", "", reason)
 
 
 def _row_values(series: Series, rows: list[int], hold: float) -> Array:
@@ -267,14 +267,14 @@ def _field(message: Any, name: str) -> Any:
 
 def _entry_names(entries: Any, parent: Any) -> list[str] | None:
     """Names of the entries of a list, from the entries or from a list beside it; None: they have none."""
-    name_field = next((name for name in _NAME_FIELDS if len(entries) and _has(entries[0], name)), None)
+    name_field = next((name for name in _NAME_FIELDS if len(entries) and _has_entry(entries[0], name)), None)
     if name_field is not None:
         return [str(_field(entry, name_field)) for entry in entries]
-    lists = (_field(parent, name) for name in _NAME_LIST_FIELDS if _has(parent, name))
+    lists = (_field(parent, name) for name in _NAME_LIST_FIELDS if _has_entry(parent, name))
     return next(([*map(str, names)] for names in lists if isinstance(names, list)), None if len(entries) else [])
 
 
-def _has(message: Any, name: str) -> bool:
+def _has_entry(message: Any, name: str) -> bool:
     return name in message if isinstance(message, dict) else hasattr(message, name)
 
 
@@ -295,12 +295,12 @@ def _find_stamp(message: Any, path: Iterable[Part]) -> int | None:
 
 def _stamp(value: Any) -> int | None:
     """Time of ROS or JSON, ns; None if a value is no time."""
-    parts = value if isinstance(value, dict) else getattr(value, "__dict__", {})
-    nanoseconds = parts.get("nanosec", parts.get("nsec"))
-    if nanoseconds is None or "sec" not in parts:
+    entries = value if isinstance(value, dict) else getattr(value, "__dict__", {})
+    nanoseconds = entries.get("nanosec", entries.get("nsec"))
+    if nanoseconds is None or "sec" not in entries:
         return None
-    whole, rest = (int(number(str(part))) for part in (parts["sec"], nanoseconds))  # JSON has them as text, too
-    return whole * _NS_PER_S + rest
+    seconds, fraction = (int(number(str(text))) for text in (entries["sec"], nanoseconds))  # JSON has them as text, too
+    return seconds * _NS_PER_S + fraction
 
 
 def _leaves(value: Any, name: str = "") -> Iterator[str]:
@@ -315,8 +315,8 @@ def _leaves(value: Any, name: str = "") -> Iterator[str]:
     else:
         yield name if not isinstance(value, str) else f"{name} (text)"
         return
-    for key, part in parts.items():
-        yield from _leaves(part, f"{name}.{key}" if name else str(key))
+    for key, entry in parts.items():
+        yield from _leaves(entry, f"{name}.{key}" if name else str(key))
 
 
 def _shorten(names: Iterable[str]) -> str:
@@ -332,10 +332,10 @@ def _ros_bag(path: Path, stack: ExitStack) -> Bag:
     reader = stack.enter_context(AnyReader([path], default_typestore=get_typestore(Stores.LATEST)))
 
     def messages(topics: Collection[str]) -> Iterator[Message]:
-        chosen = [connection for connection in reader.connections if connection.topic in topics]
-        for connection, logged, data in reader.messages(chosen):
+        read_connections = [connection for connection in reader.connections if connection.topic in topics]
+        for connection, log_time, data in reader.messages(read_connections):
             publisher = getattr(connection.ext, "callerid", None) or ""  # known in ROS 1
-            yield Message(connection.topic, publisher, logged, reader.deserialize(data, connection.msgtype))
+            yield Message(connection.topic, publisher, log_time, reader.deserialize(data, connection.msgtype))
 
     return Bag({connection.topic: connection.msgtype for connection in reader.connections}, messages)
 

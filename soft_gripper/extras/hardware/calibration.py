@@ -70,9 +70,9 @@ def calibrate_recordings(
     for name, layout in layouts.items():
         calibration = calibrate(layout, samples_by_finger[name], sought, **friction)
         ratios = np.concatenate([samples.ratios[samples.hold >= 0] for samples in samples_by_finger[name]])
-        whole = ratios[np.isfinite(ratios).all(axis=1)]
-        _check_fit(name, calibration, float(_strain_ranges(whole).max()))
-        doubtful = [f"{files[number].name} at {time:.1f} s" for number, time in calibration.doubtful]
+        complete_ratios = ratios[np.isfinite(ratios).all(axis=1)]
+        _check_fit(name, calibration, float(_strain_ranges(complete_ratios).max()))
+        doubtful = [f"{files[file_number].name} at {time:.1f} s" for file_number, time in calibration.doubtful]
         fingers[name] = as_config(layout, calibration, doubtful)
     return CalibrationConfig(ASSUMED, fingers)
 
@@ -151,7 +151,7 @@ def _instrument_run(log: FingerLog, force: Measured) -> InstrumentRun:
 
 
 def _to_press(log: FingerLog, force: Array, measured: Measured) -> FacePress:
-    """A force at its place; NaN where it presses at an unknown one."""
+    """Force on the finger's face, N, and its location; NaN where the location is unknown."""
     place = latest(log.time, measured.place)
     contact_force = np.where(np.abs(force) <= _MIN_CONTACT_FORCE, 0.0, force + 0 * place)
     axis = None if measured.along is None else complex(measured.along[1], measured.along[0])
@@ -186,8 +186,8 @@ def _free_bending(
     hold = np.where(is_resting, begins.cumsum() - 1, -1)
     if press is not None and not np.nan_to_num(press.force).any():
         press = None
-    count = _MAX_SAMPLES if press is None else _MAX_PRESSED_SAMPLES
-    rows = np.unique(np.linspace(0, len(time) - 1, min(count, len(time))).astype(int))
+    max_samples = _MAX_SAMPLES if press is None else _MAX_PRESSED_SAMPLES
+    rows = np.unique(np.linspace(0, len(time) - 1, min(max_samples, len(time))).astype(int))
     tips = None if tip is None else tip[rows]
     if press is not None:
         press = press._replace(force=np.nan_to_num(press.force[rows]), place=press.place[rows])
@@ -206,18 +206,18 @@ def _rest_samples(time: Array) -> int:
 def _steady_ends(is_resting: NDArray[np.bool_], force: Array, time: Array) -> NDArray[np.bool_]:
     """Mask of the end of every stretch of rest, from where the force is steady, (T,)."""
     is_steady = is_resting & steady(force, _rest_samples(time), _MIN_CONTACT_FORCE / 2)
-    moves = np.flatnonzero(is_resting & ~is_steady)
+    move_starts = np.flatnonzero(is_resting & ~is_steady)
     stretch = (is_resting & ~np.append(False, is_resting[:-1])).cumsum()
-    last = np.full(stretch.max() + 1, -1)
-    last[stretch[moves]] = moves  # the last of each counts
-    ends: NDArray[np.bool_] = is_steady & (np.arange(len(is_resting)) > last[stretch])
+    last_rows = np.full(stretch.max() + 1, -1)
+    last_rows[stretch[move_starts]] = move_starts  # the last of each counts
+    ends: NDArray[np.bool_] = is_steady & (np.arange(len(is_resting)) > last_rows[stretch])
     return ends
 
 
 def _strain_ranges(ratios: Array) -> Array:
-    """Ranges of the sensors, 1st to 99th percentile, extension ratio."""
-    low, high = np.percentile(ratios, [1, 99], axis=0)
-    ranges: Array = high - low
+    """Ranges of the sensors, 1st to 99th percentile, as extension ratios."""
+    low_ratios, high_ratios = np.percentile(ratios, [1, 99], axis=0)
+    ranges: Array = high_ratios - low_ratios
     return ranges
 
 
@@ -244,11 +244,11 @@ def _check_motion(file: Path, name: str, ratios: Array) -> None:
 
 
 def _check_fit(name: str, calibration: Calibration, strain_range: float) -> None:
-    because = "something was touched, or it is a different finger"
+    cause_text = "something was touched, or it is a different finger"
     for gain in (calibration.bend_ratio, *calibration.gains):
         if not _MIN_GAIN <= gain <= 1 / _MIN_GAIN:
-            expected = f"no finger differs that much from its nominal model; {because}"
+            expected = f"no finger differs that much from its nominal model; {cause_text}"
             raise InputError("calibrate", f"gain or bend per pressure of '{name}'", round(float(gain), 4), expected)
     if not calibration.residual <= _MAX_RESIDUAL_SHARE * strain_range:
-        expected = f"is more than {_MAX_RESIDUAL_SHARE * strain_range:.2g}; {because}"
+        expected = f"is more than {_MAX_RESIDUAL_SHARE * strain_range:.2g}; {cause_text}"
         raise InputError("calibrate", f"residual of '{name}'", round(calibration.residual, 6), expected)

@@ -1,4 +1,4 @@
-"""Finds readings that are clipped by their converter or never move, among those of a finger that may be at rest.
+"""Finds readings of a finger, possibly at rest, that are clipped by their converter or never change.
 
 A finger at rest has readings that stay the same too, often its smallest. A reading counts as clipped if another signal
 that it followed continues while it stays at its largest or smallest value, or has left the range that belongs to it.
@@ -23,7 +23,7 @@ _MAX_FLICKER = 10  # a reading with more values moves
 
 
 class StuckReading(NamedTuple):
-    """A reading that stays at a value while others move."""
+    """A reading that stays at a value while others change."""
 
     name: str
     value: float
@@ -35,7 +35,7 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
     signals = {**readings, **others}
     questions = []
     for name, reading in readings.items():
-        followed = {other: values for other, values in signals.items() if other != name}
+        references = {other: values for other, values in signals.items() if other != name}
         values_ = reading[np.isfinite(reading)]
         if len(values_) < _MIN_SAMPLES:
             continue
@@ -46,10 +46,10 @@ def stuck_readings(readings: Mapping[str, Array], others: Mapping[str, Array]) -
                 questions.append(StuckReading(name, float(values_[0]), question))
             continue
         low, high = map(float, np.percentile(values_, [_GLITCH_PERCENT, 100 - _GLITCH_PERCENT], method="nearest"))
-        inside = np.where((reading >= low) & (reading <= high), reading, np.nan)
+        in_range = np.where((reading >= low) & (reading <= high), reading, np.nan)
         for word, end in (("largest", high), ("smallest", low)):
             share = float((values_ == end).mean())
-            if share >= _MIN_CLIPPED_SHARE and any(_continues(inside, end, values) for values in followed.values()):
+            if share >= _MIN_CLIPPED_SHARE and any(_continues(in_range, end, values) for values in references.values()):
                 question = f"has its {word} value in {100 * share:.0f} % of the samples: is it clipped?"
                 questions.append(StuckReading(name, end, question))
     return questions
@@ -59,8 +59,8 @@ def _continues(reading: Array, end: float, other: Array) -> bool:
     """Whether a signal that a reading follows, by a line, goes on while the reading stays at an end of its range."""
     is_known = np.isfinite(reading) & np.isfinite(other)
     is_at_end, free = is_known & (reading == end), is_known & (reading != end)
-    counts = is_at_end.sum(), free.sum()
-    if min(counts) < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
+    sample_counts = is_at_end.sum(), free.sum()
+    if min(sample_counts) < _MIN_SAMPLES or min(np.ptp(other[free]), np.ptp(reading[free])) == 0:
         return False
     correlation = float(np.corrcoef(reading[free], other[free])[0, 1])
     if not abs(correlation) >= _MIN_CORRELATION:

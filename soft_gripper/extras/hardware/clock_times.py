@@ -29,14 +29,14 @@ def elapsed_seconds(cells: Sequence[str]) -> tuple[Array, int]:
     """
     plain_cells = (cell.strip().replace(",", ".") for cell in cells)
     texts = pd.Series([text if len(text) <= _MAX_TIME_LENGTH else "" for text in plain_cells])
-    first = next((text for text in texts if ":" in text), "")
-    if _MINUTES_PATTERN.fullmatch(first) or _TIME_OF_DAY.fullmatch(first):
-        whole = texts if _TIME_OF_DAY.fullmatch(first) else "00:" + texts
-        seconds = pd.to_timedelta(whole, errors="coerce").dt.total_seconds().to_numpy(dtype=float)
+    first_time = next((text for text in texts if ":" in text), "")
+    if _MINUTES_PATTERN.fullmatch(first_time) or _TIME_OF_DAY.fullmatch(first_time):
+        full_times = texts if _TIME_OF_DAY.fullmatch(first_time) else "00:" + texts
+        seconds = pd.to_timedelta(full_times, errors="coerce").dt.total_seconds().to_numpy(dtype=float)
         return _unwrap_midnights(seconds)
     dates = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
     if dates.isna().mean() > 0.5:
-        day_first = "." in first.split(" ")[0]
+        day_first = "." in first_time.split(" ")[0]
         sampled_texts = texts[texts.str.contains(":")][:_MAX_SAMPLED_CELLS]  # other forms take long to read
         if _parse_dates(sampled_texts, day_first).notna().any():
             dates = _parse_dates(texts, day_first)
@@ -51,8 +51,8 @@ def _parse_dates(texts: "pd.Series[str]", day_first: bool) -> "pd.Series[pd.Time
 
 
 def _unwrap_midnights(seconds: Array) -> tuple[Array, int]:
-    finite = np.isfinite(seconds)
-    passes_midnight = np.diff(seconds[finite], prepend=seconds[finite][:1]) < -_DAY_SECONDS / 2
+    is_finite = np.isfinite(seconds)
+    passes_midnight = np.diff(seconds[is_finite], prepend=seconds[is_finite][:1]) < -_DAY_SECONDS / 2
     elapsed = np.full(seconds.shape, np.nan)
-    elapsed[finite] = seconds[finite] - seconds[finite][:1] + _DAY_SECONDS * np.cumsum(passes_midnight)
+    elapsed[is_finite] = seconds[is_finite] - seconds[is_finite][:1] + _DAY_SECONDS * np.cumsum(passes_midnight)
     return elapsed, int(passes_midnight.sum())

@@ -91,11 +91,11 @@ def read_finger_logs(file: Path, log: Log) -> list[FingerLog]:
     else:
         finger_logs = [*_recording_logs(file, log.described, fingers, gravity)]
     for log_ in finger_logs:
-        _check(file, _log_violations(log_, nominal_layout(scenario, log_.finger)))
+        _raise_violation(file, _log_violations(log_, nominal_layout(scenario, log_.finger)))
     return finger_logs
 
 
-def _check(file: Path, violations: Iterable[Violation]) -> None:
+def _raise_violation(file: Path, violations: Iterable[Violation]) -> None:
     for violation in violations:
         raise InputError(file, *violation)
 
@@ -116,13 +116,13 @@ def nominal_layout(scenario: Scenario, finger: PlantFinger) -> MeasurementModel:
 
 
 def _log_violations(log: FingerLog, layout: MeasurementModel) -> Iterator[Violation]:
-    """Yields what does not fit the sensors of a finger in a log."""
+    """Yields violations of the sensors of a finger by its log."""
     name, readings = log.finger.name, log.readings.shape[1]
     if readings != layout.readings:
         yield f"readings of {name}", readings, f"give {layout.readings}, as many as the scenario's sensors have"
-    unread = np.flatnonzero(np.isnan(log.pressure))
-    if len(unread):
-        loss = f"at {log.time[unread[0]]:g} s, and in {len(unread)} of {len(log.time)} samples"
+    missing_rows = np.flatnonzero(np.isnan(log.pressure))
+    if len(missing_rows):
+        loss = f"at {log.time[missing_rows[0]]:g} s, and in {len(missing_rows)} of {len(log.time)} samples"
         remedy = "give a pressure; `hold` in the description is the age, s, up to which the last one counts"
         yield f"pressure of {name}", np.nan, f"{loss}: {remedy}"
     for kind, measured in log.measured.items():
@@ -136,17 +136,17 @@ def _bench_logs(
     time_column = require_value(bench.time, file, "bench.time", "a log needs the time of every row")
     log_table = drop_zero_stamps(read_table(file, _bench_columns(bench, time_column)), time_column, 1.0)
     runs = [log_table] if bench.pause is None else split_runs(log_table, time_column, bench.pause)
-    for number, table in enumerate(runs, 1):
+    for run_number, table in enumerate(runs, 1):
         time = table.columns([time_column])[:, 0]
-        _check(file, _bench_violations(bench, time_column, time, fingers, period))
-        run_name = file.stem if len(runs) == 1 else f"{file.stem}_{number}"
+        _raise_violation(file, _bench_violations(bench, time_column, time, fingers, period))
+        run_name = file.stem if len(runs) == 1 else f"{file.stem}_{run_number}"
         for name, config in bench.fingers.items():
             field, finger = f"bench.fingers.{name}", fingers[name]
             pressure = bench.relative(table.columns(config.pressures)[:, 0])
             if bench.pressure_ambient is None:
                 remedy = "give `pressure_ambient`, what it has in open air; if it is not, `pressure_ambient: 0`"
                 reference = time <= time[0] + _REST_TIME
-                _check(file, absolute_violations(f"{field}.pressures", pressure, reference, remedy))
+                _raise_violation(file, absolute_violations(f"{field}.pressures", pressure, reference, remedy))
             X_WB = np.tile(finger.X_WB.GetAsMatrix34(), (len(time), 1, 1))
             if config.base_pose is not None:
                 X_WB = table.columns(config.base_pose).reshape(-1, 3, 4)
@@ -154,16 +154,16 @@ def _bench_logs(
             note_stuck(file, {f"reading {i} of {name}": row for i, row in enumerate(readings.T)}, {"p": pressure})
             tip = None if config.tip is None else as_planar(table.columns(config.tip))
             measured = read_instruments(table, config)
-            _check(file, instrument_violations(measured, config, finger.finger.length, f"{field}."))
+            _raise_violation(file, instrument_violations(measured, config, finger.finger.length, f"{field}."))
             yield FingerLog(run_name, finger, time, pressure, X_WB, gravity, readings, tip, measured)
 
 
 def _bench_violations(
     bench: BenchConfig, time_column: str, time: Array, fingers: Mapping[str, PlantFinger], period: float
 ) -> Iterator[Violation]:
-    """Yields what is wrong with the times, (T,) s, of a run, and with the fingers of its bench."""
-    for later in time[1:][~(np.diff(time) > 0)]:
-        yield time_column, float(later), "times must increase from row to row"
+    """Yields violations in the times, (T,) s, of a run, and in the fingers of its bench."""
+    for wrong_time in time[1:][~(np.diff(time) > 0)]:
+        yield time_column, float(wrong_time), "times must increase from row to row"
     if len(time) < 2:
         yield time_column, len(time), "needs at least 2 samples"
     limits = min(_MIN_INTERVAL, 0.5 * period), max(_MAX_INTERVAL, 2 * period)
@@ -191,7 +191,7 @@ def _recording_logs(
         readings = require_value(run.readings, file, "readings", "name the columns of the strain sensors")
         pressures = require_value(run.pressures, file, "pressures", "name the column of the pressure")
         columns = described.pressures.columns if described.pressures else []
-        _check(file, _pressure_violations("pressures.columns", columns))
+        _raise_violation(file, _pressure_violations("pressures.columns", columns))
         # Gravity is that of the scenario in the world, or that of the recording in B.
         X_WB, g = (finger.X_WB.GetAsMatrix34(), gravity) if run.gravity is None else (np.eye(3, 4), run.gravity)
         poses = np.tile(X_WB, (len(run.time), 1, 1))
@@ -201,10 +201,10 @@ def _recording_logs(
 
 def _tip(recording: HardwareRecording) -> Planar | None:
     """Position of the tip, (T) z + i x in B, m; None if it has neither a pose nor markers."""
-    described = recording.config.markers
+    markers_config = recording.config.markers
     points = [recording.poses["tip"].p] if "tip" in recording.poses else []
-    if not points and described is not None:
-        points = [recording.markers[name] for name in described.bodies.get("tip", [])]
+    if not points and markers_config is not None:
+        points = [recording.markers[name] for name in markers_config.bodies.get("tip", [])]
     return as_planar(np.mean(points, axis=0)[:, ::2]) if points else None
 
 
@@ -239,16 +239,16 @@ def load_run(file: Path) -> RecordedRun:
 
 
 def _check_time(file: Path, recording: Recording, period: float) -> None:
-    """Checks that samples are a period apart, because they are addressed by index."""
+    """Checks that samples are a period apart, s, since they are addressed by index."""
     time = recording.data.get("time")
     if time is None or time.dims != ("time",) or time.dtype.kind != "f" or not len(time):
         variable = None if time is None else f"{time.dtype} {time.dims}"
         raise InputError(file, "time", variable, "give the time of every sample, s")
     steps = np.diff(time.values, prepend=-period)
-    wrong = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
-    if len(wrong):
-        value, expected = float(time[wrong[0]]), f"times must start at 0 s and increase by {period:g} s"
-        raise InputError(file, f"time[{wrong[0]}]", value, expected)
+    wrong_rows = np.flatnonzero(~((steps > 0) & (steps < 2 * period)))
+    if len(wrong_rows):
+        value, expected = float(time[wrong_rows[0]]), f"times must start at 0 s and increase by {period:g} s"
+        raise InputError(file, f"time[{wrong_rows[0]}]", value, expected)
 
 
 def read_signal(file: object, recording: Recording, name: str, *shape: int, allow_nan: bool = False) -> Array:
@@ -259,10 +259,10 @@ def read_signal(file: object, recording: Recording, name: str, *shape: int, allo
     if name not in recording.data:
         raise InputError(file, "signal", name, "is not in the recording")
     values: Array = recording[name].values
-    expected = (recording.data.sizes["time"], *shape)
-    if values.shape != expected or values.dtype.kind != "f":
+    expected_shape = (recording.data.sizes["time"], *shape)
+    if values.shape != expected_shape or values.dtype.kind != "f":
         raise InputError(
-            file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected}"
+            file, name, f"{values.dtype} {values.shape}", f"give floating-point numbers of shape {expected_shape}"
         )
     wrong = values[~((np.abs(values) < _MAX_SIZE) | (allow_nan & np.isnan(values)))]
     if len(wrong):

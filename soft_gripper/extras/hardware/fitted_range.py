@@ -63,9 +63,9 @@ def learned_widths(fitted: Array, left_out: Sequence[LeftOut]) -> Widths:
     order = np.argsort(growths)
     covered = np.cumsum(weights[order]) / len(left_out)
     growth = float(growths[order][np.searchsorted(covered, COVERAGE)])
-    furthest = np.max([region.growth_widths.max(axis=0) for region in left_out], axis=0)
-    unknown = np.divide(floor, furthest, out=np.zeros_like(floor), where=furthest > 0)
-    return Widths(floor, max(growth, float(unknown.min())))
+    far_widths = np.max([region.growth_widths.max(axis=0) for region in left_out], axis=0)
+    floor_ratio = np.divide(floor, far_widths, out=np.zeros_like(floor), where=far_widths > 0)
+    return Widths(floor, max(growth, float(floor_ratio.min())))
 
 
 def _needed_growths(region: LeftOut, floor: Array) -> Array:
@@ -76,7 +76,7 @@ def _needed_growths(region: LeftOut, floor: Array) -> Array:
 
 
 def disagreement(fitted: FittedStates, states: Array, shape: int) -> float:
-    """Distance of states from the fitted ones where their drive is known: all but NEAREST of them; 0: it never is.
+    """Quantile NEAREST of the distances of states with a known drive from the fitted ones; 0 without such states.
 
     Sensors that were set anew are wrong all the time; other recordings come near what was fitted. Of the states,
     (T, D), the first `shape` numbers are read; the others are those of the drive.
@@ -86,17 +86,17 @@ def disagreement(fitted: FittedStates, states: Array, shape: int) -> float:
 
 
 def nearest_distance(distance: Array) -> float:
-    """The distance, of those that are not NaN, within which the share NEAREST of them lies; 0: all are NaN."""
-    finite = distance[np.isfinite(distance)]
-    return float(np.quantile(finite, NEAREST)) if len(finite) else 0.0
+    """Quantile NEAREST of the finite distances; 0 if all are NaN."""
+    known_distances = distance[np.isfinite(distance)]
+    return float(np.quantile(known_distances, NEAREST)) if len(known_distances) else 0.0
 
 
 def fitted_disagreement(recordings: Sequence[Array], spread: Array, shape: int) -> float:
-    """The largest disagreement of a recording's states with those of all others; infinite: it cannot be told."""
+    """Largest disagreement of a recording's states with the states of all others; infinite if unknown."""
     disagreements = []
     for number, states in enumerate(recordings) if len(recordings) > 1 else ():
-        others = np.concatenate([*recordings[:number], *recordings[number + 1 :]])
-        disagreements.append(disagreement(FittedStates(others, spread), states, shape))
+        other_states = np.concatenate([*recordings[:number], *recordings[number + 1 :]])
+        disagreements.append(disagreement(FittedStates(other_states, spread), states, shape))
     return max(disagreements, default=0.0) or float("inf")
 
 
@@ -109,13 +109,13 @@ def extrapolation_warnings(
     """
     if not is_far.any():
         return []
-    row, part = np.unravel_index(int(np.argmax(distance)), distance.shape)
+    row, column = np.unravel_index(int(np.argmax(distance)), distance.shape)
     remark = f"{100 * is_far.mean():.0f} % of it is far from what was fitted"
-    return [f"{remark}: furthest at {time[row]:.1f} s, with {describe_state(int(row), int(part))}"]
+    return [f"{remark}: furthest at {time[row]:.1f} s, with {describe_state(int(row), int(column))}"]
 
 
 def disagreement_warnings(signals: str, distance: float, max_distance: float) -> list[str]:
-    """Statement that readings and drive disagree by more spreads than fitted recordings do, if so."""
+    """Warning that readings and drive disagree by more spreads than in fitted recordings; empty otherwise."""
     distances = f"by {distance:.2f} spreads, at most {max_distance:.2f} between fitted recordings"
     return [] if distance <= max_distance else [f"{signals} disagree ({distances}): if set anew, give --zero 2"]
 

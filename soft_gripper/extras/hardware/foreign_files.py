@@ -50,5 +50,5 @@ def foreign_binary(data: bytes) -> str | None:
 
 def foreign_text(lines: Sequence[str]) -> str | None:
     """Format of a text file without the columns and its export, in words; None: unknown."""
-    first = next((line.lstrip(' "') for line in lines if line.strip()), "")
-    return next((form for begin, form in _TEXT_FORMS if first.startswith(begin)), None)
+    first_line = next((line.lstrip(' "') for line in lines if line.strip()), "")
+    return next((format_text for begin, format_text in _TEXT_FORMS if first_line.startswith(begin)), None)

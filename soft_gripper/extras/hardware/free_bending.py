@@ -75,7 +75,7 @@ _NOISE_ITERATIONS = 5  # of the estimate of the noise
 
 @dataclass(frozen=True)
 class FreeBending:
-    """A recording of T samples in which a finger bends freely, or under a known force, in M holds of its pressure."""
+    """A recording of T samples and M pressure holds, in which a finger bends freely or under a known force."""
 
     time: Array  # (T) s
     pressure: Array  # (T) Pa
@@ -92,7 +92,7 @@ class FreeBending:
 
 
 class _Holds(NamedTuple):
-    """M holds, of all recordings."""
+    """M pressure holds of all recordings."""
 
     strain: Array  # (M, R) read, NaN where nothing is
     recording: NDArray[np.int_]  # (M)
@@ -112,15 +112,15 @@ class _Model(NamedTuple):
     places: tuple[float, ...]  # m, of the presses of each recording from their stated position
 
     def changed(self, name: str, step: float) -> "_Model":
-        """Copy with one of the numbers, or all places, larger by a step."""
+        """Copy with one number, or all places, increased by a step."""
         value = getattr(self, name)
-        larger: Any = tuple(place + step for place in value) if name == "places" else value + step
-        return self._replace(**{name: larger})
+        changed_value: Any = tuple(place + step for place in value) if name == "places" else value + step
+        return self._replace(**{name: changed_value})
 
     def finger(self, nominal: Finger) -> Finger:
-        """Finger that the numbers describe."""
-        bent = softened(nominal, float(np.exp(self.ratio)), self.variation)
-        return replace(strengthened(bent, float(np.exp(self.strength))), pressure_offset=self.pressure)
+        """Copy of a nominal finger with these numbers."""
+        softened_finger = softened(nominal, float(np.exp(self.ratio)), self.variation)
+        return replace(strengthened(softened_finger, float(np.exp(self.strength))), pressure_offset=self.pressure)
 
 
 class _Predicted(NamedTuple):
@@ -173,9 +173,9 @@ class _UnknownIndices:
         self.lag, self.pressure, self.response, self.variation, self.strength, self.friction = range(1, 7)
         self.sought = {name: getattr(self, name) for name in (*SOUGHT, "strength", "friction")}
         self.bends, self.offsets = (slice(7 + i * readings, 7 + (i + 1) * readings) for i in range(2))
-        first = 7 + 2 * readings
-        self.places = slice(first, first + recordings)
-        self.drifts = slice(first + recordings, None)  # reading after reading, of one recording after the other
+        first_index = 7 + 2 * readings
+        self.places = slice(first_index, first_index + recordings)
+        self.drifts = slice(first_index + recordings, None)  # reading after reading, of one recording after the other
         middles = np.cumsum(layout.rest_lengths) - layout.rest_lengths / 2
         self.positions = np.tile(2 * middles / layout.finger.length - 1, layout.paths)  # of each reading, -1 to 1
 
@@ -256,9 +256,9 @@ def calibrate(
     def slopes(x: Array, residuals: Array) -> Array:
         return np.vstack([-_slopes(x, linearized, indices)[is_measured], prior])
 
-    upper = np.append(np.log(_RATIO_BOUNDS[1]), np.full(len(x) - 1, np.inf))
-    lower = np.append(np.log(_RATIO_BOUNDS[0]), -upper[1:])
-    problem = Problem(np.asarray, residuals, slopes, bounds=(lower, upper), options={"x_scale": "jac"})
+    upper_bounds = np.append(np.log(_RATIO_BOUNDS[1]), np.full(len(x) - 1, np.inf))
+    lower_bounds = np.append(np.log(_RATIO_BOUNDS[0]), -upper_bounds[1:])
+    problem = Problem(np.asarray, residuals, slopes, bounds=(lower_bounds, upper_bounds), options={"x_scale": "jac"})
     for _ in range(_NOISE_ITERATIONS):
         linearized = _linearize_holds(layout, recordings, holds, indices.model(x), fitted)
         scale = np.sqrt(weights)[:, None] / np.array([*noise.strain, noise.tip, noise.tip])
@@ -315,8 +315,8 @@ def _calibrated_states(
         left_out = whole.copy()
         left_out[whole] = region
         nearby = replace(reference, fitted=FittedStates(states[whole & ~left_out], units))
-        remaining = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
-        is_kept = np.append(remaining, np.ones(len(fit.residuals) - len(remaining), bool))
+        kept_residuals = np.broadcast_to(~left_out[:, None], measured.shape)[measured]
+        is_kept = np.append(kept_residuals, np.ones(len(fit.residuals) - len(kept_residuals), bool))
         distance = distance_stds(nearby.state_distances(states[left_out]), layout.paths)
         return LeftOut(errors(fit.change_without(is_kept))[left_out].reshape(-1, 1), distance.reshape(-1, 1))
 
@@ -327,9 +327,9 @@ def _calibrated_states(
         return residuals[:, :-2]
 
     # Under a drive that is a little away from a fitted one, the readings are as far away again.
-    free = [run.press is None or (run.hold >= 0) & ~run.pressed for run in recordings]
+    free_masks = [run.press is None or (run.hold >= 0) & ~run.pressed for run in recordings]
     free_states = [
-        rows[np.isfinite(rows).all(axis=-1) & is_free] for (rows, _), is_free in zip(pairs, free, strict=True)
+        rows[np.isfinite(rows).all(axis=-1) & is_free] for (rows, _), is_free in zip(pairs, free_masks, strict=True)
     ]
     groups = free_states if len(free_states) > 1 else np.array_split(free_states[0], 2)
     disagreement = fitted_disagreement(groups, units, R) + np.sqrt(2) * KNOWN_DRIVE
@@ -348,7 +348,7 @@ def _weighted_std(stds: Array, strain: Array) -> float:
 
 
 def _median(values: Array) -> Array:
-    """Medians of the finite numbers over the first axis, NaN if there are none."""
+    """Medians of the finite numbers over the first axis; NaN without finite numbers."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.asarray(np.nanmedian(values, axis=0))
@@ -385,7 +385,7 @@ def _prior(indices: _UnknownIndices, recordings: int, friction: float) -> Array:
 
 
 def _holds(recordings: Sequence[FreeBending]) -> _Holds:
-    """Medians of all holds."""
+    """Medians of the recordings' signals in all holds."""
     medians: list[tuple[Array, int, float, complex, bool]] = []
     for number, recording in enumerate(recordings):
         for hold in range(recording.hold.max() + 1):
@@ -402,7 +402,7 @@ def _predict_holds(
     layout: SensorLayout, finger: Finger, recordings: Sequence[FreeBending], model: _Model | None = None
 ) -> _Predicted:
     """Predicted means over the holds; without a model, the finger is not pressed."""
-    means = []
+    hold_means = []
     for number, recording in enumerate(recordings):
         press = None if model is None else recording.press
         if press is not None and model is not None:
@@ -411,11 +411,11 @@ def _predict_holds(
         q = resting_angles(finger, recording.pressure, recording.gravity, press)
         strain = extension_ratios(layout, q) - 1
         tip = forward_kinematics(q, finger.segment_length).points[:, -1]
-        lag = _lags(strain)
+        lags = _lags(strain)
         for hold in range(recording.hold.max() + 1):
             rows = recording.hold == hold
-            means.append((strain[rows].mean(axis=0), lag[rows].mean(axis=0), tip[rows].mean()))
-    return _Predicted(*(np.array(column) for column in zip(*means, strict=True)))
+            hold_means.append((strain[rows].mean(axis=0), lags[rows].mean(axis=0), tip[rows].mean()))
+    return _Predicted(*(np.array(column) for column in zip(*hold_means, strict=True)))
 
 
 def _lags(strain: Array) -> Array:
@@ -430,10 +430,10 @@ def _lags(strain: Array) -> Array:
 
 def _first_ratio(layout: SensorLayout, recordings: Sequence[FreeBending], holds: _Holds) -> float:
     """Logarithm of the ratio of measured to predicted strains, of the reading that moves most."""
-    predicted = _predict_holds(layout, layout.finger, recordings).strain
-    strain = np.where(np.isfinite(holds.strain), holds.strain, predicted)
-    reading = int(np.ptp(predicted, axis=0).argmax())
-    model, data = (values[:, reading] - values[:, reading].mean() for values in (predicted, strain))
+    predicted_strain = _predict_holds(layout, layout.finger, recordings).strain
+    strain = np.where(np.isfinite(holds.strain), holds.strain, predicted_strain)
+    reading = int(np.ptp(predicted_strain, axis=0).argmax())
+    model, data = (values[:, reading] - values[:, reading].mean() for values in (predicted_strain, strain))
     return float(np.log(np.clip((model @ data) / (model @ model), *_RATIO_BOUNDS)))
 
 
@@ -467,8 +467,8 @@ def _linearize_holds(
     }
     if "places" in fitted:  # over a whole link, as friction turns the joint that a place passes at once
         length = layout.finger.segment_length
-        low, high = (predict(model.changed("places", side * length / 2)) for side in (-1, 1))
-        slopes["places"] = high.slope(low, length)
+        base_side, tip_side = (predict(model.changed("places", side * length / 2)) for side in (-1, 1))
+        slopes["places"] = tip_side.slope(base_side, length)
     return _Linearized(model, predicted, slopes, holds)
 
 
@@ -509,11 +509,11 @@ def _estimate_noise(residuals: Array) -> tuple[_Noise, Array]:
     Medians hardly depend on holds that do not fit. Readings share some of the information on their noise, as a
     few holds say little of it.
     """
-    count = np.isfinite(residuals).sum(axis=0)
-    freedom = np.maximum(count - _UNKNOWNS_PER_READING, 1.0)
+    counts = np.isfinite(residuals).sum(axis=0)
+    freedom = np.maximum(counts - _UNKNOWNS_PER_READING, 1.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of a tip that is not measured
-        deviations = _STD_PER_MEDIAN * np.nanmedian(np.abs(residuals), axis=0) * np.sqrt(count / freedom)
+        deviations = _STD_PER_MEDIAN * np.nanmedian(np.abs(residuals), axis=0) * np.sqrt(counts / freedom)
     strain, tip = deviations[:-2] ** 2, np.nan_to_num(deviations[-2:]).max()
     mean = (freedom[:-2] @ strain) / freedom[:-2].sum()
     stds = np.sqrt((freedom[:-2] * strain + _SHARED_HOLDS * mean) / (freedom[:-2] + _SHARED_HOLDS))

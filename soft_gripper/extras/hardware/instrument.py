@@ -29,7 +29,7 @@ _MAX_DELAY_SAMPLES = 4000  # samples of a run that the delay is sought in
 
 @dataclass(frozen=True)
 class InstrumentRun:
-    """T samples of an instrument and an estimate of what it measures, at equal steps; NaN where there is none."""
+    """T samples of an instrument and of an estimate of its quantity, at equal steps; NaN where missing."""
 
     time: Array  # (T,) s
     value: Array  # (T,)
@@ -46,15 +46,15 @@ class Instrument:
     drift: float  # per s, in all runs; NaN: not found, since the finger was never free for long enough
 
     def corrected(self, number: int, run: InstrumentRun) -> Array:
-        """Readings in a run without delay, zero and drift, (T,), as far as these are known."""
+        """Readings in a run, (T,), corrected for delay, zero and drift as far as these are known."""
         zero, drift = np.nan_to_num([self.zeros[number], self.drift])
-        return _advance(run.value - zero - drift * run.time, _steps(self.delay, run))
+        return _advance(run.value - zero - drift * run.time, _delay_steps(self.delay, run))
 
 
 def find_instrument(runs: Sequence[InstrumentRun], minimum: float, max_delay: float = MAX_DELAY) -> Instrument:
     """Finds delay, zeros and drift; nothing touches where the estimate is below `minimum`."""
-    steps, changes = range(int(max_delay / _period(runs[0])) + 1), max(np.nanstd(run.estimate) for run in runs) > 0
-    costs = [sum(_line_misfit(run, shift) for run in runs) for shift in steps] if changes else [0.0]
+    steps, has_changes = range(int(max_delay / _period(runs[0])) + 1), max(np.nanstd(run.estimate) for run in runs) > 0
+    costs = [sum(_line_misfit(run, step_count) for run in runs) for step_count in steps] if has_changes else [0.0]
     delay = _period(runs[0]) * int(np.argmin(costs))
     zeros, drift = _fit_zeros(runs, delay, minimum)
     return Instrument(delay, zeros, drift)
@@ -64,7 +64,7 @@ def _period(run: InstrumentRun) -> float:
     return float(run.time[1] - run.time[0]) if len(run.time) > 1 else np.inf
 
 
-def _steps(delay: float, run: InstrumentRun) -> int:
+def _delay_steps(delay: float, run: InstrumentRun) -> int:
     return round(delay / _period(run))
 
 
@@ -87,28 +87,28 @@ def _line_misfit(run: InstrumentRun, steps: int) -> float:
 
 def _fit_zeros(runs: Sequence[InstrumentRun], delay: float, minimum: float) -> tuple[tuple[float, ...], float]:
     """Zeros and drift of the readings while nothing touches, by robust lines of one slope."""
-    free = [_free_readings(run, delay, minimum) for run in runs]
-    usable = [i for i, (time, _) in enumerate(free) if len(time) >= _MIN_ZERO_SAMPLES]
-    if not usable:
+    free_readings = [_free_readings(run, delay, minimum) for run in runs]
+    usable_runs = [i for i, (time, _) in enumerate(free_readings) if len(time) >= _MIN_ZERO_SAMPLES]
+    if not usable_runs:
         return (np.nan,) * len(runs), np.nan
-    time, value = (np.concatenate([free[i][part] for i in usable]) for part in (0, 1))
-    number = np.repeat(np.arange(len(usable)), [len(free[i][0]) for i in usable])
-    drifts = max(np.ptp(free[i][0]) for i in usable) >= _MIN_DRIFT_SPAN
-    basis = np.column_stack([number[:, None] == np.arange(len(usable)), time * drifts]).astype(float)
+    time, value = (np.concatenate([free_readings[i][field] for i in usable_runs]) for field in (0, 1))
+    run_numbers = np.repeat(np.arange(len(usable_runs)), [len(free_readings[i][0]) for i in usable_runs])
+    has_drift = max(np.ptp(free_readings[i][0]) for i in usable_runs) >= _MIN_DRIFT_SPAN
+    basis = np.column_stack([run_numbers[:, None] == np.arange(len(usable_runs)), time * has_drift]).astype(float)
     weight, steps = np.ones(len(time)), np.diff(np.unique(value))
     resolution = float(steps.min()) if len(steps) else 0.0  # 0 if it never changes
     for _ in range(_LINE_ITERATIONS):
         coefficients = np.linalg.lstsq(basis * weight[:, None], value * weight, rcond=None)[0]
         residuals = np.abs(value - basis @ coefficients)
-        spread = max(_HUBER_DEVIATIONS * _STD_PER_MEDIAN * float(np.median(residuals)), resolution, _MIN_RESIDUAL)
-        weight = np.sqrt(spread / np.maximum(residuals, spread))
-    zeros = dict(zip(usable, coefficients.tolist(), strict=False))
-    return tuple(zeros.get(i, np.nan) for i in range(len(runs))), float(coefficients[-1]) if drifts else np.nan
+        max_residual = max(_HUBER_DEVIATIONS * _STD_PER_MEDIAN * float(np.median(residuals)), resolution, _MIN_RESIDUAL)
+        weight = np.sqrt(max_residual / np.maximum(residuals, max_residual))
+    zeros = dict(zip(usable_runs, coefficients.tolist(), strict=False))
+    return tuple(zeros.get(i, np.nan) for i in range(len(runs))), float(coefficients[-1]) if has_drift else np.nan
 
 
 def _free_readings(run: InstrumentRun, delay: float, minimum: float) -> tuple[Array, Array]:
     """Times and readings while nothing touches."""
-    size, steps = np.abs(run.estimate), _steps(delay, run)
+    size, steps = np.abs(run.estimate), _delay_steps(delay, run)
     limit = max(minimum, _MAX_FREE_SHARE * float(np.nanpercentile(size, 95))) if np.isfinite(size).any() else minimum
     value = _advance(run.value, steps)
     free = run.rest & (size < limit) & np.isfinite(value)

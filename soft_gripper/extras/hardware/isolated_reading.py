@@ -40,7 +40,7 @@ sys.stdout.buffer.write(pickle.dumps(answer))
 
 
 def read_isolated(read: Callable[..., _Result], path: Path, *arguments: Any) -> _Result:
-    """Result of `read`, a function of a module, for a path and further arguments."""
+    """Calls `read`, a module-level function, with a path and further arguments in a separate process."""
     memory = _memory()
     # Without -P, modules of the current folder would be imported in the place of Python's own.
     command = [sys.executable, "-P", "-c", _READER_SCRIPT, str(memory)]
@@ -60,8 +60,8 @@ def read_isolated(read: Callable[..., _Result], path: Path, *arguments: Any) -> 
         if memory < _MIN_MEMORY:
             error = f"the limit here is {memory / 2**30:.1f} GiB of addresses, see `ulimit -v`"
         raise InputError(path, "file", path.name, f"cannot be read: {error}")
-    for outcome, _, *rest in notes:
-        note(outcome, path, *rest)
+    for outcome, _, *texts in notes:
+        note(outcome, path, *texts)
     return result
 
 

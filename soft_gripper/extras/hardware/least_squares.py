@@ -23,7 +23,7 @@ M = TypeVar("M")  # model that the unknowns describe
 
 
 class Progress(NamedTuple, Generic[M]):
-    """A search, after a step."""
+    """State of a search after a step."""
 
     step: int
     error: float  # see `Problem`
@@ -88,15 +88,15 @@ class Fit(Generic[M]):
         """
         slopes = self.weights[:, None] * self.slopes * scales
         residuals = self.weights * self.residuals
-        change: Array = np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
-        return scales * change
+        unknown_change: Array = np.linalg.lstsq(slopes[kept], -residuals[kept], rcond=unobservable)[0]
+        return scales * unknown_change
 
     def profile(self, count: int) -> "Fit[M]":
         """The fit of the first unknowns, which the others follow: their best values are taken out of the slopes."""
         slopes = self.weights[:, None] * self.slopes
-        first, others = slopes[:, :count], slopes[:, count:]
-        first = first - others @ np.linalg.lstsq(others, first, rcond=None)[0]
-        return replace(self, x=self.x[:count], slopes=first / self.weights[:, None])
+        first_slopes, other_slopes = slopes[:, :count], slopes[:, count:]
+        first_slopes = first_slopes - other_slopes @ np.linalg.lstsq(other_slopes, first_slopes, rcond=None)[0]
+        return replace(self, x=self.x[:count], slopes=first_slopes / self.weights[:, None])
 
 
 def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> Fit[M]:
@@ -106,30 +106,30 @@ def fit(problem: Problem[M], starts: ArrayLike, report: Report = no_report) -> F
         try:
             fits.append(_search(problem, start, report))
         except InputError as error:
-            last = error
+            last_error = error
     if not fits:
-        raise last
+        raise last_error
     return min(fits, key=lambda solution: solution.cost)
 
 
 def _search(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
-    weights, last, step = np.asarray(problem.weights), dict[str, Array](), 0
+    weights, last_values, step = np.asarray(problem.weights), dict[str, Array](), 0
 
     def residuals(x: Array) -> Array:
-        last["residuals"] = problem.residuals(x)
-        return weights * np.nan_to_num(last["residuals"], nan=problem.missing)
+        last_values["residuals"] = problem.residuals(x)
+        return weights * np.nan_to_num(last_values["residuals"], nan=problem.missing)
 
     def slopes(x: Array) -> Array:
-        """Slopes, which the search asks for where it has computed residuals last."""
+        """Weighted slopes; the search asks for them at the point of its last residuals."""
         nonlocal step
         assert problem.slopes is not None
         step += 1
         if problem.error is not None:
-            error, missing = problem.error(last["residuals"]), int(np.isnan(last["residuals"]).sum())
+            error, missing = problem.error(last_values["residuals"]), int(np.isnan(last_values["residuals"]).sum())
             with suppress(InputError):  # a step of the search may lead to an impossible model
                 report(Progress(step, error, problem.build_model(x), missing))
-        last["slopes"] = problem.slopes(x, last["residuals"])
-        return weights[..., None] * last["slopes"]
+        last_values["slopes"] = problem.slopes(x, last_values["residuals"])
+        return weights[..., None] * last_values["slopes"]
 
     solution = optimize.least_squares(
         residuals,
@@ -147,6 +147,6 @@ def _search(problem: Problem[M], start: Array, report: Report) -> Fit[M]:
     require(is_near, "identify", "residual", f"{100 * error:.3g} %", expected)
     ratio = 0.0 if problem.outlier is None else misfits / problem.outlier
     equal_weights = np.broadcast_to(weights * (1 + ratio**2) ** -0.25, misfits.shape)
-    jacobian = last.get("slopes", solution.jac / weights[..., None])
+    jacobian = last_values.get("slopes", solution.jac / weights[..., None])
     model, cost, converged = problem.build_model, float(solution.cost), bool(solution.success)
     return Fit(model, solution.x, misfits, jacobian, equal_weights, cost, error, converged)

@@ -53,14 +53,14 @@ def read_instruments(table: Table, described: object) -> dict[str, Measured]:
 def instrument_violations(
     measured: Mapping[str, Measured], described: object, length: float, prefix: str = ""
 ) -> Iterator[Violation]:
-    """Yields what is wrong with measurements along a finger of a length, m; fields begin with a prefix."""
+    """Yields violations in measurements along a finger of a length, m; field names begin with a prefix."""
     for kind, instrument in measured.items():
         field, config = f"{prefix}measured_{kind}", getattr(described, f"measured_{kind}")
-        largest = float(np.nanmax(np.abs(instrument.value), initial=0.0))
+        largest_value = float(np.nanmax(np.abs(instrument.value), initial=0.0))
         if not np.isfinite(instrument.value).any():
             yield f"{field}.column", config.column, "is empty, or NaN, everywhere"
-        if not largest < MOST[kind]:
-            yield f"{field}.unit", config.unit, f"the largest is then {largest:.3g} {SI[kind]}: is it right?"
+        if not largest_value < MOST[kind]:
+            yield f"{field}.unit", config.unit, f"the largest is then {largest_value:.3g} {SI[kind]}: is it right?"
         place_field = f"{field}.place" if config.place_column is None else f"{field}.place_column"
         yield from place_violations(place_field, instrument.place, length)
 
@@ -72,11 +72,11 @@ def factor(config: AnyInstrument) -> float:
 
 def place_violations(field: str, place: Array, length: float) -> Iterator[Violation]:
     """Yields places, m, that are not on a finger of a length, m."""
-    for outside in place[~((place >= 0) & (place <= length)) & np.isfinite(place)]:
-        yield field, round(float(outside), 6), f"must be on the finger: 0 to {length:g} m from its base"
+    for wrong_place in place[~((place >= 0) & (place <= length)) & np.isfinite(place)]:
+        yield field, round(float(wrong_place), 6), f"must be on the finger: 0 to {length:g} m from its base"
 
 
 def latest(time: Array, value: Array) -> Array:
-    """The last finite value up to each sample, unless it is too old, (T,)."""
-    last = np.maximum.accumulate(np.where(np.isfinite(value), np.arange(len(value)), 0))
-    return np.where(time - time[last] <= _MAX_AGE, value[last], np.nan)
+    """Last finite value up to each sample, (T,); NaN if it is too old."""
+    last_rows = np.maximum.accumulate(np.where(np.isfinite(value), np.arange(len(value)), 0))
+    return np.where(time - time[last_rows] <= _MAX_AGE, value[last_rows], np.nan)

@@ -14,8 +14,8 @@ def wait_for(calls: Sequence["Future[Any]"], title: str, unit: str) -> None:
     """Waits until all calls have ended; stderr shows their number and the time."""
     period = _TERMINAL_PERIOD if sys.stderr.isatty() else _LOG_PERIOD
     with tqdm(total=len(calls), desc=title, unit=unit, dynamic_ncols=True) as bar:
-        pending = set(calls)
-        while pending:
-            finished, pending = wait(pending, period, FIRST_COMPLETED)
-            bar.update(len(finished))
+        unfinished_calls = set(calls)
+        while unfinished_calls:
+            finished_calls, unfinished_calls = wait(unfinished_calls, period, FIRST_COMPLETED)
+            bar.update(len(finished_calls))
             bar.refresh()

@@ -43,7 +43,7 @@ class SourceConfig:
 
 @dataclass
 class TextConfig:
-    """Form of a file of text, where the file does not show it."""
+    """Format of a text file, as far as the file does not show it."""
 
     separator: str | None = quantity(None, filled=True)  # of the cells; " " stands for any number of spaces and tabs
     decimal: str | None = quantity(None, known=(".", ","))  # sign
@@ -85,8 +85,8 @@ class MarkersConfig:
         if expected := pattern_problem(self.columns, ("marker", "axis")):
             yield "columns", self.columns, expected
         for body, names in self.bodies.items():
-            if long := [name for name in names if len(name) > MAX_LENGTH]:
-                yield f"bodies.{body}", long[0], f"must have at most {MAX_LENGTH} characters"
+            if long_names := [name for name in names if len(name) > MAX_LENGTH]:
+                yield f"bodies.{body}", long_names[0], f"must have at most {MAX_LENGTH} characters"
         for name, place in self.places.items():
             if name not in self.at and name not in self.bodies.get("tip", []):
                 yield f"places.{name}", place, f"is not listed in bodies.tip: {', '.join(self.bodies.get('tip', []))}"
@@ -229,13 +229,13 @@ class InstrumentConfig:
 
     @property
     def columns(self) -> list[str]:
-        """Columns of its readings and, if it changes, of its position."""
+        """Columns of the instrument's readings and, if it moves, of its position."""
         return [self.column, *([] if self.place_column is None else [self.place_column])]
 
 
 @dataclass
 class MeasuredForceConfig(InstrumentConfig):
-    """A force on the finger, such as that on a scale; positive if it presses on the inner side."""
+    """A force on the finger, N, such as that on a scale; positive if it presses on the inner side."""
 
     unit: str = quantity("N", known=tuple(FORCE))  # gf: what a kitchen scale calls g
     # Direction, x and z in B, in which it is measured; None: across the finger where it presses
@@ -265,9 +265,9 @@ _NOT_REGULAR = "regular expressions are not read"
 
 
 def _number_violations(pattern: str) -> Iterator[Violation]:
-    plain = plain_number_pattern(pattern)
-    expected = pattern_problem(plain, ("number",))
-    if has_syntax(plain):
+    plain_pattern = plain_number_pattern(pattern)
+    expected = pattern_problem(plain_pattern, ("number",))
+    if has_syntax(plain_pattern):
         expected = f"give text with {{number}}, such as _{{number}}g; {_NOT_REGULAR}"
     if expected:
         yield "pattern", pattern, expected

@@ -103,7 +103,7 @@ def read_recordings(path: Path, config: RecordingConfig) -> list[HardwareRecordi
 
 
 def read_recording(path: Path, config: RecordingConfig) -> HardwareRecording:
-    """Reads a file that is one run; errors as of `read_recordings`, and if there are several."""
+    """Reads a file with one run; raises errors like `read_recordings`, and if there are several runs."""
     recording, *others = read_recordings(path, config)
     if others:
         raise InputError(path, "pause", config.pause, f"the file has {1 + len(others)} runs, and one is expected here")
@@ -130,9 +130,9 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
         for violation in violations:
             raise InputError(run.path, *violation)
 
-    timed = run.select(np.isfinite(run.columns([config.time])[:, 0]))
-    check(_time_violations(timed.columns([config.time])[:, 0], timed.rows, config))
-    table = _drop_repeats(run, timed, config.time)
+    timed_rows = run.select(np.isfinite(run.columns([config.time])[:, 0]))
+    check(_time_violations(timed_rows.columns([config.time])[:, 0], timed_rows.rows, config))
+    table = _drop_repeats(run, timed_rows, config.time)
     time = table.columns([config.time])[:, 0] * config.time_scale
     if config.event != "settled":
         limits = _PLAUSIBLE_INTERVALS if config.time_unit is None else _STATED_INTERVALS
@@ -151,14 +151,14 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
     if config.pressures is not None:
         measured_pressures = table.columns(config.pressures.columns) * _pressure_unit(config.pressures)
         check(_pressure_violations(measured_pressures, config.pressures, reference))
-        pressures = measured_pressures - _ambient(measured_pressures, config.pressures, reference)
-    lengths, pulled = _read_lengths(table, config.lengths), _read_pulled_lengths(table, config)
+        pressures = measured_pressures - _ambient_pressures(measured_pressures, config.pressures, reference)
+    lengths, pulled_lengths = _read_lengths(table, config.lengths), _read_pulled_lengths(table, config)
     if config.lengths is not None:
         check(_length_violations(lengths, config.lengths, config.length))
     readings = {f"reading {i}": column for i, column in enumerate(table.columns(config.readings).T)}
     driving = {} if pressures is None else {f"pressure {i}": column for i, column in enumerate(pressures.T)}
     note_stuck(run.path, readings | {f"length {wire}": length for wire, length in lengths.items()}, driving)
-    check(_tendon_violations(pulled, config))
+    check(_tendon_violations(pulled_lengths, config))
     instruments = read_instruments(table, config)
     check(instrument_violations(instruments, config, config.length))
     return HardwareRecording(
@@ -171,7 +171,7 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
         pressures=pressures,
         readings=table.columns(config.readings) if config.readings else None,
         lengths=lengths,
-        pulled=pulled,
+        pulled=pulled_lengths,
         measured=instruments,
         labels=table.labels,
         commanded_pressure=_named_pressure(run.path, config),
@@ -182,7 +182,7 @@ def _read(name: str, run: Table, config: RecordingConfig) -> HardwareRecording:
 
 
 def _time_violations(t: Array, rows: NDArray[np.int_], config: RecordingConfig) -> Iterator[Violation]:
-    """Yields why times, (T,) in their unit, in rows of the file, are not those of one recording."""
+    """Yields violations of the times of one recording, (T,) in their unit, by the rows of the file."""
     name, unit, step = config.time, config.time_scale, np.diff(t)
     max_gap = np.inf if config.event == "settled" else config.pause or _MAX_GAP  # at rest, time does not matter
     if len(t) < _MIN_SAMPLES:
@@ -199,17 +199,17 @@ def _time_violations(t: Array, rows: NDArray[np.int_], config: RecordingConfig) 
         yield name, float(t[i + 1]), expected
     is_new = np.append(True, step > 0)
     if is_new.mean() <= 0.5:
-        first = int(np.argmin(is_new))
-        expected = f"most rows repeat a time, the first of them row {rows[first]}: does the clock count seconds alone?"
-        yield name, float(t[first]), expected
+        row = int(np.argmin(is_new))
+        expected = f"most rows repeat a time, the first of them row {rows[row]}: does the clock count seconds alone?"
+        yield name, float(t[row]), expected
 
 
 def _drop_repeats(run: Table, timed: Table, time: str) -> Table:
     """Samples with a time that differs from the one before."""
     is_new = np.append(True, np.diff(timed.columns([time])[:, 0]) > 0)
     if not is_new.all():
-        why = f"they repeat a time, the first of them row {timed.rows[np.argmin(is_new)]}"
-        note(LEFT_OUT, run.path, f"{len(is_new) - is_new.sum()} of {len(is_new)} rows", "", why)
+        reason = f"they repeat a time, the first of them row {timed.rows[np.argmin(is_new)]}"
+        note(LEFT_OUT, run.path, f"{len(is_new) - is_new.sum()} of {len(is_new)} rows", "", reason)
     if len(timed.values) < len(run.values):
         note(LEFT_OUT, run.path, f"{len(run.values) - len(timed.values)} rows", "", "they have no time")
     return timed.select(is_new)
@@ -251,14 +251,14 @@ def _marker_violations(
     for body, names in bodies.items():
         for a, b in combinations(names, 2):
             distance = _distance(markers[a], markers[b])
-            change = np.abs(distance - np.nanmedian(distance)) if np.isfinite(distance).any() else np.zeros(1)
-            if np.nanmax(change) > _MAX_DISTANCE_CHANGE * length:
-                worst = int(np.nanargmax(change))
-                change_text = f"their distance changes by {change[worst] * 1e3:.1f} mm at {time[worst]:.2f} s"
+            change_m = np.abs(distance - np.nanmedian(distance)) if np.isfinite(distance).any() else np.zeros(1)
+            if np.nanmax(change_m) > _MAX_DISTANCE_CHANGE * length:
+                worst_row = int(np.nanargmax(change_m))
+                change_text = f"their distance changes by {change_m[worst_row] * 1e3:.1f} mm at {time[worst_row]:.2f} s"
                 expected = f"{change_text}: are they on one rigid body? Markers along a finger need a body each"
                 yield f"markers.bodies.{body}", f"{a}, {b}", expected
     if "tip" in bodies and "base" in bodies:
-        base, tip = (max(_motion(markers[name]) for name in bodies[body]) for body in ("base", "tip"))
+        base, tip = (max(_marker_motion(markers[name]) for name in bodies[body]) for body in ("base", "tip"))
         if base > tip + _MAX_BASE_MOTION * length:
             expected = f"the base moves by {base * 1e3:.1f} mm and the tip by {tip * 1e3:.1f} mm"
             yield "markers.bodies", "base, tip", f"{expected}: are their markers exchanged?"
@@ -294,7 +294,7 @@ def _distance(p: Array, q: Array) -> Array:
     return distance
 
 
-def _motion(p: Array) -> float:
+def _marker_motion(p: Array) -> float:
     """Distance of a marker from its median position, 90th percentile, which ignores single outliers."""
     points = p[~np.isnan(p).any(axis=1)]
     return float(np.percentile(_distance(points, np.median(points, axis=0)), 90)) if len(points) else 0.0
@@ -324,13 +324,13 @@ def _pose_violations(poses: dict[str, BodyPose], config: RecordingConfig) -> Ite
 def _note_defects(path: Path, time: Array, markers: dict[str, Array], reference: NDArray[np.bool_]) -> None:
     """Notes markers that are not always seen; `reference` is true in the reference span, (T,)."""
     for name, p in markers.items():
-        lost = np.any(np.isnan(p), axis=1)
-        if lost.any():
-            first = time[np.argmax(lost)]
-            longest = float(np.diff(np.concatenate((time[:1], time[~lost], time[-1:]))).max())  # between seen ones
-            why = f"they are missing, the first at {first:.2f} s; the longest gap is {longest:.2f} s"
-            note(LEFT_OUT, path, f"{lost.sum()} of {len(lost)} samples of {name}", "", why)
-        if lost[reference].all():
+        is_lost = np.any(np.isnan(p), axis=1)
+        if is_lost.any():
+            first_lost_time = time[np.argmax(is_lost)]
+            gap = float(np.diff(np.concatenate((time[:1], time[~is_lost], time[-1:]))).max())  # between seen ones
+            reason = f"they are missing, the first at {first_lost_time:.2f} s; the longest gap is {gap:.2f} s"
+            note(LEFT_OUT, path, f"{is_lost.sum()} of {len(is_lost)} samples of {name}", "", reason)
+        if is_lost[reference].all():
             note(LEFT_OUT, path, f"the reference of {name}", "", "it is not seen in the reference span")
 
 
@@ -384,24 +384,24 @@ def _recording_frame(
 
 
 def _finite_mean(p: Array) -> Array:
-    """Mean over the finite rows of (T, 3), NaN if there are none."""
+    """Mean over the finite rows of (T, 3); NaN without finite rows."""
     finite_points = p[~np.isnan(p).any(axis=1)]
-    mean: Array = finite_points.mean(axis=0) if len(finite_points) else np.full(3, np.nan)
-    return mean
+    mean_point: Array = finite_points.mean(axis=0) if len(finite_points) else np.full(3, np.nan)
+    return mean_point
 
 
 def _pressure_unit(described: PressuresConfig) -> float:
-    """Unit of the columns, Pa."""
+    """Unit of the pressure columns, Pa."""
     return described.scale or PRESSURE[described.unit]
 
 
 def _pressure_violations(
     pressures: Array, described: PressuresConfig, reference: NDArray[np.bool_]
 ) -> Iterator[Violation]:
-    """Yields implausible pressures as they were measured, (T, C) Pa; `reference` is true in the reference span."""
-    highest = float(np.nanmax(np.abs(pressures), initial=0.0))
-    if highest != 0 and not _MIN_PRESSURE < highest < _MAX_PRESSURE:
-        yield "pressures.unit", described.unit, f"the highest is then {highest:.3g} Pa: is it right?"
+    """Yields implausible measured pressures, (T, C) Pa; `reference` is true in the reference span."""
+    highest_pressure = float(np.nanmax(np.abs(pressures), initial=0.0))
+    if highest_pressure != 0 and not _MIN_PRESSURE < highest_pressure < _MAX_PRESSURE:
+        yield "pressures.unit", described.unit, f"the highest is then {highest_pressure:.3g} Pa: is it right?"
     if described.zeroed and not np.isfinite(pressures[reference]).all(axis=1).any():
         yield "pressures.zeroed", True, "no pressure is known in the reference span"
     if described.ambient is None and not described.zeroed:
@@ -418,12 +418,12 @@ def absolute_violations(name: str, pressure: Array, reference: NDArray[np.bool_]
         yield name, f"{level / 1e3:.4g} kPa at rest", f"is it measured against vacuum? {remedy}"
 
 
-def _ambient(pressures: Array, described: PressuresConfig, reference: NDArray[np.bool_]) -> Array | float:
-    """Pressures of the surroundings, Pa, as the sensors measure them."""
+def _ambient_pressures(pressures: Array, described: PressuresConfig, reference: NDArray[np.bool_]) -> Array | float:
+    """Ambient pressures, Pa, measured by the pressure sensors."""
     if not described.zeroed:
         return (described.ambient or 0.0) * _pressure_unit(described)
-    ambient: Array = pressures[reference & np.isfinite(pressures).all(axis=1)].mean(axis=0)
-    return ambient
+    ambient_pressure: Array = pressures[reference & np.isfinite(pressures).all(axis=1)].mean(axis=0)
+    return ambient_pressure
 
 
 def _read_lengths(table: Table, described: LengthsConfig | None) -> dict[str, Array]:
@@ -438,13 +438,13 @@ def _read_lengths(table: Table, described: LengthsConfig | None) -> dict[str, Ar
 def _length_violations(lengths: dict[str, Array], described: LengthsConfig, finger: float) -> Iterator[Violation]:
     """Yields implausible lengths on a finger of a length, m."""
     values = np.array([*lengths.values()])
-    longest = float(np.nanmax(np.abs(values), initial=0.0))
-    if not longest < 10 * finger:
-        expected = f"the longest is then {longest:.3g} m, and the finger {finger:g} m: is it right?"
+    longest_length = float(np.nanmax(np.abs(values), initial=0.0))
+    if not longest_length < 10 * finger:
+        expected = f"the longest is then {longest_length:.3g} m, and the finger {finger:g} m: is it right?"
         yield "lengths.unit or scale", described.unit, expected
-    change = float(np.nanmax([*map(np.ptp, values)], initial=0.0))
-    if change != 0 and not change > 1e-3 * finger:
-        expected = f"no wire then changes by more than {change:.3g} m, and the finger is {finger:g} m: is it right?"
+    max_change = float(np.nanmax([*map(np.ptp, values)], initial=0.0))
+    if max_change != 0 and not max_change > 1e-3 * finger:
+        expected = f"no wire then changes by more than {max_change:.3g} m, and the finger is {finger:g} m: is it right?"
         yield "lengths.unit or scale", described.unit, expected
 
 
@@ -452,10 +452,10 @@ def _read_pulled_lengths(table: Table, config: RecordingConfig) -> dict[str, Arr
     """Pulled-in lengths of tendons, m, (T,), by tendon."""
     if config.tendons is None:
         return {}
-    described = config.tendons
-    wound = table.columns([*described.columns.values()]), -table.columns([*described.antagonists.values()])
-    pulled = np.concatenate(wound, axis=1) * described.scale
-    return dict(zip([*described.columns, *described.antagonists], pulled.T, strict=True))
+    tendons_config = config.tendons
+    windings = table.columns([*tendons_config.columns.values()]), -table.columns([*tendons_config.antagonists.values()])
+    pulled_lengths = np.concatenate(windings, axis=1) * tendons_config.scale
+    return dict(zip([*tendons_config.columns, *tendons_config.antagonists], pulled_lengths.T, strict=True))
 
 
 def _tendon_violations(pulled: dict[str, Array], config: RecordingConfig) -> Iterator[Violation]:
@@ -474,25 +474,25 @@ def _number_in_name(path: Path, pattern: str) -> str | None:
 
 
 def _named_pressure(path: Path, config: RecordingConfig) -> float | None:
-    """Commanded pressure in a file's name, Pa; None if there is none."""
+    """Commanded pressure, Pa, by a file's name; None if the name has no pressure."""
     for named in config.commanded_pressure:
-        if number := _number_in_name(path, named.pattern):
-            return float(number) * PRESSURE[named.unit]
+        if number_text := _number_in_name(path, named.pattern):
+            return float(number_text) * PRESSURE[named.unit]
     return None
 
 
 def _named_load(path: Path, config: RecordingConfig) -> float:
     """Mass at the tip according to a file name, kg; 0 if it gives none."""
-    number = None if config.load is None else _number_in_name(path, config.load.pattern)
-    if config.load is None or number is None:
+    number_text = None if config.load is None else _number_in_name(path, config.load.pattern)
+    if config.load is None or number_text is None:
         return 0.0
-    return config.load.masses.get(number, float(number) * _KG_PER_GRAM)
+    return config.load.masses.get(number_text, float(number_text) * _KG_PER_GRAM)
 
 
 def find_recordings(
     files: Sequence[str], described_as: str | None = None, data: Path | None = None
 ) -> list[HardwareRecording]:
-    """Finds and reads recordings: the files of `recording_paths`, as they are described.
+    """Finds and reads recordings: the files of `recording_paths`, by their descriptions.
 
     Raises:
         InputError: if a file or description is not found, or wrong.
@@ -521,9 +521,9 @@ def _find(file: str, described_as: str | None, folder: Path | None) -> Path:
     if folder is not None:
         candidates += [folder / file, *([folder / Path(described_as).stem / file] if described_as else [])]
     path = next((candidate for candidate in candidates if os.path.isfile(candidate) or is_bag_folder(candidate)), None)
-    below = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
+    place_text = f"nor below {folder}" if folder else f"and neither --data nor {DATA_FOLDER} names a folder"
     if path is None:
-        raise InputError("recording", "FILE", file, f"there is no such file here, {below}")
+        raise InputError("recording", "FILE", file, f"there is no such file here, {place_text}")
     return path
 
 

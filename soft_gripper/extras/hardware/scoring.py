@@ -29,7 +29,7 @@ class Split(Generic[_Recording]):
 
 
 def leave_one_out(recordings: Sequence[_Recording]) -> list[Split[_Recording]]:
-    """Split for each recording, which a fit to all others predicts."""
+    """Splits that hold out each recording in turn, to predict it by a fit to all others."""
     return [Split([*recordings[:i], *recordings[i + 1 :]], [recording]) for i, recording in enumerate(recordings)]
 
 
@@ -75,13 +75,13 @@ def ball_radius(deviations: Array) -> Array:
     Given are one standard deviation of each in D dimensions, (K, ..., D).
     """
     covariance = np.einsum("k...i,k...j->...ij", deviations, deviations)
-    largest = np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1])
-    radius: Array = np.sqrt(_squared_radius(deviations.shape[-1]) * largest)
+    largest_variance = np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1])
+    radius: Array = np.sqrt(_squared_radius(deviations.shape[-1]) * largest_variance)
     return radius
 
 
 def ball_std(radius: Array, dimensions: int) -> Array:
-    """Standard deviation along an axis of what a ball of a radius holds with a probability of 95 %."""
+    """Standard deviation along an axis of a normal distribution with 95 % in a ball of a radius."""
     return np.asarray(radius / np.sqrt(_squared_radius(dimensions)))
 
 
@@ -90,8 +90,8 @@ def ball_rms_z(errors: Array, radius: Array, dimensions: int) -> float:
 
     Errors are distances, of which NaN does not count; `dimensions` are those of space.
     """
-    along = errors / (np.sqrt(dimensions) * ball_std(radius, dimensions))
-    return float(np.sqrt(np.nanmean(along**2)))
+    ratios = errors / (np.sqrt(dimensions) * ball_std(radius, dimensions))
+    return float(np.sqrt(np.nanmean(ratios**2)))
 
 
 def _squared_radius(dimensions: int) -> float:

@@ -26,7 +26,7 @@ _MIN_CLOCK_JUMP, _MIN_CLOCK_STEPS = (
 
 @dataclass(frozen=True)
 class Columns:
-    """Needed columns of a file, and the way they are named in it."""
+    """Needed columns of a file, and their names in it."""
 
     names: Mapping[str, str]  # columns of numbers with the field that names each, for messages
     time: str
@@ -41,12 +41,12 @@ class Columns:
 
     @property
     def fields(self) -> dict[str, str]:
-        """Columns of numbers with the field that names each, the time first."""
+        """Columns of numbers, each with its naming field; the time is first."""
         return {self.time: "time", **{name: field_name for name, field_name in self.names.items() if name != self.time}}
 
     @property
     def all_fields(self) -> dict[str, str]:
-        """Columns with the field that names each, that of the label at the end."""
+        """Columns, each with its naming field; that of the label is last."""
         return self.fields if self.label is None else {**self.fields, self.label: "labels.column"}
 
     def places(self, path: Path, file_names: Sequence[str]) -> list[int]:
@@ -87,9 +87,9 @@ class Table:
     labels: tuple[str, ...] = ()  # of the samples, if a column of text is described
 
     def __post_init__(self) -> None:
-        wrong = np.argwhere(np.abs(self.values) > _MAX_NUMBER)
-        if len(wrong):
-            (row, column), expected = wrong[0], f"give finite numbers, at most {_MAX_NUMBER:g} in magnitude"
+        wrong_cells = np.argwhere(np.abs(self.values) > _MAX_NUMBER)
+        if len(wrong_cells):
+            (row, column), expected = wrong_cells[0], f"give finite numbers, at most {_MAX_NUMBER:g} in magnitude"
             value = float(self.values[row, column])
             raise InputError(self.path, self.names[column], value, f"in row {self.rows[row]}: {expected}")
 
@@ -108,10 +108,10 @@ def split_runs(table: Table, time: str, pause: float) -> list[Table]:
     t = table.columns([time])[:, 0]
     table, t = table.select(np.isfinite(t)), t[np.isfinite(t)]
     step = np.diff(t, prepend=t[:1])
-    number = np.cumsum((step < 0) | (step > pause))
+    run_numbers = np.cumsum((step < 0) | (step > pause))
     if not len(t):
         raise InputError(table.path, time, 0, "no sample has a time")
-    runs = [table.select(number == i) for i in range(int(number[-1]) + 1)]
+    runs = [table.select(run_numbers == i) for i in range(int(run_numbers[-1]) + 1)]
     for run in runs:
         if len(run.rows) < 2:
             expected = f"is a run by itself in row {run.rows[0]}: is `pause` right, and does time run on?"
@@ -125,19 +125,19 @@ def drop_zero_stamps(table: Table, time: str, unit: float) -> Table:
     Before a clock is set, a time of 0 is recorded.
     """
     t = table.columns([time])[:, 0]
-    first = int(np.argmax(t != 0)) if len(t) else 0
-    steps = np.diff(t[first:][np.isfinite(t[first:])])
-    is_unset = first > 0 and not (t[first:] == 0).any()  # a clock that fails later is told from its own numbers
+    first_row = int(np.argmax(t != 0)) if len(t) else 0
+    steps = np.diff(t[first_row:][np.isfinite(t[first_row:])])
+    is_unset = first_row > 0 and not (t[first_row:] == 0).any()  # a clock that fails later is told from its own numbers
     if (
         not is_unset
         or not len(steps)
-        or not t[first] > max(_MIN_CLOCK_JUMP / unit, _MIN_CLOCK_STEPS * np.median(steps))
+        or not t[first_row] > max(_MIN_CLOCK_JUMP / unit, _MIN_CLOCK_STEPS * np.median(steps))
     ):
         return table
-    why = f"their time is 0: the clock was set before row {table.rows[first]}"
-    note(LEFT_OUT, table.path, f"{first} of {len(t)} rows", "", why)
-    timed = table.select(np.arange(len(t)) >= first)
-    return replace(timed, values=timed.values - t[first] * (np.array(table.names) == time))
+    reason = f"their time is 0: the clock was set before row {table.rows[first_row]}"
+    note(LEFT_OUT, table.path, f"{first_row} of {len(t)} rows", "", reason)
+    timed_table = table.select(np.arange(len(t)) >= first_row)
+    return replace(timed_table, values=timed_table.values - t[first_row] * (np.array(table.names) == time))
 
 
 def hold_values(table: Table, columns: Columns) -> Table:
@@ -150,13 +150,13 @@ def hold_values(table: Table, columns: Columns) -> Table:
     signals = [i for i, name in enumerate(table.names) if name != columns.time]
     table = table.select(np.isfinite(table.values[:, signals]).any(axis=1))
     t, values = table.columns([columns.time])[:, 0], table.values[:, signals]
-    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(t))[:, None], 0), axis=0)
+    last_rows = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(t))[:, None], 0), axis=0)
     run = np.cumsum(np.diff(t, prepend=t[:1]) < 0)  # time that begins anew begins another
-    age = (t[:, None] - t[last]) * columns.time_unit
-    is_fresh = (run[:, None] == run[last]) & (age <= columns.hold * (1 + _AGE_TOLERANCE))
-    filled = table.values.copy()
-    filled[:, signals] = np.where(is_fresh, np.take_along_axis(values, last, axis=0), np.nan)
-    return replace(table, values=filled).select(_message_group_ends(t, np.isfinite(values)))
+    age = (t[:, None] - t[last_rows]) * columns.time_unit
+    is_fresh = (run[:, None] == run[last_rows]) & (age <= columns.hold * (1 + _AGE_TOLERANCE))
+    filled_values = table.values.copy()
+    filled_values[:, signals] = np.where(is_fresh, np.take_along_axis(values, last_rows, axis=0), np.nan)
+    return replace(table, values=filled_values).select(_message_group_ends(t, np.isfinite(values)))
 
 
 def _message_group_ends(t: Array, has_value: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -177,15 +177,15 @@ def leave_out_start(table: Table, columns: Columns, hold: float) -> Table:
     has_value = np.isfinite(table.values)
     begin = t[np.argmax(has_value, axis=0)]
     begin = begin[has_value.any(axis=0) & ((begin - t[:1]) * columns.time_unit <= hold)]
-    keep = ~(t < begin.max(initial=-np.inf))
-    if not keep.all():
-        note(LEFT_OUT, table.path, f"{len(t) - keep.sum()} of {len(t)} rows", "", "some signals began after them")
-    return table.select(keep)
+    is_kept = ~(t < begin.max(initial=-np.inf))
+    if not is_kept.all():
+        note(LEFT_OUT, table.path, f"{len(t) - is_kept.sum()} of {len(t)} rows", "", "some signals began after them")
+    return table.select(is_kept)
 
 
 def note_missing(table: Table, columns: Columns, hold: float | None) -> None:
-    """Notes how many cells of each column are missing; those of markers are noted with their times."""
-    why = "no value there" if hold is None else f"no value there, nor in the {hold:g} s before (`hold`)"
-    for name, count in zip(table.names, np.isnan(table.values).sum(axis=0), strict=True):
-        if count and columns.fields[name] not in ("time", "markers"):
-            note(LEFT_OUT, table.path, f"{count} of {len(table.rows)} cells of {name}", "", why)
+    """Notes the number of missing cells of each column, except markers, which are noted with their times."""
+    reason = "no value there" if hold is None else f"no value there, nor in the {hold:g} s before (`hold`)"
+    for name, missing_count in zip(table.names, np.isnan(table.values).sum(axis=0), strict=True):
+        if missing_count and columns.fields[name] not in ("time", "markers"):
+            note(LEFT_OUT, table.path, f"{missing_count} of {len(table.rows)} cells of {name}", "", reason)

@@ -1,4 +1,4 @@
-"""Files of numbers -> tables of named columns.
+"""Reads files of numbers as tables of named columns.
 
 | file | columns |
 |---|---|
@@ -30,7 +30,7 @@ OTHER_THAN_TEXT = (*BAGS, ".nc", ".c3d")
 
 
 def read_table(path: Path, columns: Columns) -> Table:
-    """Reads a file; its name says which kind it is."""
+    """Reads a file of the kind that its name shows."""
     for part in path.iterdir() if is_bag_folder(path) else (path,):
         check_regular(part)
     is_text = not is_bag_folder(path) and path.suffix.lower() not in OTHER_THAN_TEXT
@@ -66,29 +66,29 @@ def _read_netcdf(path: Path, columns: Columns) -> Table:
         candidates = ", ".join(str(name) for name in data.variables if data[name].ndim == 1)
         raise InputError(path, "time", time, f"is not a variable with one dimension; these are: {candidates}")
     (time_axis,) = data[time].dims
-    count = data.sizes[time_axis]
-    if not count:
+    sample_count = data.sizes[time_axis]
+    if not sample_count:
         raise InputError(path, "file", path.name, "is empty: it has no samples")
     names, values = list[str](), list[Array]()
     for name in data.variables:
         variable = data[name]
         if time_axis in variable.dims and variable.dtype.kind in "biufmM" and variable.size:
-            flat = variable.transpose(time_axis, ...).values.reshape(count, -1)
-            if flat.dtype.kind in "mM":
-                flat = (flat - flat[:1]) / np.timedelta64(1, "s") / columns.time_unit
+            matrix = variable.transpose(time_axis, ...).values.reshape(sample_count, -1)
+            if matrix.dtype.kind in "mM":
+                matrix = (matrix - matrix[:1]) / np.timedelta64(1, "s") / columns.time_unit
             sizes = [size for dim, size in variable.sizes.items() if dim != time_axis]
             indices = [",".join(map(str, index)) for index in np.ndindex(*sizes)]
             names += [f"{name}[{index}]" if index else str(name) for index in indices]
-            values.append(flat)
-    needed = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
-    return Table(path, tuple(columns.fields), needed, np.arange(count) + 1)
+            values.append(matrix)
+    needed_values = np.concatenate(values, axis=1)[:, columns.places(path, names)].astype(float)
+    return Table(path, tuple(columns.fields), needed_values, np.arange(sample_count) + 1)
 
 
 _MAX_RATE = 1e6  # Hz
 
 
 def _read_c3d(path: Path, columns: Columns) -> Table:
-    """Points, NaN where one is not seen, and analog channels at their times, which start at 0."""
+    """Table of points, NaN where not seen, and analog channels, at times from 0 on."""
     _require_extra(path, "c3d", "ezc3d")
     data = read_isolated(c3d_points, path)
     points, rate = data["points"], float(data["RATE"][0]) if len(data["RATE"]) else 0.0
@@ -105,16 +105,16 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
             raise InputError(path, name, value, expected)
     frames = np.arange(points.shape[2])
     scale = LENGTH[unit] / columns.point_unit
-    flat = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * scale
+    matrix = points[:, : len(labels)].transpose(2, 1, 0).reshape(len(frames), -1) * scale
     analogs = data["analogs"][: len(channels)].T
-    stride = max(len(analogs) // len(frames), 1) if channels else 1
-    synchronous = analogs[::stride][: len(frames)] if channels else np.empty((len(frames), 0))
+    analog_stride = max(len(analogs) // len(frames), 1) if channels else 1
+    synchronous = analogs[::analog_stride][: len(frames)] if channels else np.empty((len(frames), 0))
     names = [fill_pattern(columns.points, {"marker": label, "axis": axis}) for label in labels for axis in "xyz"]
     names += channels
-    values = np.column_stack((flat, synchronous))
+    values = np.column_stack((matrix, synchronous))
     # A label has its subject in front, and may be given without.
-    prefixed = [i for i, name in enumerate(names) if ":" in name]
-    names, values = names + [names[i].rpartition(":")[2] for i in prefixed], values[:, [*range(len(names)), *prefixed]]
+    indices = [i for i, name in enumerate(names) if ":" in name]
+    names, values = names + [names[i].rpartition(":")[2] for i in indices], values[:, [*range(len(names)), *indices]]
     time = frames / rate / columns.time_unit
     places = columns.places(path, [columns.time, *names])
     return Table(path, tuple(columns.fields), np.column_stack((time, values))[:, places], frames + 1)
@@ -122,5 +122,5 @@ def _read_c3d(path: Path, columns: Columns) -> Table:
 
 def _require_extra(path: Path, extra: str, *libraries: str) -> None:
     if any(importlib.util.find_spec(library) is None for library in libraries):
-        needs = f"such files require {' and '.join(libraries)}: pip install 'soft-gripper[{extra}]'"
-        raise InputError(path, "file", path.name, needs)
+        advice = f"such files require {' and '.join(libraries)}: pip install 'soft-gripper[{extra}]'"
+        raise InputError(path, "file", path.name, advice)

@@ -17,7 +17,7 @@ MAX_LENGTH = 200  # characters of a pattern
 
 
 def pattern_problem(pattern: str, required: Sequence[str] = (), optional: Sequence[str] = ()) -> str | None:
-    """Rule that a pattern violates, in words; None if it is valid.
+    """Text that names the rule that a pattern violates; None if it is valid.
 
     Args:
         pattern: the text.
@@ -27,12 +27,12 @@ def pattern_problem(pattern: str, required: Sequence[str] = (), optional: Sequen
     if len(pattern) > MAX_LENGTH:
         return f"must have at most {MAX_LENGTH} characters"
     placeholders = _PLACEHOLDER.findall(pattern)
-    shown = " and ".join(f"{{{name}}}" for name in required)
+    required_text = " and ".join(f"{{{name}}}" for name in required)
     if any(name not in placeholders for name in required):
-        return f"must have {shown}"
-    if unknown := [name for name in placeholders if name not in (*required, *optional)]:
-        allowed = ", ".join(f"{{{name}}}" for name in (*required, *optional)) or "none"
-        return f"has {{{unknown[0]}}}, and the placeholders are: {allowed}"
+        return f"must have {required_text}"
+    if unknown_names := [name for name in placeholders if name not in (*required, *optional)]:
+        allowed_text = ", ".join(f"{{{name}}}" for name in (*required, *optional)) or "none"
+        return f"has {{{unknown_names[0]}}}, and the placeholders are: {allowed_text}"
     return None
 
 
@@ -43,10 +43,10 @@ def fill_pattern(pattern: str, values: Mapping[str, str]) -> str:
 
 def plain_number_pattern(pattern: str) -> str:
     """Pattern of a number without the regular expressions of earlier descriptions, such as `_(\\d+)g`."""
-    for old in _NUMBER_EXPRESSIONS:
-        plain = pattern.replace(old, "{number}")
-        if plain != pattern and (_EXPRESSION_SIGNS | set(".|")).isdisjoint(plain):
-            return plain
+    for expression in _NUMBER_EXPRESSIONS:
+        plain_pattern = pattern.replace(expression, "{number}")
+        if plain_pattern != pattern and (_EXPRESSION_SIGNS | set(".|")).isdisjoint(plain_pattern):
+            return plain_pattern
     return pattern
 
 
@@ -63,7 +63,7 @@ def find(pattern: str, text: str) -> re.Match[str] | None:
 def _expressions(pattern: str) -> Iterator[str]:
     end = 0
     for field in _PLACEHOLDER.finditer(pattern):
-        matched, boundary = _PLACEHOLDERS[field[1]]
-        yield re.escape(pattern[end : field.start()]) + (boundary if field.start() == 0 else "") + matched
+        expression, boundary = _PLACEHOLDERS[field[1]]
+        yield re.escape(pattern[end : field.start()]) + (boundary if field.start() == 0 else "") + expression
         end = field.end()
     yield re.escape(pattern[end:])

@@ -58,7 +58,7 @@ _MAX_NAME_LENGTH = 1000  # characters of a column's name
 
 
 class _Rows(NamedTuple):
-    """Needed cells of rows: those of `Columns.fields` in this order, and that of the label."""
+    """Cells of the needed columns of rows: those of `Columns.fields` in this order, then the label."""
 
     cells: list[list[Any]]  # texts, or values of JSON
     lines: list[int]  # in the file, counted from 1
@@ -81,8 +81,8 @@ def read_text_table(path: Path, columns: Columns) -> Table:
     if len(numbers.good) <= _MIN_NUMBER_SHARE * row_count:
         expected = "is empty: it has no samples"
         if first is not None:
-            read = f"{len(numbers.good)} of {row_count} rows are numbers for {', '.join(names[:6])}"
-            expected = f"only {read}: row {first} {lost[first]}"
+            count_text = f"{len(numbers.good)} of {row_count} rows are numbers for {', '.join(names[:6])}"
+            expected = f"only {count_text}: row {first} {lost[first]}"
         raise InputError(path, "file", path.name, expected)
     if first is not None:
         note(LEFT_OUT, path, f"{len(lost)} of {row_count} rows", "", f"the first of them, row {first}, {lost[first]}")
@@ -92,17 +92,17 @@ def read_text_table(path: Path, columns: Columns) -> Table:
 
 def _read_rows(path: Path, columns: Columns) -> _Rows:
     data = read_bytes(path)
-    if form := foreign_binary(data):
-        raise InputError(path, "file", path.name, form)
+    if advice := foreign_binary(data):
+        raise InputError(path, "file", path.name, advice)
     text = decode(path, data, columns.text.encoding, "cp1252")
-    whole = text.rstrip("\0")
-    if len(whole) < len(text):
-        note(LEFT_OUT, path, f"{len(text) - len(whole)} zeros at its end", "", "as a loss of power leaves them")
-    if not whole.strip():
+    content = text.rstrip("\0")
+    if len(content) < len(text):
+        note(LEFT_OUT, path, f"{len(text) - len(content)} zeros at its end", "", "as a loss of power leaves them")
+    if not content.strip():
         raise InputError(path, "file", path.name, "is empty: it has no samples")
-    lines = whole.split("\n")
-    if re.match(r"\s*(\{|\[\s*\{)", whole):
-        return _json_rows(path, whole, lines, columns)
+    lines = content.split("\n")
+    if re.match(r"\s*(\{|\[\s*\{)", content):
+        return _json_rows(path, content, lines, columns)
     return _cell_rows(path, lines, columns)
 
 
@@ -139,7 +139,7 @@ def _cell_rows(path: Path, lines: list[str], columns: Columns) -> _Rows:
 
 
 def _named_separator(lines: list[str], names: set[str], separators: Sequence[str]) -> tuple[str, int, list[str]]:
-    """Separator, number of lines down to that of the names, and the names; those that show most needed names.
+    """Separator, number of lines up to the names, and the names, chosen to find most needed names.
 
     If none does, those with most words.
     """
@@ -151,9 +151,9 @@ def _named_separator(lines: list[str], names: set[str], separators: Sequence[str
                 if _COMMENT_PATTERN.match(line):  # the mark may belong to the first name, as in %time
                     yield separator, i + 1, _split(line, separator)
 
-    best = max(split(), key=lambda candidate: len(names.intersection(candidate[2])))
+    best = max(split(), key=lambda head: len(names.intersection(head[2])))
     if names.isdisjoint(best[2]):
-        best = max(split(), key=lambda candidate: sum(1 for name in candidate[2] if name and not _is_number(name)))
+        best = max(split(), key=lambda head: sum(1 for name in head[2] if name and not _is_number(name)))
     return best
 
 
@@ -161,10 +161,10 @@ def _counted_separator(lines: list[str], count: int, time: int, separators: Sequ
     """Separator with which most lines have `count` cells, that at `time` a time; and the lines before the first."""
 
     def fitting_lines(separator: str) -> list[int]:
-        split = ((i, _split(line, separator)) for i, line in enumerate(lines[:_MAX_HEAD_LINES]))
+        split_lines = ((i, _split(line, separator)) for i, line in enumerate(lines[:_MAX_HEAD_LINES]))
         return [
             i
-            for i, cells in split
+            for i, cells in split_lines
             if len(cells) >= count
             and not any(cells[count:])
             and (is_clock([cells[time]]) or _is_number(cells[time]))
@@ -177,8 +177,8 @@ def _counted_separator(lines: list[str], count: int, time: int, separators: Sequ
 
 
 def _strip_comment(line: str) -> str:
-    mark = _COMMENT_PATTERN.match(line)
-    return line[mark.end() :] if mark else line
+    comment = _COMMENT_PATTERN.match(line)
+    return line[comment.end() :] if comment else line
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -224,21 +224,21 @@ def _flatten(value: Any) -> Iterator[tuple[str, Any]]:
     """
     if not isinstance(value, dict):
         raise TypeError("not an object")
-    opened = [iter(value.items())]
-    while opened:
-        for name, entry in opened[-1]:
-            if len(name) > _MAX_NAME_LENGTH or len(opened) > _MAX_DEPTH:
+    open_items = [iter(value.items())]
+    while open_items:
+        for name, entry in open_items[-1]:
+            if len(name) > _MAX_NAME_LENGTH or len(open_items) > _MAX_DEPTH:
                 raise ValueError("nested too deeply, or too long a name")
             if isinstance(entry, dict):
-                opened.append(iter([(f"{name}.{key}", part) for key, part in entry.items()]))
+                open_items.append(iter([(f"{name}.{key}", entry_value) for key, entry_value in entry.items()]))
                 break
             if isinstance(entry, list):
-                opened.append(iter([(f"{name}[{i}]", part) for i, part in enumerate(entry)]))
+                open_items.append(iter([(f"{name}[{i}]", entry_value) for i, entry_value in enumerate(entry)]))
                 break
             if name:
                 yield name, entry
         else:
-            opened.pop()
+            open_items.pop()
 
 
 class _Numbers(NamedTuple):
@@ -250,18 +250,18 @@ class _Numbers(NamedTuple):
 def _parse_numbers(path: Path, rows: _Rows, names: Sequence[str], decimal: str | None) -> _Numbers:
     """Parses rows of numbers with the decimal sign with which most are numbers."""
     cells = [cell for row in rows.cells for cell in row[: len(names)] if isinstance(cell, str)]
-    commas = [cell for cell in cells if "," in cell]
-    signs = (".", ",") if decimal is None and commas else (decimal or ".",)
-    parsed = [_parse_rows(rows, names, sign) for sign in signs]
-    best = max(range(len(signs)), key=lambda i: len(parsed[i].good))
-    if decimal is None and commas:
-        thousands = _THOUSANDS_SIGNS[signs[best]]
-        grouped = [cell for cell in cells if thousands in cell and _THOUSANDS_PATTERNS[signs[best]].fullmatch(cell)]
-        if len(parsed[0].good) == len(parsed[1].good) > 0:
-            _refuse_decimal(path, commas[0])
-        if grouped and not any(_UNAMBIGUOUS_PATTERNS[signs[best]].fullmatch(cell) for cell in grouped):
-            _refuse_decimal(path, grouped[0])
-    return parsed[best]
+    comma_cells = [cell for cell in cells if "," in cell]
+    signs = (".", ",") if decimal is None and comma_cells else (decimal or ".",)
+    numbers = [_parse_rows(rows, names, sign) for sign in signs]
+    index = max(range(len(signs)), key=lambda i: len(numbers[i].good))
+    if decimal is None and comma_cells:
+        thousands = _THOUSANDS_SIGNS[signs[index]]
+        groups = [cell for cell in cells if thousands in cell and _THOUSANDS_PATTERNS[signs[index]].fullmatch(cell)]
+        if len(numbers[0].good) == len(numbers[1].good) > 0:
+            _refuse_decimal(path, comma_cells[0])
+        if groups and not any(_UNAMBIGUOUS_PATTERNS[signs[index]].fullmatch(cell) for cell in groups):
+            _refuse_decimal(path, groups[0])
+    return numbers[index]
 
 
 def _refuse_decimal(path: Path, cell: str) -> NoReturn:
@@ -270,16 +270,16 @@ def _refuse_decimal(path: Path, cell: str) -> NoReturn:
 
 
 def _parse_rows(rows: _Rows, names: Sequence[str], decimal: str) -> _Numbers:
-    values, good, lost = [], [], {}
+    values, good_rows, reasons = [], [], {}
     for i, row in enumerate(rows.cells):
         cells = row[: len(names)]
         try:
             values.append([_number(cell, decimal) for cell in cells])
-            good.append(i)
+            good_rows.append(i)
         except ValueError:
-            wrong = next(place for place, cell in enumerate(cells) if not _is_number(cell, decimal))
-            lost[rows.lines[i]] = f"has '{str(row[wrong])[:30]}' for {names[wrong]}, {_number_advice(row[wrong])}"
-    return _Numbers(np.array(values, dtype=float).reshape(len(good), len(names)), good, lost)
+            column = next(place for place, cell in enumerate(cells) if not _is_number(cell, decimal))
+            reasons[rows.lines[i]] = f"has '{str(row[column])[:30]}' for {names[column]}, {_number_advice(row[column])}"
+    return _Numbers(np.array(values, dtype=float).reshape(len(good_rows), len(names)), good_rows, reasons)
 
 
 def _number(cell: Any, decimal: str = ".") -> float:
@@ -308,7 +308,7 @@ def _number(cell: Any, decimal: str = ".") -> float:
 
 
 def _number_advice(cell: Any) -> str:
-    """Reason that a cell is not a number, and its remedy, in words."""
+    """Text that says why a cell is not a number, with a remedy."""
     text = str(cell).strip("[] \xa0")
     if re.fullmatch(r"[-+]?[1-9][0-9]{0,2}(?: [0-9]{3})+", text):
         return "which is one number or several: leave out the spaces between its digits"

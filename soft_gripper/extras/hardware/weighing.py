@@ -96,7 +96,7 @@ class Weighing:
 
 
 class KeptFit(NamedTuple):
-    """Kept fit of a finger."""
+    """Stored fit of a finger: its fitted states and confidence."""
 
     states: FittedStatesConfig
     confidence: ConfidenceConfig
@@ -117,25 +117,25 @@ def weigh(
     require(states.time is not None, states.name, "time", None, "the rows need times for windows")
     assert states.time is not None
     elapsed = states.time - states.time[0]
-    count = max(round(float(elapsed[-1]) / window), 1)
-    window_numbers = np.minimum((elapsed / window).astype(int), count - 1)
+    window_count = max(round(float(elapsed[-1]) / window), 1)
+    window_numbers = np.minimum((elapsed / window).astype(int), window_count - 1)
     note_unbalanced(states, error + slope)
-    balanced = balanced_rows(error + slope)
-    row_count = len(balanced)
+    is_balanced = balanced_rows(error + slope)
+    row_count = len(is_balanced)
     terms: tuple[Array, Array, Array] = np.full(row_count, np.nan), np.zeros(row_count), np.zeros((row_count, 0))
     if fitted is not None:
         terms = _fit_terms(fitted, model, replace(states, load=mass), slope)
     is_far, band_growth, deviations = terms
     weighings = []
-    for rows in [*(balanced & (window_numbers == i) for i in range(count)), balanced]:
+    for rows in [*(is_balanced & (window_numbers == i) for i in range(window_count)), is_balanced]:
         expected = f"a window needs at least {_MIN_ROWS} rows: make it longer"
         require(int(rows.sum()) >= _MIN_ROWS, states.name, "--window", window, expected)
-        change, band = _weigh_rows(error[rows], slope[rows], deviations[rows])
+        mass_change, band = _weigh_rows(error[rows], slope[rows], deviations[rows])
         band *= float(np.sqrt(1 + band_growth[rows].mean()))
         begin, end = elapsed[rows][[0, -1]]
         span = states.name, float(begin), float(end), int(rows.sum())
         far = 100 * float(is_far[rows].mean())
-        weighings.append(Weighing(*span, 1e3 * (mass + change), 1e3 * band, far, 1e3 * states.load))
+        weighings.append(Weighing(*span, 1e3 * (mass + mass_change), 1e3 * band, far, 1e3 * states.load))
     return weighings
 
 
@@ -155,7 +155,7 @@ def _fit_terms(fitted: KeptFit, model: Model, states: SettledStates, slope: Arra
 
 
 def _mass_deviations(parameter_slopes: Array, covariance: Array, slope: Array) -> Array:
-    """Contribution of each row to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'.
+    """Contributions of R rows to J' G R, (R, P): changes of the weighed mass by P independent unknowns, C = R R'.
 
     `parameter_slopes` are derivatives of the markers by the parameters, (R M 3, P).
     """
@@ -169,33 +169,33 @@ def learned_growth(identified: IdentifiedStates) -> float:
 
     It is learned to the first order, from fits without a region of pulled lengths, by the mass of each recording there.
     """
-    fit, count = identified.fit, len(identified.left_out)
-    states, errors = identified.states[:count], identified.errors[:count]
+    fit, recording_count = identified.fit, len(identified.left_out)
+    states, errors = identified.states[:recording_count], identified.errors[:recording_count]
     if not any(run.load for run in states):
         return 0.0
     slope = np.concatenate([_mass_slope(identified.model, run, run.load)[1] for run in states])
-    size, balanced = slope[0].size, balanced_rows(slope)
+    size, is_balanced = slope[0].size, balanced_rows(slope)
     residuals, parameter_slopes = fit.residuals.reshape(slope.shape), fit.slopes.reshape(*slope.shape, -1)
-    recording = np.repeat(np.arange(count), [len(run.pulled) for run in states])
-    pulled = np.concatenate([run.pulled for run in states])
-    shapes = FittedStates(pulled, np.full(pulled.shape[1], spread_of(pulled)))
+    recording = np.repeat(np.arange(recording_count), [len(run.pulled) for run in states])
+    pulled_lengths = np.concatenate([run.pulled for run in states])
+    shapes = FittedStates(pulled_lengths, np.full(pulled_lengths.shape[1], spread_of(pulled_lengths)))
     lasting = mean_correlation_time(balanced_series(errors))
 
     def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         is_kept = np.repeat(~region, size)
-        change = fit.change_without(is_kept, UNOBSERVABLE, fit.free.scales)
+        unknown_change = fit.change_without(is_kept, UNOBSERVABLE, fit.free.scales)
         covariance = confidence_of(fit.free, fit.x, fit.residuals[is_kept], fit.slopes[is_kept], lasting).covariance
-        recording_rows = [np.flatnonzero(region & balanced & (recording == i)) for i in range(count)]
+        recording_rows = [np.flatnonzero(region & is_balanced & (recording == i)) for i in range(recording_count)]
         masses, distances = [], []
         for rows in [rows for rows in recording_rows if len(rows) >= _MIN_ROWS]:
             mass_slopes, key_slopes = _center(slope[rows]), _center(parameter_slopes[rows])
-            deviations = _mass_deviations(key_slopes.reshape(-1, len(change)), covariance, mass_slopes)
-            masses.append(_weigh_rows(_center(residuals[rows]) + key_slopes @ change, mass_slopes, deviations))
-            distances.append(shapes.leave_out(region).distance(pulled[rows]).mean())
+            deviations = _mass_deviations(key_slopes.reshape(-1, len(unknown_change)), covariance, mass_slopes)
+            masses.append(_weigh_rows(_center(residuals[rows]) + key_slopes @ unknown_change, mass_slopes, deviations))
+            distances.append(shapes.leave_out(region).distance(pulled_lengths[rows]).mean())
         changes, band = np.array(masses).reshape(-1, 2).T
         return LeftOut(np.abs(changes / band)[:, None], np.sqrt(distances)[:, None])
 
-    regions = [shapes.regions(), *(shapes.halves(most) for most in _REGION_COUNTS)]
+    regions = [shapes.regions(), *(shapes.halves(max_regions) for max_regions in _REGION_COUNTS)]
     left_out = tqdm(regions_left_out(regions, leave_out), desc="bands of loads", unit="region", dynamic_ncols=True)
     return learned_widths(np.ones((1, 1)), [*left_out]).growth
 
@@ -206,9 +206,9 @@ def _center(values: Array) -> Array:
 
 
 def _tare_errors(model: Model, tare: SettledStates, states: SettledStates) -> Array:
-    """Errors of the unloaded model where tendons were pulled most as in each row, (R, M, 3) m."""
-    error, pulled = state_errors(model, replace(tare, load=0.0)), cKDTree(tare.pulled)
-    distances, nearest = pulled.query(states.pulled)
+    """Errors of the unloaded model at the most similar pulled lengths of the tare, (R, M, 3) m."""
+    error, pull_tree = state_errors(model, replace(tare, load=0.0)), cKDTree(tare.pulled)
+    distances, nearest = pull_tree.query(states.pulled)
     reach = float(np.ptp(tare.pulled, axis=0).max())
     percent = f"{100 * _PULL_TOLERANCE:.0f} %"
     expected = f"pulls no tendons as this recording does: rows are {percent} of the range apart, or more"
@@ -238,10 +238,10 @@ def _mass_slope(model: Model, states: SettledStates, mass: float) -> tuple[Array
 def _weigh_rows(error: Array, slope: Array, deviations: Array) -> tuple[float, float]:
     """Change of the mass with which R rows agree best, and its band, kg; the band includes `deviations`, (R, P)."""
     strength = float((slope**2).sum())
-    change = -float((slope * error).sum()) / strength
-    sums = (slope * (error + slope * change)).sum(axis=(1, 2))
+    mass_change = -float((slope * error).sum()) / strength
+    sums = (slope * (error + slope * mass_change)).sum(axis=(1, 2))
     variance = len(sums) * sums.var() * correlation_time(sums) + (deviations.sum(axis=0) ** 2).sum()
-    return change, _NORMAL_95 * float(np.sqrt(variance)) / strength
+    return mass_change, _NORMAL_95 * float(np.sqrt(variance)) / strength
 
 
 def weighing_figure(weighings: Sequence[Weighing]) -> Figure:
@@ -251,12 +251,12 @@ def weighing_figure(weighings: Sequence[Weighing]) -> Figure:
         figure = plt.figure(figsize=(1.2 + 2.6 * len(names), 2.8), constrained_layout=True)
         axes = figure.subplots(1, len(names), sharey=True, squeeze=False)
         for panel, name in zip(axes[0], names, strict=True):
-            *windows, whole = [row for row in weighings if row.recording == name]
+            *windows, overall = [row for row in weighings if row.recording == name]
             middles = [(row.begin_s + row.end_s) / 2 for row in windows]
             loads, bands = [row.load_g for row in windows], [row.band_g for row in windows]
             style = {"fmt": "o", "ms": 4, "capsize": 3, "color": ESTIMATOR_COLORS[5], "label": "estimated, 95 %"}
             panel.errorbar(middles, loads, bands, **style)
-            panel.axhline(whole.named_g, color="0.35", lw=1, ls="--", label="hung on the tip")
+            panel.axhline(overall.named_g, color="0.35", lw=1, ls="--", label="hung on the tip")
             panel.set(title=name, xlabel="time [s]", xlim=(0, None))
         axes[0, 0].set_ylabel("load at the tip [g]")
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2, frameon=False)

@@ -98,7 +98,7 @@ class Hypotheses:
 
     @cached_property
     def joint(self) -> NDArray[np.int_]:
-        """First joint of the softer part, (K,); -1: none."""
+        """Index of the first softer joint of each hypothesis, (K,); -1: none."""
         return np.array([joint for *_, joint in self._entries])
 
     @cached_property

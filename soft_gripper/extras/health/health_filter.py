@@ -183,21 +183,21 @@ class HealthFilter:
         window = self._summarize(
             memory, q, free_bends - memory.first_free_bends, self._extrapolation_std(q, driving, gravity)
         )
-        change = bends - memory.free
-        drive = self._pressures(driving - memory.driving)
+        bend_change = bends - memory.free
+        pressure_change = self._pressures(driving - memory.driving)
         born_mean, born_covariance = self._onset_states(memory.mean[0], memory.covariance[0])
         mean = np.stack([memory.mean, born_mean])
         covariance = np.stack([memory.covariance, born_covariance])
-        mean, covariance = self._predict(mean, covariance, change, drive, memory.age)
+        mean, covariance = self._predict(mean, covariance, bend_change, pressure_change, memory.age)
         state_map = self._bend_map(q, driving)
         update = _update_states(mean, covariance, self._observation(mean, window, q, state_map))
         evidence_before = np.stack([memory.evidence, np.zeros_like(memory.evidence)])
-        total = evidence_before + update.log_likelihood + self._repetition_likelihood(update, mean, window, state_map)
-        total[1, 0] = -np.inf  # health has no onset
-        best = total.argmax(axis=0)
-        hypotheses = np.arange(total.shape[1])
-        mean, covariance = update.mean[best, hypotheses], update.covariance[best, hypotheses]
-        evidence = total[best, hypotheses] - total[0, 0]
+        odds = evidence_before + update.log_likelihood + self._repetition_likelihood(update, mean, window, state_map)
+        odds[1, 0] = -np.inf  # health has no onset
+        best_loads = odds.argmax(axis=0)
+        hypotheses = np.arange(odds.shape[1])
+        mean, covariance = update.mean[best_loads, hypotheses], update.covariance[best_loads, hypotheses]
+        evidence = odds[best_loads, hypotheses] - odds[0, 0]
         evidence = evidence + self._contact_evidence(mean, covariance, q, evidence)
         evidence[self._is_absurd(mean, covariance)] = -_MAX_EVIDENCE
         evidence = evidence - max(float(evidence.max()) - _MAX_EVIDENCE, 0.0)
@@ -206,7 +206,7 @@ class HealthFilter:
             mean=mean,
             covariance=covariance,
             evidence=evidence,
-            age=np.where(best == 0, memory.age + 1, 0.0),
+            age=np.where(best_loads == 0, memory.age + 1, 0.0),
             free=bends,
             driving=driving,
             counts=memory.counts + memory.sums[2:],
@@ -216,11 +216,11 @@ class HealthFilter:
         )
 
     def _is_absurd(self, mean: Array, covariance: Array) -> NDArray[np.bool_]:
-        """Whether the parameter of a hypothesis surely has the wrong sign, (K,)."""
+        """Mask of hypotheses whose parameter almost surely has the wrong sign, (K,)."""
         f = self._values + self.layout.readings
         sign = self.hypotheses.sign
-        absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD_DEVIATIONS * np.sqrt(covariance[:, f, f])
-        return absurd & (sign != 0)
+        is_absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD_DEVIATIONS * np.sqrt(covariance[:, f, f])
+        return is_absurd & (sign != 0)
 
     def _extrapolation_std(self, q: Array, driving: Array, gravity: Array) -> Array:
         """Standard deviation of strains where the drive is away from its calibration, common to all, (R,)."""
@@ -232,28 +232,28 @@ class HealthFilter:
         return np.asarray(self.hypotheses.load_response @ (self.layout.matrix @ angle_stds))
 
     def _summarize(self, memory: FilterMemory, q: Array, free_change: Array, extrapolation_std: Array) -> "_Window":
-        measured, finite, repeated, changed = memory.sums
-        is_read = finite > 0
-        mean = np.where(is_read, measured / np.maximum(finite, 1), np.nan)
-        counts = memory.counts + _PRIOR_REPEATS
-        working_likelihood = (np.array([repeated, changed]) * np.log(counts / counts.sum(axis=0))).sum(axis=0)
-        stuck_likelihood = repeated * math.log(_STUCK_PROBABILITY) + changed * math.log(1 - _STUCK_PROBABILITY)
-        lost_count = WINDOW_SAMPLES - finite
-        silent_likelihood = lost_count * math.log(_STUCK_PROBABILITY) + finite * math.log(1 - _STUCK_PROBABILITY)
-        lost_likelihood = lost_count * math.log(_LOST_PROBABILITY) + finite * math.log(1 - _LOST_PROBABILITY)
+        reading_sums, finite_counts, repeat_counts, changes = memory.sums
+        is_read = finite_counts > 0
+        means = np.where(is_read, reading_sums / np.maximum(finite_counts, 1), np.nan)
+        totals = memory.counts + _PRIOR_REPEATS
+        working_likelihood = (np.array([repeat_counts, changes]) * np.log(totals / totals.sum(axis=0))).sum(axis=0)
+        stuck_likelihood = repeat_counts * math.log(_STUCK_PROBABILITY) + changes * math.log(1 - _STUCK_PROBABILITY)
+        losses = WINDOW_SAMPLES - finite_counts
+        silent_likelihood = losses * math.log(_STUCK_PROBABILITY) + finite_counts * math.log(1 - _STUCK_PROBABILITY)
+        lost_likelihood = losses * math.log(_LOST_PROBABILITY) + finite_counts * math.log(1 - _LOST_PROBABILITY)
         return _Window(
-            mean,
+            means,
             self.layout.predict(q),
             is_read,
-            np.clip(1 + changed, 1, np.maximum(finite, 1)),
+            np.clip(1 + changes, 1, np.maximum(finite_counts, 1)),
             free_change,
             extrapolation_std,
             working_likelihood + lost_likelihood,
             np.maximum(stuck_likelihood + lost_likelihood, silent_likelihood + working_likelihood),
             stuck_likelihood + lost_likelihood,
-            (repeated > WINDOW_SAMPLES / 2) & (np.abs(mean) > _MIN_LIMIT * self.hypotheses.full_scale),
-            (repeated > 0) & (repeated <= WINDOW_SAMPLES / 2),
-            np.where(mean > 0, mean > memory.extremes[1], mean < memory.extremes[0]),
+            (repeat_counts > WINDOW_SAMPLES / 2) & (np.abs(means) > _MIN_LIMIT * self.hypotheses.full_scale),
+            (repeat_counts > 0) & (repeat_counts <= WINDOW_SAMPLES / 2),
+            np.where(means > 0, means > memory.extremes[1], means < memory.extremes[0]),
         )
 
     def _predict(self, mean: Array, covariance: Array, change: Array, drive: float, age: Array) -> tuple[Array, Array]:
@@ -267,13 +267,13 @@ class HealthFilter:
         walk = np.zeros((2, *covariance.shape[-3:]))
         load_covariance = self._usual_load_covariance
         drive_size = abs(drive)
-        steady = _LOAD_RATE_CHANGE * drive_size, _LOAD_RATE_CHANGE * min(drive_size / dt, 1)
-        rate_changes = steady, (max(drive_size, 0.2), 1.0)
+        steady_rates = _LOAD_RATE_CHANGE * drive_size, _LOAD_RATE_CHANGE * min(drive_size / dt, 1)
+        rate_changes = steady_rates, (max(drive_size, 0.2), 1.0)
         for load, (bend_rate, slope_rate) in enumerate(rate_changes):
             walk[load, :, :values, :values] = bend_rate**2 * load_covariance + (_BEND_WALK**2) * np.eye(values)
             walk[load, :, -values:, -values:] = slope_rate**2 * load_covariance
-        expected = hypotheses.load_response @ change
-        error_walk = (_OFFSET_WALK * uncertainty.reading) ** 2 + (uncertainty.gain * expected) ** 2
+        strain_changes = hypotheses.load_response @ change
+        error_walk = (_OFFSET_WALK * uncertainty.reading) ** 2 + (uncertainty.gain * strain_changes) ** 2
         error_walk = error_walk + uncertainty.drift**2 * dt
         bends = np.arange(values)
         cut_hypotheses = hypotheses.indices_of("cut")[:, None]
@@ -281,8 +281,8 @@ class HealthFilter:
         i = np.arange(values, values + readings)
         walk[:, :, i, i] += error_walk
         f = values + readings
-        square = (hypotheses.load_response**2).sum(axis=-1)
-        variance = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * square
+        response_squares = (hypotheses.load_response**2).sum(axis=-1)
+        variance = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * response_squares
         for name in ("dead", "saturated"):
             k = hypotheses.indices_of(name)
             walk[:, k, f, f] += variance[hypotheses.reading[k]]
@@ -308,12 +308,12 @@ class HealthFilter:
         H = np.tile(B @ state_map, (*mean.shape[:-1], 1, 1))
         H[..., values:f] = np.eye(self.layout.readings)
         z = np.tile(np.where(window.read, window.measured - window.expected, 0.0), (*mean.shape[:-1], 1))
-        lag = B @ window.free_change
-        white = self.uncertainty.reading**2 / window.distinct
-        common = np.tile(_LAG_RATIO * lag, (len(hypotheses.kind), 1))
+        lag_strains = B @ window.free_change
+        white_variance = self.uncertainty.reading**2 / window.distinct
+        common_stds = np.tile(_LAG_RATIO * lag_strains, (len(hypotheses.kind), 1))
         common_extrapolation = np.tile(window.extrapolation_std, (len(hypotheses.kind), 1))
         floor = (_MODEL_STD * hypotheses.full_scale) ** 2
-        noise = np.tile(white + (_UNEVEN_LAG_RATIO * lag) ** 2 + floor, (len(hypotheses.kind), 1))
+        noise = np.tile(white_variance + (_UNEVEN_LAG_RATIO * lag_strains) ** 2 + floor, (len(hypotheses.kind), 1))
         for name in ("offset", "drifting"):
             k = hypotheses.indices_of(name)
             H[:, k, hypotheses.reading[k], f] = 1
@@ -330,19 +330,19 @@ class HealthFilter:
         H[..., f][:, k] = (angle_response @ (q + bends[:, k] @ self._angle_map.T)[..., None])[..., 0]
         H[:, k] += bend_response @ state_map
         z[:, k] += (bend_response @ bends[:, k, :, None])[..., 0]
-        common[k] *= _CUT_LAG_FACTOR
-        noise[k] += (_CUT_LAG_FACTOR * _UNEVEN_LAG_RATIO * lag) ** 2
+        common_stds[k] *= _CUT_LAG_FACTOR
+        noise[k] += (_CUT_LAG_FACTOR * _UNEVEN_LAG_RATIO * lag_strains) ** 2
         for k in (hypotheses.indices_of("dead"), self._limited_hypotheses(window)):
             i = hypotheses.reading[k]
             H[:, k, i, :], H[:, k, i, f] = 0, 1
             z[:, k, i] = np.where(window.read[i], window.measured[i], 0.0)
-            common[k, i], common_extrapolation[k, i], noise[k, i] = 0, 0, white[i]
+            common_stds[k, i], common_extrapolation[k, i], noise[k, i] = 0, 0, white_variance[i]
         saturated_hypotheses = hypotheses.indices_of("saturated")
         partly_saturated = saturated_hypotheses[window.is_partly_limited[hypotheses.reading[saturated_hypotheses]]]
         noise[partly_saturated, hypotheses.reading[partly_saturated]] = hypotheses.full_scale**2
         noise[:, ~window.read] = _MISSING_VARIANCE * hypotheses.full_scale**2
-        independent = noise[..., :, None] * np.eye(self.layout.readings)
-        return _Observation(H, z, outer(common) + outer(common_extrapolation) + independent)
+        independent_covariance = noise[..., :, None] * np.eye(self.layout.readings)
+        return _Observation(H, z, outer(common_stds) + outer(common_extrapolation) + independent_covariance)
 
     def _bend_map(self, q: Array, driving: Array) -> Array:
         """Matrix from states to bends beyond those of the nominal free finger, rad, (S, n)."""
@@ -354,8 +354,8 @@ class HealthFilter:
 
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
         """Hypotheses of sensors at their limits in a window."""
-        saturated = self.hypotheses.indices_of("saturated")
-        indices: NDArray[np.int_] = saturated[window.is_at_limit[self.hypotheses.reading[saturated]]]
+        candidates = self.hypotheses.indices_of("saturated")
+        indices: NDArray[np.int_] = candidates[window.is_at_limit[self.hypotheses.reading[candidates]]]
         return indices
 
     def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", state_map: Array) -> Array:
@@ -363,10 +363,10 @@ class HealthFilter:
         hypotheses = self.hypotheses
         state_map = self.hypotheses.load_response @ state_map
         likelihood = np.full(update.log_likelihood.shape, window.working_likelihood.sum())
-        dead = hypotheses.indices_of("dead")
+        dead_hypotheses = hypotheses.indices_of("dead")
         k = self._limited_hypotheses(window)
-        i = hypotheses.reading[dead]
-        likelihood[:, dead] += window.dead_likelihood[i] - window.working_likelihood[i]
+        i = hypotheses.reading[dead_hypotheses]
+        likelihood[:, dead_hypotheses] += window.dead_likelihood[i] - window.working_likelihood[i]
         i = hypotheses.reading[k]
         likelihood[:, k] += window.limit_likelihood[i] - window.working_likelihood[i]
         likelihood[1, k] += _LIMIT_EVIDENCE * window.is_extreme[i]
@@ -470,7 +470,7 @@ class _Observation(NamedTuple):
 
 
 class _Update(NamedTuple):
-    """Posterior after a window, for the likelier of the two loads."""
+    """Posterior of every hypothesis after a window, for the likelier of its two loads."""
 
     mean: Array  # (B, K, n)
     covariance: Array  # (B, K, n, n)
@@ -490,10 +490,10 @@ def _update_states(mean: Array, covariance: Array, observation: _Observation) ->
         np.log([1 - _JUMP_PROBABILITY, _JUMP_PROBABILITY])[:, None, None]
         - (square + np.linalg.slogdet(residual_covariance)[1]) / 2
     )
-    best = log_likelihood.argmax(axis=0)[None]
+    best_loads = log_likelihood.argmax(axis=0)[None]
 
     def best_values(values: Array) -> Array:
-        index = best.reshape(*best.shape, *[1] * (values.ndim - best.ndim))
+        index = best_loads.reshape(*best_loads.shape, *[1] * (values.ndim - best_loads.ndim))
         best_value: Array = np.take_along_axis(values, index, 0)[0]
         return best_value
 

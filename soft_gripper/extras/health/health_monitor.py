@@ -99,11 +99,11 @@ def check_monitored(function: HealthFilter) -> None:
 
 def _flatten(memory: FilterMemory) -> Array:
     """Puts all fields of a memory in a row, (n,)."""
-    return np.concatenate([np.ravel(part) for part in memory])
+    return np.concatenate([np.ravel(field) for field in memory])
 
 
 def _unflatten(numbers: Array, like: FilterMemory) -> FilterMemory:
     """Inverts `_flatten`, with the field sizes of another memory."""
     ends = np.cumsum([np.size(part) for part in like])[:-1]
-    parts = zip(np.split(numbers, ends), like, strict=True)
-    return FilterMemory._make(part.reshape(np.shape(field)) for part, field in parts)
+    pairs = zip(np.split(numbers, ends), like, strict=True)
+    return FilterMemory._make(part.reshape(np.shape(field)) for part, field in pairs)

@@ -13,8 +13,8 @@ def named_faults(station: Station, recording: Recording) -> list[str]:
         name = f"{finger.name}.fault"
         if name in recording.data and (fault := int(recording[name].values[-1])):
             probability = recording[f"{finger.name}.fault_probabilities"].values[-1, fault]
-            since = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
-            lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {since:.2f} s")
+            onset_time = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
+            lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {onset_time:.2f} s")
         if name in recording.data and f"{finger.name}.{FAR}" in recording.data:
             share = float(recording[f"{finger.name}.{FAR}"].values.mean())
             if share:

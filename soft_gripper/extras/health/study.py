@@ -206,8 +206,8 @@ def _sensor_fault(kind: str, onset: float, again: ReadAgain, rng: np.random.Gene
             size *= float(strains.max())
         effects = {"dead": np.ptp(strains), "loose": size * np.abs(strains).max(), "saturated": strains.max() - size}
         if effects[kind] >= MIN_EFFECT:
-            frozen = kind == "dead" and rng.random() < 0.5
-            return SensorFault(kind, reading, onset, None if frozen else size)
+            is_frozen = kind == "dead" and rng.random() < 0.5
+            return SensorFault(kind, reading, onset, None if is_frozen else size)
     raise AssertionError(f"no sensor of this run sees a fault of the kind {kind}")
 
 
@@ -229,7 +229,7 @@ def _write_cut_finger(rng: np.random.Generator, file: Path, softness: float) -> 
 
 
 def _add_pegs(scenario: Scenario, rng: np.random.Generator) -> None:
-    """Puts pegs at both sides of the left finger: inside near the tip, and outside further up."""
+    """Adds pegs on both sides of the left finger: inside near the tip, and outside nearer the base."""
     peg = scenario.models[1]
     for name, x, z in (("peg", -0.0245, rng.uniform(0.093, 0.097)), ("other_peg", -0.0644, rng.uniform(0.135, 0.145))):
         place = Transform(RigidTransform([x, 0.0, float(z)]))
@@ -240,7 +240,7 @@ def _add_pegs(scenario: Scenario, rng: np.random.Generator) -> None:
 
 
 def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
-    """Rows of the table, for every belief: every fault, all faults, and the runs without."""
+    """Rows of the table for every belief: each fault, all faults together, and the runs without a fault."""
     rows = []
     for belief in dict.fromkeys(run.belief for run in runs):
         belief_runs = [run for run in runs if run.belief == belief]
@@ -258,11 +258,11 @@ def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
     def percent(holds: Callable[[HealthRun], bool]) -> float:
         return float(100 * np.mean([holds(run) for run in runs]))
 
-    shares = (
+    percentages = (
         (percent(lambda run: run.is_found), percent(lambda run: run.is_right)) if name != "none" else (np.nan, np.nan)
     )
     false_alarms = percent(lambda run: run.false_alarm)
-    return HealthRow(belief, name, len(runs), *shares, false_alarms, float(median), float(delay_90))
+    return HealthRow(belief, name, len(runs), *percentages, false_alarms, float(median), float(delay_90))
 
 
 def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any], Any]) -> list[HealthRun]:

@@ -109,7 +109,7 @@ class EnvironmentConfig:
 
     @property
     def tasks(self) -> list[str]:
-        """The tasks given; there must be exactly one."""
+        """Tasks that the file sets; exactly one is valid."""
         return [name for name in TASKS if getattr(self, name) is not None]
 
     def violations(self) -> Iterator[Violation]:

@@ -36,7 +36,7 @@ _NO_ROWS: Rows = np.zeros(0, int)  # no environment restarts
 
 
 class SoftGripperEnv(Env[Vector, Vector]):
-    """An agent acts on a station from -1 to 1, and observes estimates from the sensors of the gripper.
+    """Environment in which actions from -1 to 1 command a station, and observations are estimates from its sensors.
 
     Episodes vary parameters in the context of a built diagram; springs of fingers cannot vary there, so several
     grippers are built once. The ground truth is in the reward and in `info` only. After `duration` an episode is
@@ -92,10 +92,10 @@ class SoftGripperEnv(Env[Vector, Vector]):
         """
         self._check_begun("step")
         numbers = finite_actions(action, "action", self._station.resting.shape)
-        stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0)[None], _NO_ROWS, [self.np_random])
-        (observation,), (reason,) = stepped.observed, stepped.diverged
-        reward, *ends = (values.item() for values in (stepped.reward, stepped.terminated, stepped.truncated))
-        info = {"diverged": reason} if reason else {name: _to_scalar(value[0]) for name, value in stepped.info.items()}
+        result = self._episodes.step(np.clip(numbers, -1.0, 1.0)[None], _NO_ROWS, [self.np_random])
+        (observation,), (reason,) = result.observed, result.diverged
+        reward, *ends = (values.item() for values in (result.reward, result.terminated, result.truncated))
+        info = {"diverged": reason} if reason else {name: _to_scalar(value[0]) for name, value in result.info.items()}
         return observation, reward, *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -180,8 +180,8 @@ class DrakeStation:
         forces = self.station.forces
         assert forces is not None
         context = forces.GetMyContextFromRoot(self.simulator.get_context())
-        force, peak = (forces.GetOutputPort(name).Eval(context) for name in ("force", "peak"))
-        return force[None], np.array([max(peak.max(), force.max())])
+        force, peak_force = (forces.GetOutputPort(name).Eval(context) for name in ("force", "peak"))
+        return force[None], np.array([max(peak_force.max(), force.max())])
 
     def tip_errors(self) -> Array:
         target, finger = self.station.target, self.station.parts.fingers[0]

@@ -155,8 +155,8 @@ def varied_fingers(scenario: Scenario, config: VariationConfig, number: int) -> 
     if config.grippers == 1 or config.youngs_modulus == 0.0:
         return scenario
     fraction = float(np.linspace(-1, 1, config.grippers)[number]) * config.youngs_modulus
-    varied = deepcopy(scenario)
-    (model,) = (model for model in varied.models if model.name == config.gripper)
+    varied_scenario = deepcopy(scenario)
+    (model,) = (model for model in varied_scenario.models if model.name == config.gripper)
     model.fingers.setdefault("all", {})["youngs_modulus"] = f"{100 * fraction:+.9g} %"
-    varied.nominal.finger["youngs_modulus"] = f"{100 * (1 / (1 + fraction) - 1):+.9g} %"
-    return varied
+    varied_scenario.nominal.finger["youngs_modulus"] = f"{100 * (1 / (1 + fraction) - 1):+.9g} %"
+    return varied_scenario

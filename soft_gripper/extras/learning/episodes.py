@@ -23,10 +23,10 @@ class Stations(Truth, Protocol):
     resting: Array  # (n,), the action with which an episode begins
 
     def begin(self, rows: Rows, draws: Sequence[Draw], task_draws: Array) -> None:
-        """Begins episodes in some environments, with variations and random parts of their task, (rows, ...)."""
+        """Begins episodes in some environments, with their variations and random task parameters, (rows, ...)."""
 
     def step(self, actions: Array) -> list[str]:
-        """Applies actions, (E, n), for a time step; returns E reasons for divergence, empty where there is none."""
+        """Applies actions, (E, n), for a time step; returns E reasons for divergence, empty without divergence."""
 
     def observe(self) -> Array:
         """The observations, (E, k)."""
@@ -68,7 +68,7 @@ class Episodes:
         last_observed, reasons = self._observed, self.stations.step(actions)
         self._steps += 1
         diverged = np.array([bool(reason) for reason in reasons])
-        judged = self._task.judge(self.stations)
+        judgement = self._task.judge(self.stations)
         is_late = self._steps * self._config.time_step > self._config.duration - 1e-9
         is_restarted = np.isin(np.arange(len(reasons)), restarted)
         # Non-finite values would spread in blocks: a failed episode restarts at once, with the next episode's draw.
@@ -77,9 +77,9 @@ class Episodes:
         self._begin(restarted, [random[i] for i in restarted.tolist()])
         self._observed = self.stations.observe()
         self._observed[failed] = last_observed[failed]
-        reward = np.where(diverged | is_restarted, 0.0, judged.reward)
-        terminated, truncated = judged.terminated & ~diverged & ~is_restarted, (is_late | diverged) & ~is_restarted
-        return Stepped(self._observed.astype(np.float32), reward, terminated, truncated, judged.info, reasons)
+        reward = np.where(diverged | is_restarted, 0.0, judgement.reward)
+        terminated, truncated = judgement.terminated & ~diverged & ~is_restarted, (is_late | diverged) & ~is_restarted
+        return Stepped(self._observed.astype(np.float32), reward, terminated, truncated, judgement.info, reasons)
 
     def _begin(self, rows: Rows, random: Sequence[np.random.Generator]) -> list[Draw]:
         if not len(rows):

@@ -49,7 +49,7 @@ from soft_gripper.truth.contact import patches
 
 
 def action_ranges(config: ActionConfig) -> Array:
-    """Values that the numbers of an action set at -1 and at 1, (n, 2) Pa or m or rad."""
+    """Set points for action entries of -1 and 1, (n, 2) Pa, m or rad."""
     return np.array([config.range, *config.joints.values()])
 
 
@@ -97,15 +97,15 @@ def add_action(
         builder.Connect(grip.get_output_port(), port)
     if desired is not None:
         rows = _joint_rows(config, list(home))
-        middle = rows @ (low + high) / 2
-        motion = _joint_motion(rows @ gain, middle, np.array([*home.values()]), config.settling, period)
+        mean_positions = rows @ (low + high) / 2
+        motion = _joint_motion(rows @ gain, mean_positions, np.array([*home.values()]), config.settling, period)
         builder.AddNamedSystem("action.joints", motion)
         builder.ConnectInput("action", motion.get_input_port())
         builder.Connect(motion.get_output_port(), desired)
 
 
 def _joint_rows(config: ActionConfig, joints: list[str]) -> Array:
-    """Matrix of ones where a number of an action moves a joint of the arm, (m, n)."""
+    """Matrix (m, n) with 1 where an action entry moves a joint of the arm, else 0."""
     rows = np.zeros((len(joints), 1 + len(config.joints)))
     for i, name in enumerate(config.joints, 1):
         if name not in joints:
@@ -128,8 +128,8 @@ def _joint_motion(gain: Array, middle: Array, home: Array, time: float, period: 
     """
     count = len(home)
     middle = np.where(gain.any(axis=1), middle, home)
-    flow = np.array([[0.0, 1.0, 0.0], [-1 / time**2, -2 / time, 1 / time**2], [0.0, 0.0, 0.0]])
-    step = np.kron(expm(flow * period)[:2], np.eye(count))
+    rate_matrix = np.array([[0.0, 1.0, 0.0], [-1 / time**2, -2 / time, 1 / time**2], [0.0, 0.0, 0.0]])
+    step = np.kron(expm(rate_matrix * period)[:2], np.eye(count))
     A, to_set_point = step[:, : 2 * count], step[:, 2 * count :]
     begin = np.concatenate([home, np.zeros(count)])
     return AffineSystem(
@@ -155,9 +155,9 @@ OBSERVABLE = (
 
 
 def scaled(values: Array, scales: Array) -> Array:
-    """Values divided by their scales, (..., n), limited to the observed range; unknown ones are 0."""
-    finite = np.nan_to_num(values / scales, nan=0.0, posinf=MAX_OBSERVED, neginf=-MAX_OBSERVED)
-    clipped_values: Array = np.clip(finite, -MAX_OBSERVED, MAX_OBSERVED)
+    """Values divided by their scales, (..., n), and limited to the observed range; 0 where unknown."""
+    finite_values = np.nan_to_num(values / scales, nan=0.0, posinf=MAX_OBSERVED, neginf=-MAX_OBSERVED)
+    clipped_values: Array = np.clip(finite_values, -MAX_OBSERVED, MAX_OBSERVED)
     return clipped_values
 
 
@@ -298,8 +298,8 @@ class TipTarget(LeafSystem):
         q = resting_angles(finger, self._pressures, np.full(_PRESSURE_COUNT, gravity))
         self._tips: Array = as_points(forward_kinematics(q, finger.segment_length).tip)  # (_PRESSURE_COUNT, 2) m
         self._swing = self.DeclareNumericParameter(BasicVector([sum(limits) / 2, 0.0, 1.0, 0.0]))
-        followed = {self.time_ticket(), self.pn_ticket()}
-        self.DeclareVectorOutputPort("target", 2, self._calc, followed)
+        tickets = {self.time_ticket(), self.pn_ticket()}
+        self.DeclareVectorOutputPort("target", 2, self._calc, tickets)
 
     def swing(self, context: Context, mean: float, amplitude: float, period: float, phase: float) -> None:
         """Sets the motion in the context of the block."""

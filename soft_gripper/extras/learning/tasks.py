@@ -22,7 +22,7 @@ class Judgement(NamedTuple):
 
 
 class Truth(Protocol):
-    """Present ground truth of E stations."""
+    """Current ground truth of E stations."""
 
     def object_places(self) -> Array:
         """The frame of the object of the task in the world, (E, 3) m."""
@@ -66,12 +66,12 @@ class GraspTask:
 
     def judge(self, truth: Truth) -> Judgement:
         config, height = self._config, (truth.object_places() - self._begins)[:, 2]
-        force, peak = truth.normal_forces()
+        force, peak_force = truth.normal_forces()
         lift_fraction = np.clip(height / config.height, 0.0, 1.0)
-        is_crushed = peak > config.crushing_force
+        is_crushed = peak_force > config.crushing_force
         reward = self._time_step * (lift_fraction - config.force_weight * force.max(axis=-1)) - is_crushed
         is_held = (lift_fraction >= _HELD_HEIGHT_FRACTION) & (force > 0).all(axis=-1) & ~is_crushed
-        info = {"height": height, "force": force, "peak_force": peak, "crushed": is_crushed, "success": is_held}
+        info = {"height": height, "force": force, "peak_force": peak_force, "crushed": is_crushed, "success": is_held}
         return Judgement(reward, is_crushed, info)
 
 
@@ -99,13 +99,13 @@ class PickPlace:
 
     def judge(self, truth: Truth) -> Judgement:
         config, path = self._config, self._paths
-        place, (force, peak) = truth.object_places() - self._begins, truth.normal_forces()
+        place, (force, peak_force) = truth.object_places() - self._begins, truth.normal_forces()
         error, height = np.abs(path - place[:, 0]), place[:, 2]
-        is_crushed = peak > config.crushing_force
+        is_crushed = peak_force > config.crushing_force
         is_placed = (error < config.tolerance) & (np.abs(height) < _STANDING_HEIGHT) & ~force.any(axis=-1)
         fraction = np.clip(1 - error / np.maximum(np.abs(path), config.tolerance), 0.0, 1.0)
         reward = self._time_step * (fraction - config.force_weight * force.max(axis=-1)) + is_placed - 1.0 * is_crushed
-        info = {"error": error, "height": height, "force": force, "peak_force": peak}
+        info = {"error": error, "height": height, "force": force, "peak_force": peak_force}
         return Judgement(reward, is_placed | is_crushed, info | {"crushed": is_crushed, "success": is_placed})
 
 
@@ -118,10 +118,10 @@ class Reach:
 
     def draw(self, rng: np.random.Generator) -> Sequence[float]:
         """Draws the swing of a `TipTarget`."""
-        (low, high), (shortest, longest) = self._config.pressure, self._config.period
-        amplitude = rng.uniform(0.5, 1.0) * (high - low) / 2
-        mean = rng.uniform(low + amplitude, high - amplitude)
-        return mean, amplitude, rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
+        (min_pressure, max_pressure), (shortest, longest) = self._config.pressure, self._config.period
+        amplitude = rng.uniform(0.5, 1.0) * (max_pressure - min_pressure) / 2
+        mean_pressure = rng.uniform(min_pressure + amplitude, max_pressure - amplitude)
+        return mean_pressure, amplitude, rng.uniform(shortest, longest), rng.uniform(0.0, 2 * np.pi)
 
     def begin(self, rows: NDArray[np.int_], task_draws: Array, truth: Truth) -> None:
         pass

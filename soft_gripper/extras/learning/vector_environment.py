@@ -129,11 +129,11 @@ class SoftGripperVectorEnv(VectorEnv[Any, Any, Any]):
         assert shape is not None
         numbers = finite_actions(actions, "actions", shape)
         is_anew = self._has_ended.copy()
-        stepped = self._episodes.step(np.clip(numbers, -1.0, 1.0), np.flatnonzero(is_anew), self._random)
-        info = stepped.info | {"diverged": np.array([bool(reason) for reason in stepped.diverged])}
-        self._has_ended = stepped.terminated | stepped.truncated
+        result = self._episodes.step(np.clip(numbers, -1.0, 1.0), np.flatnonzero(is_anew), self._random)
+        info = result.info | {"diverged": np.array([bool(reason) for reason in result.diverged])}
+        self._has_ended = result.terminated | result.truncated
         masks = {f"_{name}": ~is_anew for name in info}
-        return stepped.observed, stepped.reward, stepped.terminated, stepped.truncated, info | masks
+        return result.observed, result.reward, result.terminated, result.truncated, info | masks
 
     def render(self) -> tuple[Any, ...] | None:
         """Raises an InputError: these environments are not rendered."""
@@ -155,7 +155,7 @@ class MujocoStations:
         stations = [Station(station.diagram, station.parts, None) for station in learning]  # type: ignore[arg-type]  # without logs
         self._learning, self._station = learning[0], stations[0]
         self._period, self._plant_step = scenario.sensor.period, self._station.plant.time_step()
-        self._check(scenario)
+        self._check_scenario(scenario)
         step = dividing_step(self._plant_step, scenario.engine_step or LONGEST_STEP)
         self._substeps = round(self._plant_step / step)
         object_task = config.grasp or config.pick_place
@@ -164,13 +164,13 @@ class MujocoStations:
         self._name, self._body = object_task.object, self._learning.object
         self._sensors = NormalForces(self._station)
         exported = [export_to_mujoco(station, step, [self._name], self._sensors) for station in stations]
-        turns = np.arange(count) % len(stations)
-        self._exported: list[Exported] = [exported[i] for i in turns]
+        station_numbers = np.arange(count) % len(stations)
+        self._exported: list[Exported] = [exported[i] for i in station_numbers]
         begins = np.tile(begin_positions(self._station.plant, Variation()), (count, 1))
         models = [station.model for station in self._exported]
         self._plants = Plants(self._station, exported[0].touching, models, begins, threads)
         graphs = {Observation: lambda block: direct(block, lambda *signals: block.observe(side_by_side(*signals)))}
-        station_turns = [stations[i] for i in turns]
+        station_turns = [stations[i] for i in station_numbers]
         self._network = Network(station_turns, self._plants, None, ["observation"], graphs)
         self.resting = resting_action(config.action, home(self._learning.parts))
         self._actions = np.tile(self.resting, (count, 1))
@@ -181,7 +181,7 @@ class MujocoStations:
         self._force: Array = np.zeros((count, len(self._station.fingers)))
         self._peak: Array = np.zeros(count)
 
-    def _check(self, scenario: Scenario) -> None:
+    def _check_scenario(self, scenario: Scenario) -> None:
         for name, period in (("plant_config.time_step", self._plant_step), ("sensor.period", self._period)):
             steps = self._config.time_step / period if period else 0.0
             if not steps or abs(steps - round(steps)) > 1e-6:
@@ -228,15 +228,15 @@ class MujocoStations:
         self._network.give("action", self._actions)
         plants, network, plant_step = self._plants, self._network, self._plant_step
         stride = round(self._period / plant_step)
-        for first in range(0, round(self._config.time_step / plant_step), stride):
-            network.drive_plants(first * plant_step)
+        for first_step in range(0, round(self._config.time_step / plant_step), stride):
+            network.drive_plants(first_step * plant_step)
             plants.begin_step(keeps=True)
             network.sample()
             plants.finish_step(keeps=True)
-            network.step([i * plant_step for i in range(first + 1, first + stride)], keeps=True)
+            network.step([i * plant_step for i in range(first_step + 1, first_step + stride)], keeps=True)
         self._update_forces()
         plants.look()
-        return ["" if finite else _NOT_FINITE for finite in np.isfinite(plants.state).all(axis=1)]
+        return ["" if is_finite else _NOT_FINITE for is_finite in np.isfinite(plants.state).all(axis=1)]
 
     def _update_forces(self) -> None:
         """Updates the normal forces on the fingers at the end of a step, (E, F) N, and their largest samples, (E) N."""

@@ -120,7 +120,7 @@ class Functions:
         self._known.clear()
 
     def _value(self, function: Callable[..., Any], sources: Sequence[str]) -> Any:
-        """Value of a function of steps."""
+        """Function that returns a value of evaluated steps."""
         try:
             return function(*[self._steps.value(source, self._known, self._state) for source in sources])
         except ValueError:
@@ -187,7 +187,7 @@ class PerDiagram:
             block.forget()
 
     def _part_indices(self, rows: Rows, part_rows: Rows) -> Rows:
-        """Indices of environments among those of a part."""
+        """Indices of environments among those of a part of the block."""
         is_wanted = np.zeros(self._count, bool)
         is_wanted[rows] = True
         return np.flatnonzero(is_wanted[part_rows])
@@ -204,7 +204,7 @@ def _select_rows(read: Read, part_rows: Rows) -> Read:
 
 
 class Streams:
-    """Values known before the run: draws of a random source, or inputs of the whole diagram.
+    """Block of values known before the run: draws of a random source, or inputs of the whole diagram.
 
     Sources draw before other blocks take their samples, as in Drake.
     """
@@ -244,7 +244,7 @@ class Streams:
 
 
 class Contexts:
-    """Any other leaf system with a state: a context for each of E environments, or one that they share (E = 1)."""
+    """Block of any other leaf system with a state: a context for each of E environments, or a shared one (E = 1)."""
 
     def __init__(self, block: LeafSystem, count: int):
         self._block, self._inputs = block, range(block.num_input_ports())
@@ -300,8 +300,8 @@ def _outputs(block: LeafSystem) -> list[OutputPort]:
 
 def _period(block: LeafSystem) -> float | None:
     """Time between the updates of a block, s; None: it makes none."""
-    timing = block.GetUniquePeriodicDiscreteUpdateAttribute()
-    return None if timing is None else float(timing.period_sec())
+    update_timing = block.GetUniquePeriodicDiscreteUpdateAttribute()
+    return None if update_timing is None else float(update_timing.period_sec())
 
 
 def direct(block: LeafSystem, *functions: Callable[..., Array], sources: Sequence[str] = ()) -> Steps:
@@ -344,26 +344,26 @@ def _evaluate(port: OutputPort, inputs: Sequence[InputPort], context: Context, t
 def _affine(block: AffineSystem) -> Steps:
     """Steps of a block in discrete steps, or without a state."""
     A, B, C, D = (np.array(matrix).T for matrix in (block.A(), block.B(), block.C(), block.D()))
-    f0, y0 = (np.array(vector, dtype=float) for vector in (block.f0(), block.y0()))
+    state_offset, output_offset = (np.array(vector, dtype=float) for vector in (block.f0(), block.y0()))
     u, y = block.get_input_port().get_name(), block.get_output_port().get_name()
-    memory = Memory(np.zeros(len(A)), lambda x, u: x @ A + u @ B + f0, ("x", u), at_first=True)
+    memory = Memory(np.zeros(len(A)), lambda x, u: x @ A + u @ B + state_offset, ("x", u), at_first=True)
     steps = {u: Step(), "x": Step(same, (), memory, None)}
     if D.any():
-        return Steps(steps, {y: (lambda x, u: x @ C + y0 + u @ D, ["x", u])})
-    return Steps(steps, {y: (lambda x: x @ C + y0, ["x"])})
+        return Steps(steps, {y: (lambda x, u: x @ C + output_offset + u @ D, ["x", u])})
+    return Steps(steps, {y: (lambda x: x @ C + output_offset, ["x"])})
 
 
 def _saturation(block: Saturation) -> Steps:
-    """Steps of a saturation; its limits are its outputs for the largest numbers."""
+    """Steps of a saturation, whose limits are its outputs for the largest floats."""
     size, context = block.get_input_port().size(), block.CreateDefaultContext()
 
     def limited(value: float) -> Array:
         block.get_input_port().FixValue(context, np.full(size, value))
         return np.array(block.get_output_port().Eval(context))
 
-    huge = np.finfo(float).max
-    low, high = limited(-huge), limited(huge)
-    return direct(block, lambda u: np.minimum(np.maximum(u, low), high))
+    largest_float = np.finfo(float).max
+    lower_limits, upper_limits = limited(-largest_float), limited(largest_float)
+    return direct(block, lambda u: np.minimum(np.maximum(u, lower_limits), upper_limits))
 
 
 def _constant(block: ConstantVectorSource) -> Steps:
@@ -373,7 +373,7 @@ def _constant(block: ConstantVectorSource) -> Steps:
 
 def _parts(block: Demultiplexer) -> Steps:
     ends = np.cumsum([0, *(port.size() for port in _outputs(block))])
-    return direct(block, *(partial(_columns, slice(first, last)) for first, last in pairwise(ends)))
+    return direct(block, *(partial(_columns, slice(begin, end)) for begin, end in pairwise(ends)))
 
 
 def _columns(columns: slice, values: Array) -> Array:
@@ -399,11 +399,11 @@ def side_by_side(*values: Array) -> Array:
     return np.concatenate(values, axis=1)
 
 
-def _sum(*values: Array) -> Array:
-    total = values[0]
+def _add_values(*values: Array) -> Array:
+    total_value = values[0]
     for value in values[1:]:
-        total = total + value
-    return total
+        total_value = total_value + value
+    return total_value
 
 
 def _mean_bound(*signals: Array) -> Array:
@@ -411,12 +411,12 @@ def _mean_bound(*signals: Array) -> Array:
     bounds = [
         np.where(touch != 0, interval[:, -1:], 0.0) for interval, touch in zip(signals[::2], signals[1::2], strict=True)
     ]
-    return _sum(*bounds) / len(bounds)
+    return _add_values(*bounds) / len(bounds)
 
 
 Graphs = Mapping[type[LeafSystem], Callable[[Any], Steps]]
 GRAPHS: Graphs = {  # of the steps of a block, by its class
-    Adder: lambda block: direct(block, _sum),
+    Adder: lambda block: direct(block, _add_values),
     AffineSystem: _affine,
     ArrayBlock: lambda block: block.steps,
     ConstantVectorSource: _constant,

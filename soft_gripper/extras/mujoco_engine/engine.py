@@ -86,14 +86,14 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     for numbers in groups.values():
         group = [member for member in (runs[i] for i in numbers) if isinstance(member, ServedRun)]
         size = _batch_size(group[0].station)
-        for first in range(0, len(numbers), size):
-            batch = slice(first, first + size)
+        for begin in range(0, len(numbers), size):
+            batch = slice(begin, begin + size)
             outcomes |= dict(zip(numbers[batch], _run_alike(group[batch], described), strict=True))
     yield from (outcomes[i] for i in range(len(scenarios)))
 
 
 def suited_step(scenario: Scenario) -> float | None:
-    """Longest step, s, whose half changes a run by little; None: the scenario cannot run.
+    """Longest step, s, that changes a run little when halved; None: the scenario cannot run.
 
     Raises:
         InputError: as `run_many`.
@@ -183,7 +183,7 @@ def _replan(parts: StationParts, diagram: Diagram, positions: Array) -> None:
 
 
 def _build_station(scenario: Scenario, plant: Key | None) -> Station:
-    """Builds a station, around a copy of an equal plant of another station if there is one."""
+    """Builds a station, if possible around a copy of another station's equal plant."""
     source = None if plant is None else _plant_sources.get(plant)
     station = make_private_station(scenario, composed=False, like=None if source is None else source.parts)
     check_closed(station)
@@ -221,9 +221,9 @@ def _run_alike(served: Sequence[ServedRun], described: bool) -> Iterator[Run | E
     except InputError as failure:  # of a user's block, in any run
         if len(served) == 1:
             yield failure
-        half = len(served) // 2
-        for part in (served[:half], served[half:]) if half else ():
-            yield from _run_alike(part, described)
+        half_count = len(served) // 2
+        for half_runs in (served[:half_count], served[half_count:]) if half_count else ():
+            yield from _run_alike(half_runs, described)
         return
     times = np.arange(logs.samples) * stations[0].scenario.sensor.period
     for i, station in enumerate(stations):
@@ -236,13 +236,13 @@ def _run_alike(served: Sequence[ServedRun], described: bool) -> Iterator[Run | E
 
 
 def _step_of(served: Sequence[ServedRun], models: "_Models") -> tuple[float, str]:
-    """Step of runs of one structure, s, and in words how it was chosen."""
+    """Step of runs of one structure, s, and a text that says how it was chosen."""
     station = served[0].station
     if station.scenario.engine_step is not None:
         step = dividing_step(station.plant.time_step(), station.scenario.engine_step)
         return step, f"{1e3 * step:g} ms"
-    three = sorted({0, len(served) // 2, len(served) - 1})
-    step, change = _choose_step([served[i] for i in three], models)
+    run_indices = sorted({0, len(served) // 2, len(served) - 1})
+    step, change = _choose_step([served[i] for i in run_indices], models)
     return step, f"{1e3 * step:g} ms; {change.words}"
 
 
@@ -265,13 +265,13 @@ class Change(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The change in words, for users."""
+        """Text that describes the change to users."""
         shifts = f"{1e3 * self.tip:.3f} mm, a carried object by {1e3 * self.slip:.3f} mm"
         return f"half of it moves tips by {shifts}, and changes forces by {self.force:.2%}"
 
 
 def _choose_step(served: Sequence[ServedRun], models: "_Models") -> tuple[float, Change]:
-    """Longest step, s, whose half changes the ends of some runs by little, and that change; the runs log nothing."""
+    """Longest step, s, that changes the ends of some runs little when halved, and that change; nothing is logged."""
     step = dividing_step(served[0].station.plant.time_step(), LONGEST_STEP)
     ends_by_step: list[list[_End]] = []  # of all runs with each step
     while True:
@@ -280,7 +280,7 @@ def _choose_step(served: Sequence[ServedRun], models: "_Models") -> tuple[float,
         network = Network(_share_diagrams(served) * len(steps), models.plants(served, steps))
         logs, lengths, _ = simulate_network(stations[0], network)
         ends = [_end(station, logs, i, lengths[i]) for i, station in enumerate(stations)]
-        ends_by_step += [ends[first : first + len(served)] for first in range(0, len(ends), len(served))]
+        ends_by_step += [ends[begin : begin + len(served)] for begin in range(0, len(ends), len(served))]
         change = _change(*ends_by_step)
         if change.is_small or step / 2 < SHORTEST_STEP:
             return step, change
@@ -290,12 +290,12 @@ def _choose_step(served: Sequence[ServedRun], models: "_Models") -> tuple[float,
 def _change(ends: "Sequence[_End]", with_half: "Sequence[_End]") -> Change:
     """Median change by half the step, over some runs."""
     changes = []
-    for full, half in zip(ends, with_half, strict=True):
-        largest = np.maximum(full.forces, half.forces)
-        force_change = np.abs(full.forces - half.forces) / np.maximum(largest, _MIN_FORCE)
-        shift = np.linalg.norm(full.tips - half.tips, axis=-1)
-        slip = np.linalg.norm(full.object - half.object, axis=-1)
-        changes.append((float(shift.max()), float(force_change.max()), float(slip.max())))
+    for whole_step_end, half_step_end in zip(ends, with_half, strict=True):
+        largest_forces = np.maximum(whole_step_end.forces, half_step_end.forces)
+        force_change = np.abs(whole_step_end.forces - half_step_end.forces) / np.maximum(largest_forces, _MIN_FORCE)
+        tip_shifts = np.linalg.norm(whole_step_end.tips - half_step_end.tips, axis=-1)
+        slip = np.linalg.norm(whole_step_end.object - half_step_end.object, axis=-1)
+        changes.append((float(tip_shifts.max()), float(force_change.max()), float(slip.max())))
     return Change(*np.median(changes, axis=0).tolist())
 
 
@@ -310,14 +310,14 @@ class _End(NamedTuple):
 def _end(station: Station, logs: Logs, environment: int, samples: int) -> _End:
     """End of a run, or of a task's first phase that holds an object: there the fingers are at rest."""
     if station.task is not None:
-        holding = [number for number, phase in enumerate(station.task.phases) if phase.holds]
-        holding_samples = np.flatnonzero(np.isin(logs.phases[:samples, environment], holding[:1]))
+        holding_phases = [phase_index for phase_index, phase in enumerate(station.task.phases) if phase.holds]
+        holding_samples = np.flatnonzero(np.isin(logs.phases[:samples, environment], holding_phases[:1]))
         samples = int(holding_samples[-1]) + 1 if len(holding_samples) else samples
-    plant, last = station.plant, slice(max(0, samples - _END_SAMPLES), samples)
+    plant, last_samples = station.plant, slice(max(0, samples - _END_SAMPLES), samples)
     context = plant.CreateDefaultContext()
     plant.SetPositionsAndVelocities(context, logs.states[samples - 1, environment])
     tips = [finger.frames[-1].CalcPose(context, finger.base.body_frame()).translation() for finger in station.fingers]
-    tables = [rows_of(*patches, environment) for patches in logs.patches[last]]
+    tables = [rows_of(*patches, environment) for patches in logs.patches[last_samples]]
     forces = _net_forces(tables, len(station.fingers))
     return _End(np.array(tips).reshape(-1, 3), forces, _carried_points(station, logs, environment))
 
@@ -338,8 +338,8 @@ def _carried_points(station: Station, logs: Logs, environment: int) -> Array:
     points = np.concatenate([np.zeros((3, 1)), _POINT_DISTANCE * np.eye(3)], axis=1)
     task = station.scenario.task
     phases = () if station.task is None else station.task.phases
-    holding = [number for number, phase in enumerate(phases) if phase.holds]
-    holding_samples = np.flatnonzero(np.isin(logs.phases[:, environment], holding))
+    holding_phases = [phase_index for phase_index, phase in enumerate(phases) if phase.holds]
+    holding_samples = np.flatnonzero(np.isin(logs.phases[:, environment], holding_phases))
     if task is None or task.object is None or not len(holding_samples):
         return np.zeros_like(points.T)
     plant = station.plant
@@ -353,12 +353,12 @@ class _Models:
     """Models of runs in MuJoCo; some share a plant of Drake and differ from it."""
 
     def __init__(self, served: Sequence[ServedRun]):
-        """`served` are all runs."""
+        """`served` has all runs."""
         self._listed = {model.name for run in served for model in run.station.scenario.models if model.free}
         self._exported: dict[tuple[Key | MultibodyPlant, float], Exported] = {}
 
     def plants(self, served: Sequence[ServedRun], steps: Sequence[float]) -> Plants:
-        """Plants of some runs, for each step of MuJoCo, s, in turn."""
+        """Makes plants of some runs, for one step of MuJoCo, s, after the other."""
         steps_of_runs = [(run, step) for step in steps for run in served]
         exported = [self._export(run, step) for run, step in steps_of_runs]
         models = [

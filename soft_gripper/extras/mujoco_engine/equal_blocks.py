@@ -21,11 +21,11 @@ _BLOCK_ATTRIBUTES = frozenset(vars(ArrayBlock(1.0)))  # of any block: they add n
 
 
 class _Plain:
-    """Object with all state in its attributes."""
+    """Object whose state is all in its attributes."""
 
 
 def is_equal(first: Any, second: Any, known_pairs: _Pairs = frozenset()) -> bool:
-    """Whether two values, functions or objects of values are equal to the bit; False in doubt."""
+    """Whether two values, functions or objects are bitwise equal; False in doubt."""
     if first is second or (id(first), id(second)) in known_pairs:
         return True
     if type(first) is not type(second):
@@ -60,13 +60,13 @@ def _contents(value: Any) -> Any:
     if not isinstance(value, ArrayBlock) and type(value).__basicsize__ != _Plain.__basicsize__:
         return None  # its state, or a part of it, is in C or in slots
     left_out = _BLOCK_ATTRIBUTES if isinstance(value, ArrayBlock) else frozenset[str]()
-    derived = {
+    derived_names = {
         name
         for kind in type(value).__mro__
         for name, attribute in vars(kind).items()
         if isinstance(attribute, cached_property)
     }
-    return {name: part for name, part in vars(value).items() if name not in derived | left_out}
+    return {name: part for name, part in vars(value).items() if name not in derived_names | left_out}
 
 
 def structure(system: System) -> Hashable:
@@ -82,17 +82,17 @@ def structure(system: System) -> Hashable:
     outputs = map(system.get_output_port, range(system.num_output_ports()))
     begins = (system.get_output_port_locator(port.get_index()) for port in outputs)
     output_names = ((part.get_name(), int(i)) for part, i in begins)
-    parts = [(part.get_name(), structure(part)) for part in system.GetSystems()]
-    return repr((parts, sorted(wires), [*input_names], [*output_names]))
+    subsystems = [(part.get_name(), structure(part)) for part in system.GetSystems()]
+    return repr((subsystems, sorted(wires), [*input_names], [*output_names]))
 
 
 def _leaf_structure(leaf: LeafSystem) -> Hashable:
     inputs = map(leaf.get_input_port, range(leaf.num_input_ports()))
     outputs = map(leaf.get_output_port, range(leaf.num_output_ports()))
     ports = [(p.get_name(), p.get_data_type() == PortDataType.kVectorValued, p.size()) for p in (*inputs, *outputs)]
-    timing = leaf.GetUniquePeriodicDiscreteUpdateAttribute()
+    update_timing = leaf.GetUniquePeriodicDiscreteUpdateAttribute()
     steps = leaf.steps if isinstance(leaf, ArrayBlock) else {}
     memories = {name: step.memory for name, step in steps.items()}
     shapes = [None if memory is None else (memory.begin.shape, memory.sources) for memory in memories.values()]
     sources = [(name, step.sources) for name, step in steps.items()]
-    return type(leaf).__name__, ports, None if timing is None else timing.period_sec(), sources, shapes
+    return type(leaf).__name__, ports, None if update_timing is None else update_timing.period_sec(), sources, shapes

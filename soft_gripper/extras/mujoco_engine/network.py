@@ -102,11 +102,11 @@ class Wired(Protocol):
 
     @property
     def task(self) -> TaskMachine | None:
-        """Task, if there is one."""
+        """Task of the station, or None."""
 
 
 class Network:
-    """Blocks of diagrams of one structure, as far as they are read by the plant, by logs, or by `read`."""
+    """Blocks of diagrams of one structure that the plant, logs or `read` need."""
 
     def __init__(
         self,
@@ -138,8 +138,8 @@ class Network:
         self._time, self._draws = 0.0, self._draw([member.scenario.sensor.seed for member in wired])
         self._ports = self._plant_ports()
         self._driven = list(self._drives())
-        count = 0 if logs is None else logs.num_input_ports()
-        self._logged = [self._source(logs, i, self._root) for i in range(count)]
+        port_count = 0 if logs is None else logs.num_input_ports()
+        self._logged = [self._source(logs, i, self._root) for i in range(port_count)]
         self._outputs = {name: self._exported(name) for name in outputs}
         drives = [feed for _, *feeds in self._driven for feed in feeds]
         for output in (*self._logged, *self._outputs.values(), *drives):
@@ -151,7 +151,7 @@ class Network:
         self._step_blocks = [leaf for leaf, block in self._blocks.items() if self._is_by_step(block)]
         with_state = [leaf for leaf, block in self._blocks.items() if block.period is not None]
         self._sample_blocks = [leaf for leaf in with_state if leaf not in self._step_blocks]
-        self._changing_blocks = [leaf for leaf in self._blocks if self._changes(leaf)]
+        self._changing_blocks = [leaf for leaf in self._blocks if self._is_changing(leaf)]
         drives = [member for _, *feeds in self._driven for member in feeds]
         drives += [member for leaf in self._step_blocks for member in self._feeds[leaf]]
         self._is_foreseen = not any(member is not None and self._is_unforeseen(member) for member in drives)
@@ -160,7 +160,7 @@ class Network:
     # Wiring.
 
     def _source(self, system: Any, port_index: int, level: Level) -> Output | None:
-        """The leaf output, or the input of the diagram, that feeds an input."""
+        """Source of an input: a leaf output, or an input of the diagram."""
         feed = level.feed(system.get_input_port(port_index))
         if feed is None:
             name = self._exported_inputs.get((system, port_index))
@@ -202,7 +202,7 @@ class Network:
             pending_blocks += [feed[0] for feed in self._feeds[leaf] if feed is not None]
 
     def _is_shared(self, leaf: Key) -> bool:
-        """Whether a block does the same in all environments: it follows from the time alone."""
+        """Whether a block has equal outputs in all environments, since they depend on time alone."""
         if isinstance(leaf, str | MultibodyPlant | TrueContact | RandomSource | TaskMachine):
             return False
         feeds = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
@@ -212,17 +212,17 @@ class Network:
         """Groups equal counterparts of a block in all diagrams: one block of each group, and its environments."""
         if isinstance(leaf, RandomSource | TaskMachine):  # have values for every environment
             return {leaf: np.arange(self.count)}
-        number, make = list(self._levels).index(leaf), self._graph_of(leaf)
+        leaf_index, make_steps = list(self._levels).index(leaf), self._graph_of(leaf)
         groups: list[tuple[LeafSystem, Any, list[int]]] = []
         for leaves, rows in self._diagrams:
-            counterpart = leaves[number]
-            steps = None if make is None else make(counterpart)
+            counterpart = leaves[leaf_index]
+            steps = None if make_steps is None else make_steps(counterpart)
             behavior = counterpart if steps is None else (steps, steps.outputs)
-            equal = next((members for _, grouped, members in groups if is_equal(behavior, grouped)), None)
-            if equal is None:
+            equal_rows = next((members for _, key, members in groups if is_equal(behavior, key)), None)
+            if equal_rows is None:
                 groups.append((counterpart, behavior, list(rows)))
             else:
-                equal += rows
+                equal_rows += rows
         return {block: np.array(rows) for block, _, rows in groups}
 
     def _graph_of(self, leaf: LeafSystem) -> Callable[[Any], Steps] | None:
@@ -233,13 +233,13 @@ class Network:
         """Makes the counterpart of a block of the first diagram for some environments."""
         if isinstance(leaf, RandomSource):
             return Streams(self._draws[leaf.get_name()])
-        make, count = self._graph_of(leaf), len(rows)
+        make_steps, count = self._graph_of(leaf), len(rows)
         has_state = leaf.num_discrete_state_groups() or leaf.num_abstract_states()
-        if make is None and has_state:
+        if make_steps is None and has_state:
             return Contexts(counterpart, 1 if self._is_shared(leaf) else count)
         if not has_state and self._is_shared(leaf):
             count = 1
-        steps = context_steps(counterpart) if make is None else make(counterpart)
+        steps = context_steps(counterpart) if make_steps is None else make_steps(counterpart)
         if isinstance(leaf, ArrayBlock) and not leaf.takes_axes:
             graphs = [steps] * count
             if isinstance(leaf, TaskMachine):  # each environment has its own phases
@@ -310,7 +310,7 @@ class Network:
         return _VALID_FOR_STEP if changes else _VALID_FOR_SAMPLE
 
     def _takes_time(self, leaf: LeafSystem, number: int) -> bool:
-        """Whether an output is known to change with time alone; of other stateless systems that is unknown."""
+        """Whether an output is known to depend on time alone; unknown for other stateless systems."""
         block, is_told = self._blocks[leaf], isinstance(leaf, ArrayBlock) or not self._feeds[leaf]
         return is_told and isinstance(block, Functions) and block.takes_time(number)
 
@@ -319,7 +319,7 @@ class Network:
         is_sampled = step == self._first.scenario.sensor.period  # each step is a sample
         return isinstance(block, Functions) and block.period == step and not is_sampled
 
-    def _changes(self, leaf: Key) -> bool:
+    def _is_changing(self, leaf: Key) -> bool:
         """Whether an input or output of a block changes with every step of the plant."""
         if isinstance(leaf, str):
             return False
@@ -329,7 +329,7 @@ class Network:
         return any(isinstance(port[0], MultibodyPlant) or self._valid_for(port) == _VALID_FOR_STEP for port in ports)
 
     def _is_unforeseen(self, output: Output) -> bool:
-        """Whether a value changes between samples with the plants' states; one kept for a sample does not."""
+        """Whether a value changes between samples with the plants' states, and is not held for a sample."""
         leaf, number = output
         if isinstance(leaf, MultibodyPlant):
             return True
@@ -482,7 +482,7 @@ class Network:
 def _levels(diagram: Diagram) -> dict[LeafSystem, Level]:
     """Leaf systems of a diagram, and their levels."""
     root = Level(diagram.connection_map())
-    return {leaf: level for part in diagram.GetSystems() for leaf, level in leaf_systems(part, root)}
+    return {leaf: level for subsystem in diagram.GetSystems() for leaf, level in leaf_systems(subsystem, root)}
 
 
 def _diagrams(wired: Sequence[Wired]) -> list[tuple[list[LeafSystem], list[int]]]:

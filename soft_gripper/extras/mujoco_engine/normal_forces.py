@@ -26,9 +26,9 @@ class NormalForces:
 
     def add_to(self, root: ET.Element) -> None:
         """Adds the sensors to a file."""
-        part = ET.SubElement(root, "sensor")
+        element = ET.SubElement(root, "sensor")
         for finger, max_contacts in zip(self._roots, self._max_contacts, strict=True):
-            ET.SubElement(part, "contact", subtree1=finger, num=str(max_contacts), data="force", reduce="none")
+            ET.SubElement(element, "contact", subtree1=finger, num=str(max_contacts), data="force", reduce="none")
 
     def bind(self, model: "mujoco.MjModel") -> None:
         """Does nothing: sensors are read in their order."""

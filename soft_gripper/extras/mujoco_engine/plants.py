@@ -43,7 +43,7 @@ class Layout:
             if not joint.num_velocities():
                 continue
             mujoco_joint = model.joint(scoped_name(joint))
-            q, v, q_start, v_start = joint.position_start(), joint.velocity_start(), *_starts(mujoco_joint)
+            q, v, q_start, v_start = joint.position_start(), joint.velocity_start(), *_dof_starts(mujoco_joint)
             if joint.num_velocities() == 1:
                 self.qpos[q], self.qvel[v] = q_start, v_start
                 continue
@@ -77,7 +77,7 @@ class Layout:
         return self.plant.GetPositionsFromArray(model, np.arange(self.plant.num_positions())).astype(int)
 
 
-def _starts(joint: Any) -> tuple[int, int]:
+def _dof_starts(joint: Any) -> tuple[int, int]:
     return int(joint.qposadr[0]), int(joint.dofadr[0])
 
 
@@ -143,8 +143,8 @@ def export_to_mujoco(
     export = station_mjcf(station, step, False, paired_models)
     root = ET.fromstring(export.text)
     arm = {scoped_name(actuator.joint) for actuator in arm_actuators(station)}
-    for part in ("tendon", "keyframe"):
-        root.remove(_part(root, part))
+    for tag in ("tendon", "keyframe"):
+        root.remove(_part(root, tag))
     actuator_element = _part(root, "actuator")
     for actuator in [element for element in actuator_element if element.attrib["name"] not in arm]:
         actuator_element.remove(actuator)
@@ -243,14 +243,14 @@ class Plants:
     def _set_models(self, rows: Rows, models: "Sequence[mujoco.MjModel]") -> None:
         """Sets the models of some environments; only differing fields are stored, to save memory."""
         for row, model in zip(rows, models, strict=True):
-            for name, default in self._usual.items():
+            for name, default in self._default_fields.items():
                 value = _value(model, name)
                 if name in self._own_fields or value.tobytes() != default:
                     self._own_fields.add(name)
                     self.batch.expand(name)[row] = value
 
     @cached_property
-    def _usual(self) -> dict[str, bytes]:
+    def _default_fields(self) -> dict[str, bytes]:
         """Fields of the model that may differ between environments, as bytes; integers are structure and may not."""
         from mujoco.batch import MODEL_FIELDS
 
@@ -350,8 +350,8 @@ class Plants:
 
     def pose(self, body: Any) -> Array:
         """The pose of a body of Drake's plant in the world, (E, 3, 4) [R | p]."""
-        number = self._model.body(str(self.plant.get_body(body).scoped_name())).id
-        return np.concatenate([self._xmat[:, number].reshape(-1, 3, 3), self._xpos[:, number, :, None]], axis=-1)
+        body_id = self._model.body(str(self.plant.get_body(body).scoped_name())).id
+        return np.concatenate([self._xmat[:, body_id].reshape(-1, 3, 3), self._xpos[:, body_id, :, None]], axis=-1)
 
     def patches(self) -> tuple[Array, NDArray[np.int_]]:
         """Contacts of all fingers as rows of `patch_table`, and where those of each environment begin, (E + 1,)."""
@@ -364,10 +364,10 @@ class Plants:
         They are those of each `stride`-th step, from the first on, and of the last one.
         """
         begins = accumulate((readings.shape[1] for readings in self._readings[:-1]), initial=0)
-        parts = [part[:, -begin % stride :: stride] for part, begin in zip(self._readings, begins, strict=True)]
-        joined = np.concatenate([*parts, self._readings[-1][:, -1:]], axis=1)
+        pieces = [reading[:, -begin % stride :: stride] for reading, begin in zip(self._readings, begins, strict=True)]
+        kept_readings = np.concatenate([*pieces, self._readings[-1][:, -1:]], axis=1)
         self._readings.clear()
-        return joined
+        return kept_readings
 
     def model_ports(self, model: ModelInstanceIndex) -> Mapping[str, Any]:
         """Functions that compute a model's output ports, by port name without the model's."""

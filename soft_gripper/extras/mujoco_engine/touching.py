@@ -30,7 +30,7 @@ _FOUND_COLUMN, _FORCES, _TORQUES, _PLACES, _NORMALS, _TANGENTS = (0, *(slice(i, 
 
 
 class _TouchedLink(NamedTuple):
-    """A link of a finger."""
+    """A link of a finger, by finger and link number."""
 
     body: str
     base: str  # the body of its finger's base
@@ -56,8 +56,8 @@ class TouchSensors:
         geometry_ids = {geometry_id.get_value(): geometry_id for geometry_id in inspector.GetAllGeometryIds()}
         shapes = Counter((_body(station, geometry_ids[key]), number) for key, number in (objects or {}).items())
         self.objects = list(shapes)  # bodies of objects, and the numbers of these
-        parts = 2 if max(shapes.values(), default=1) > 1 else 1
-        self._max_contacts = max(MIN_CONTACTS, max_link_shapes(station) * parts)  # contacts of a sensor
+        shapes_per_link = 2 if max(shapes.values(), default=1) > 1 else 1
+        self._max_contacts = max(MIN_CONTACTS, max_link_shapes(station) * shapes_per_link)  # contacts of a sensor
         self._begins = np.array([[link.begin for link in self.links]])  # m, of links in each environment, or in all
         self._bodies = self._bases = np.zeros(len(self.links), int)
 
@@ -65,11 +65,11 @@ class TouchSensors:
         """Adds the sensors to a file."""
         if not self.links:
             return
-        part = ET.SubElement(root, "sensor")
+        sensor_element = ET.SubElement(root, "sensor")
         for link in self.links:
             for body in (*(name for name, _ in self.objects), None):
                 settings = {"body1": link.body, "num": str(self._max_contacts), "data": _CONTACT_DATA, "reduce": "none"}
-                ET.SubElement(part, "contact", settings if body is None else settings | {"body2": body})
+                ET.SubElement(sensor_element, "contact", settings if body is None else settings | {"body2": body})
 
     def bind(self, model: "mujoco.MjModel") -> None:
         """Finds the links in a model."""
@@ -95,9 +95,9 @@ class TouchSensors:
         all_contacts = sensed.reshape(len(sensed), *sensors, self._max_contacts, _CONTACT_SIZE)
         reporting = np.nonzero(all_contacts[..., 0, _FOUND_COLUMN])  # sensors that report contacts: most report none
         reports = all_contacts[reporting]
-        number, slot = np.nonzero(reports[..., _FOUND_COLUMN] > 0)
-        contacts = reports[number, slot]
-        environment, link, sensor = (indices[number] for indices in reporting)
+        sensor_rows, slot = np.nonzero(reports[..., _FOUND_COLUMN] > 0)
+        contacts = reports[sensor_rows, slot]
+        environment, link, sensor = (indices[sensor_rows] for indices in reporting)
         is_unique = self._find_unique(environment * len(self.links) + link, sensor, contacts[:, _PLACES])
         environment, link, sensor = environment[is_unique], link[is_unique], sensor[is_unique]
         contacts = contacts[is_unique]
@@ -115,7 +115,7 @@ class TouchSensors:
         return rows, np.searchsorted(environment, np.arange(len(sensed) + 1))
 
     def _find_unique(self, link_index: NDArray[np.int_], sensor: NDArray[np.int_], place: Array) -> NDArray[np.bool_]:
-        """Mask of contacts without repetitions: the sensor of any body reports those with objects once more.
+        """Mask of contacts without duplicates: the sensor for any body repeats contacts with objects.
 
         Args:
             link_index: environment and link of each, (P,), in rising order.
@@ -125,11 +125,11 @@ class TouchSensors:
         is_of_all = sensor == len(self.objects)
         if not self.objects:
             return is_of_all
-        total, with_object = (
+        contact_counts, with_object = (
             np.bincount(link_index[mask], minlength=link_index.max(initial=-1) + 1) for mask in (is_of_all, ~is_of_all)
         )
         is_unique = ~is_of_all
-        for number in np.flatnonzero(total > with_object):  # the link also touches bodies that are no objects
+        for number in np.flatnonzero(contact_counts > with_object):  # the link also touches bodies that are no objects
             is_in_cell = link_index == number
             object_places = {row.tobytes() for row in place[is_in_cell & ~is_of_all]}
             rows = place[is_in_cell & is_of_all]

@@ -60,7 +60,7 @@ def plain_objects(scenario: Scenario) -> Scenario:
 
     They are 1 here, so that a run does not depend, even in rounding, on the scenario that a station was first made for.
     """
-    models = [_plain(model) if model.free else model for model in scenario.models]
+    models = [_with_unit_properties(model) if model.free else model for model in scenario.models]
     return replace(scenario, models=models)
 
 
@@ -68,9 +68,9 @@ def plant_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | No
     """Key that is equal for scenarios with equal plants, except poses of free objects; None: no plant is equal."""
     plain_scenario = plain_objects(scenario)
     models = [replace(model, X_PC=Transform()) if model.free else model for model in plain_scenario.models]
-    parts: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
-    parts |= {"tendons": TendonConfig(), "control": ControlConfig(), "task": None, "external": [], "success": []}
-    return build_key(replace(plain_scenario, description="", models=models, **parts), content_of)
+    fields: dict[str, Any] = {"sensor": SensorConfig(), "estimator": EstimatorConfig(), "pressure": PressureConfig()}
+    fields |= {"tendons": TendonConfig(), "control": ControlConfig(), "task": None, "external": [], "success": []}
+    return build_key(replace(plain_scenario, description="", models=models, **fields), content_of)
 
 
 def blocks_key(scenario: Scenario, content_of: Content = fingerprint) -> Key | None:
@@ -88,7 +88,7 @@ def _clear_places(scenario: Scenario) -> TaskConfig | None:
     return None if task is None else replace(task, X_WGoal=Transform(), pose_error=PoseErrorConfig())
 
 
-def _plain(model: ModelConfig) -> ModelConfig:
+def _with_unit_properties(model: ModelConfig) -> ModelConfig:
     mass, friction = (None if value is None else 1.0 for value in (model.mass, model.friction))
     return replace(model, mass=mass, friction=friction)
 
@@ -128,8 +128,8 @@ def begin_positions(plant: MultibodyPlant, differences: Variation) -> Array:
     """Positions at the beginning of a run, (nq,)."""
     q = np.array(plant.GetDefaultPositions())
     for name, X_WB in differences.poses.items():
-        first = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
-        start = first.floating_positions_start()
+        body = plant.get_body(plant.GetBodyIndices(plant.GetModelInstanceByName(name))[0])
+        start = body.floating_positions_start()
         q[start : start + 7] = [*X_WB.rotation().ToQuaternion().wxyz(), *X_WB.translation()]
     return q
 
@@ -148,28 +148,33 @@ def vary_model(
     """
     if not differences.touched:
         return model
-    changed, growth = copy(model), {}
+    varied_model, growth = copy(model), {}
     for name in {*differences.masses, *differences.sizes}:
         bodies = [plant.get_body(i) for i in plant.GetBodyIndices(plant.GetModelInstanceByName(name))]
         mass, size = sum(body.default_mass() for body in bodies), differences.sizes.get(name, 1.0)
         growth[name] = differences.masses.get(name, mass) / mass
-        for number in (changed.body(str(body.scoped_name())).id for body in bodies):
-            changed.body_mass[number] *= growth[name]
-            changed.body_inertia[number] *= growth[name] * size**2
-            changed.body_ipos[number] *= size
-            for lengths in (changed.geom_size, changed.geom_pos, changed.geom_rbound, changed.geom_aabb):
-                lengths[changed.geom_bodyid == number] *= size
+        for body_id in (varied_model.body(str(body.scoped_name())).id for body in bodies):
+            varied_model.body_mass[body_id] *= growth[name]
+            varied_model.body_inertia[body_id] *= growth[name] * size**2
+            varied_model.body_ipos[body_id] *= size
+            for lengths in (
+                varied_model.geom_size,
+                varied_model.geom_pos,
+                varied_model.geom_rbound,
+                varied_model.geom_aabb,
+            ):
+                lengths[varied_model.geom_bodyid == body_id] *= size
     if growth:
         import mujoco
 
-        mujoco.mj_setConst(changed, mujoco.MjData(changed))
+        mujoco.mj_setConst(varied_model, mujoco.MjData(varied_model))
     contact = cache(partial(_contact, differences=differences, growth=growth, points=points))  # many pairs are alike
-    touched_models, friction, solref = differences.touched, changed.pair_friction, changed.pair_solref
+    touched_models, friction, solref = differences.touched, varied_model.pair_friction, varied_model.pair_solref
     for pair in exported.pairs:
         if touched_models.intersection(pair.models):
-            number = changed.pair(pair.name).id
-            friction[number], solref[number, 0] = contact(pair.models, pair.surfaces)
-    return changed
+            pair_id = varied_model.pair(pair.name).id
+            friction[pair_id], solref[pair_id, 0] = contact(pair.models, pair.surfaces)
+    return varied_model
 
 
 def _contact(
@@ -179,8 +184,8 @@ def _contact(
     growth: Mapping[str, float],
     points: int,
 ) -> tuple[list[float], float]:
-    """Friction and time constant of a pair of shapes of two changed models."""
-    first, second = (
+    """Friction coefficients and time constant, s, of a pair of shapes of changed models."""
+    first_contact, second = (
         ShapeSurface(
             differences.frictions.get(name, surface.friction),
             1 / differences.stiffnesses[name] if name in differences.stiffnesses else surface.compliance,
@@ -188,5 +193,5 @@ def _contact(
         )
         for name, surface in zip(models, surfaces, strict=True)
     )
-    contact = touch(first, second)
+    contact = touch(first_contact, second)
     return friction_coefficients(contact, 2, points), contact.time

@@ -31,7 +31,7 @@ class SessionPage:
     """The data that the page of a session shows, and the commands it accepts."""
 
     def __init__(self, contents: Mapping[str, Any], panel: Panel, feed: SignalFeed):
-        """`contents` is sent to the page once, as JSON; `feed`, as it comes; what is commanded goes to `panel`."""
+        """`contents` is sent to the page once, as JSON, and `feed` continuously; commands go to `panel`."""
         self.about, self.panel, self.feed = contents, panel, feed
         self.refused = 0  # messages that were not valid commands
 
@@ -89,13 +89,13 @@ def page_contents(
         "description": scenario.description,
         "plots": plots,
         "shown": first_plots(plots),
-        "sliders": [{**asdict(slider), "signs": [*map(_sign, slider.keys)]} for slider in panel.sliders],
-        "buttons": [{"name": button, "key": key, "sign": _sign(key)} for button, key in panel.buttons.items()],
+        "sliders": [{**asdict(slider), "signs": [*map(_key_label, slider.keys)]} for slider in panel.sliders],
+        "buttons": [{"name": button, "key": key, "sign": _key_label(key)} for button, key in panel.buttons.items()],
     }
 
 
 def list_plots(signals: Mapping[str, OutputPort], fingers: Collection[str]) -> dict[str, dict[str, Any]]:
-    """The plots that can be chosen, by title; signals of the fingers share one.
+    """The available plots by title; signals of the fingers share one.
 
     Returns:
         `unit`, `scale` from the port's unit to it, `axes` of the entries, and `signals`, the labels of their entries by
@@ -127,6 +127,6 @@ def _display_unit(unit: str | tuple[str, ...]) -> tuple[float, str]:
     return _DISPLAY_UNITS.get(unit, (1.0, unit))
 
 
-def _sign(key: str) -> str:
+def _key_label(key: str) -> str:
     """Label of a key on its button."""
     return _KEY_SIGNS.get(key, key.removeprefix("Key"))

@@ -1,4 +1,4 @@
-"""Panel: the sliders and buttons of a page, for the thread that acts on them and for one that serves the page."""
+"""Panel: the sliders and buttons of a page, shared by the thread that acts on them and the one that serves the page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ _BUTTON_KEYS = {Button.PAUSE: "KeyP", Button.RESET: "KeyX", Button.ZERO: "KeyZ",
 
 
 class Panel:
-    """The positions of sliders, and the clicked buttons, for a thread that acts on them and one that serves a page."""
+    """Slider positions and clicked buttons, shared by the thread that acts on them and the one that serves the page."""
 
     def __init__(self, buttons: Sequence[Button], sliders: Sequence[Slider] = (), together: Sequence[str] = ()):
         """`together` are the names of the sliders that `ALL_FINGERS` moves."""
@@ -54,7 +54,7 @@ class Panel:
         """
         match message:
             case {"slider": str(name), "value": int(value) | float(value), **rest} if not rest:
-                return name in self._by_name and self._move(self._by_name[name], value)
+                return name in self._by_name and self._move_slider(self._by_name[name], value)
             case {"button": str(name), **rest} if not rest and name in self.buttons:
                 with self._lock:
                     self._clicked.add(Button(name))
@@ -62,7 +62,7 @@ class Panel:
             case _:
                 return False
 
-    def _move(self, slider: Slider, value: float) -> bool:
+    def _move_slider(self, slider: Slider, value: float) -> bool:
         if isinstance(value, bool) or not slider.low <= value <= slider.high:  # also rejects NaN
             return False
         with self._lock:

@@ -35,7 +35,7 @@ class SessionRecorder(Protocol):
     def report(self) -> str: ...
     def end(self) -> None: ...
     def close(self) -> None:
-        """Ends it, and waits until all is written."""
+        """Ends the recording, and waits until it is written."""
 
 
 class Driver(ABC):
@@ -54,7 +54,7 @@ class Driver(ABC):
         return False
 
     def begin(self) -> None:
-        """Starts the threads of a driver that has some; `close` ends them."""
+        """Starts the threads of the driver, if it has any; `close` ends them."""
         return
 
     @abstractmethod
@@ -83,14 +83,14 @@ class Driver(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Leaves the hardware safe, whatever ends the session."""
+        """Leaves the hardware in a safe state, however the session ends."""
 
 
 class Session:
     """Runs a driver frame by frame; a recording in progress is kept however the session ends."""
 
     def __init__(self, driver: Driver, folder: Path | None = None):
-        """`folder` takes the recordings, in folders 1, 2, 3 ...; None: there are none."""
+        """`folder` receives the recordings, in folders 1, 2, 3 ...; None: nothing can be recorded."""
         self.driver, self.feed, self._folder = driver, SignalFeed(driver.signals), folder
         self._recorders: list[SessionRecorder] = []
         self._problem, self._is_reported, self._is_stopped = "", False, False
@@ -136,7 +136,7 @@ class Session:
             self._with_view(self._advance)
 
     def _with_view(self, act: Callable[[], None]) -> None:
-        """Acts, and once more if the view failed, so that no click is lost with it."""
+        """Calls an action, and again if the view failed, so that no click is lost."""
         while True:
             try:
                 return act()

@@ -23,7 +23,7 @@ class _ListenerState:
     delay: float = 0.0  # s, of what it saw last
 
     def is_due(self, time: float) -> bool:
-        """Whether it keeps up, or has been sent nothing for long."""
+        """Whether the listener keeps up, or has been sent nothing for long."""
         return len(self.unseen) < MAX_UNSEEN or time - self.unseen[-1][1] >= _RETRY_PERIOD
 
     def late(self, time: float) -> float:
@@ -48,7 +48,7 @@ class SignalFeed:
         self._lock, self._clock, self._number = Lock(), clock, 0
 
     def listen(self, listener: Listener, signals: Collection[str] = ()) -> None:
-        """Passes every message from now on to `listener`, with these signals.
+        """Passes every message from now on to `listener`, with the requested signals.
 
         Each has its `number`, `status` as it was sent with `late`, how far the listener is behind, s, and `values` of
         the signals requested; what is not a finite number is null.
@@ -75,8 +75,8 @@ class SignalFeed:
 
     def send(self, status: Mapping[str, Any], values: Mapping[str, Collection[float]]) -> None:
         """Sends every listener that keeps up the status, and the signals, (size,) each, that it wants."""
-        finite = {
-            name: [v if math.isfinite(v) else None for v in map(float, entries)] for name, entries in values.items()
+        finite_values = {
+            name: [x if math.isfinite(x) else None for x in map(float, entries)] for name, entries in values.items()
         }
         with self._lock:
             self._number, time = self._number + 1, self._clock()
@@ -85,6 +85,6 @@ class SignalFeed:
                     continue
                 delay = reader.late(time)
                 reader.unseen.append((self._number, time))
-                listener_values = {name: value for name, value in finite.items() if name in reader.signals}
+                listener_values = {name: value for name, value in finite_values.items() if name in reader.signals}
                 message = {"number": self._number, "status": {**status, "late": delay}, "values": listener_values}
                 listener(json.dumps(message))

@@ -18,7 +18,7 @@ POSE, TIP = "pose_error_mm", "tip_error_mm"
 
 @dataclass(frozen=True)
 class Bar:
-    """The largest pose error with so many sensors per side; the fingertip's error may be twice as large."""
+    """Largest allowed pose errors, mm, for numbers of sensors per side; the fingertip's may be twice as large."""
 
     sections: tuple[int, ...]
     mean: float  # mm, over the steps of any scenario
@@ -55,29 +55,29 @@ def estimator_claims(rows: Sequence[PoseRow]) -> list[Claim]:
 
 def bar_claim(rows: Sequence[PoseRow], bar: Bar, subject: str) -> Claim:
     """Claim that the best estimator keeps a bar in all scenarios of the rows; `subject` begins the text."""
-    mean, maxima = zip(*(_errors(rows, bar, column) for column in (POSE, TIP)), strict=True)
-    holds = all(m <= bar.mean * factor for m, factor in zip(mean, (1, 2), strict=True))
+    means, maxima = zip(*(_errors(rows, bar, column) for column in (POSE, TIP)), strict=True)
+    is_kept = all(m <= bar.mean * factor for m, factor in zip(means, (1, 2), strict=True))
     if bar.worst is not None:
-        holds = holds and all(w <= bar.worst * factor for w, factor in zip(maxima, (1, 2), strict=True))
-    number = f"{mean[0]:.2f} and {maxima[0]:.2f} mm; tip {mean[1]:.2f} and {maxima[1]:.2f} mm"
-    return Claim("ours", subject + bar.text, bool(holds), number)
+        is_kept = is_kept and all(error <= bar.worst * factor for error, factor in zip(maxima, (1, 2), strict=True))
+    result = f"{means[0]:.2f} and {maxima[0]:.2f} mm; tip {means[1]:.2f} and {maxima[1]:.2f} mm"
+    return Claim("ours", subject + bar.text, bool(is_kept), result)
 
 
 def _errors(rows: Sequence[PoseRow], bar: Bar, column: str) -> tuple[float, float]:
     """The largest mean of any scenario and number of sensors, and the largest of any step, mm; NaN passes through."""
-    best = estimator_rows(rows, BEST)
-    names = [name for name in dict.fromkeys(row.scenario for row in best) if name in (bar.scenarios or (name,))]
-    errors = [errors_of(best, name, sections, column) for name in names for sections in bar.sections]
+    best_rows = estimator_rows(rows, BEST)
+    names = [name for name in dict.fromkeys(row.scenario for row in best_rows) if name in (bar.scenarios or (name,))]
+    errors = [errors_of(best_rows, name, sections, column) for name in names for sections in bar.sections]
     return float(np.max([error.mean() for error in errors])), float(np.max([error.max() for error in errors]))
 
 
 def _none_is_worse(rows: Sequence[PoseRow]) -> Claim:
     arcs = np.array([row.pose_error_mm for row in estimator_rows(rows, ARCS)])
     other_rows = [estimator_rows(rows, name) for name in dict.fromkeys(row.estimator for row in rows) if name != ARCS]
-    excess = np.array([[row.pose_error_mm for row in other] for other in other_rows]) - arcs
+    excess = np.array([[row.pose_error_mm for row in group] for group in other_rows]) - arcs
     estimator, step = np.unravel_index(np.argmax(excess), excess.shape)
     worst_row = other_rows[estimator][step]
     run = f"{worst_row.scenario} at {worst_row.pressure_kpa:.0f} kPa"
     text = f"no estimator is more than {SAME:g} mm worse than {ARCS} at any step"
-    number = f"{excess[estimator, step]:.3f} mm worse: {worst_row.estimator}, {worst_row.sections} per side, {run}"
-    return Claim("ours", text, bool(np.max(excess) <= SAME), number)
+    result = f"{excess[estimator, step]:.3f} mm worse: {worst_row.estimator}, {worst_row.sections} per side, {run}"
+    return Claim("ours", text, bool(np.max(excess) <= SAME), result)

@@ -84,7 +84,7 @@ def _single_sensor_claim(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> C
 
 
 def _contact(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
-    mean, tip = (
+    mean_error, tip = (
         np.max([errors_of(rows, s, 4, error).mean() for s in scenarios]) for error in ("pose_error_mm", "tip_error_mm")
     )
     largest = np.max([_pose(rows, s, 4).max() for s in scenarios])
@@ -92,8 +92,8 @@ def _contact(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Claim]:
         _claim(
             "ours",
             f"contact: four sensors are within 0.45 mm in the mean (paper: {PAPER_MEAN} mm)",
-            mean <= 0.45,
-            f"{mean:.2f} mm",
+            mean_error <= 0.45,
+            f"{mean_error:.2f} mm",
         ),
         _claim("ours", "contact: four sensors are within 0.75 mm at every step", largest <= 0.75, f"{largest:.2f} mm"),
         _claim("ours", "contact: four sensors find the tip within 0.6 mm (mean)", tip <= 0.6, f"{tip:.2f} mm"),
@@ -123,11 +123,11 @@ def _more_sensors(rows: Sequence[PoseRow], scenarios: Sequence[str]) -> list[Cla
 
 
 def _base_torque(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> list[Claim]:
-    base = [row for row in rows if row.sections == 4 and row.joint == 0 and row.scenario in scenarios]
-    true = np.abs([row.true_nm for row in base])
-    error = np.abs([row.estimated_nm - row.true_nm for row in base])
-    is_large = true > LARGE
-    relative, small_error = np.max(error[is_large] / true[is_large], initial=0), np.max(error[~is_large], initial=0)
+    base_rows = [row for row in rows if row.sections == 4 and row.joint == 0 and row.scenario in scenarios]
+    torque = np.abs([row.true_nm for row in base_rows])
+    error = np.abs([row.estimated_nm - row.true_nm for row in base_rows])
+    is_large = torque > LARGE
+    relative, small_error = np.max(error[is_large] / torque[is_large], initial=0), np.max(error[~is_large], initial=0)
     return [
         _claim(
             "ours",
@@ -139,9 +139,9 @@ def _base_torque(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> list[Cla
 
 
 def _free_load_claim(rows: Sequence[ForceRow]) -> Claim:
-    false = np.max(np.abs([row.estimated_nm for row in rows if row.sections == 4 and row.scenario == FREE]))
+    free_torque = np.max(np.abs([row.estimated_nm for row in rows if row.sections == 4 and row.scenario == FREE]))
     text = "force: below 0.4 mN m at every joint where nothing is touched"
-    return _claim("ours", text, false < 4e-4, f"{1e3 * false:.2f} mN m")
+    return _claim("ours", text, free_torque < 4e-4, f"{1e3 * free_torque:.2f} mN m")
 
 
 def _claim(source: str, text: str, holds: bool | np.bool_, number: str) -> Claim:

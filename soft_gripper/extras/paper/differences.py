@@ -155,5 +155,5 @@ def _flattening(rows: Sequence[PoseRow], contact: Sequence[str]) -> PaperDiffere
 
 
 def _list(numbers: Array) -> str:
-    *first, last = (f"{number:.2f}" for number in numbers)
-    return f"{', '.join(first)} and {last}"
+    *first_texts, last_text = (f"{value:.2f}" for value in numbers)
+    return f"{', '.join(first_texts)} and {last_text}"

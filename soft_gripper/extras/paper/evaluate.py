@@ -1,4 +1,4 @@
-"""The evaluation: scenarios side by side, then the tables, figures and claims of them all."""
+"""The evaluation: runs scenarios in parallel, then makes the tables, figures and claims of all."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -97,7 +97,7 @@ def run_scenarios(names: Sequence[str], out: Path, executor: Executor, advance: 
 
 
 def run_files(name: str) -> dict[str, bytes]:
-    """Runs a scenario or the task; returns the files that it leaves, by their names."""
+    """Runs a scenario or the task; returns the written files by name."""
     with TemporaryDirectory(prefix="soft-gripper-") as temporary:
         folder = Path(temporary) / "run"
         (run_task if name == TASK else run_scenario)(name, folder)
@@ -105,7 +105,7 @@ def run_files(name: str) -> dict[str, bytes]:
 
 
 def run_task(name: str, folder: Path) -> None:
-    """Fills `folder`: scenario.yaml, recording.nc, phases.csv, phases.png and the forces in it; all of them or nothing.
+    """Writes scenario.yaml, recording.nc, phases.csv, phases.png and the forces into `folder`: all files or none.
 
     Args:
         name: of a scenario with a task.
@@ -192,7 +192,7 @@ def _scenario_figures(
 
 
 def _finger(scenario: Scenario, recording: Recording) -> Finger:
-    """The finger of a scenario with the largest contact force at the end; the first if there is none."""
+    """The finger of a scenario with the largest contact force at the end; the first without contact."""
     fingers = make_private_station(scenario).fingers
     link_forces = [recording[f"{finger.name}.link_contact_force"].values[-1].sum() for finger in fingers]
     return fingers[int(np.argmax(link_forces))].finger

@@ -52,15 +52,15 @@ def contact_figure(rows: Sequence[PoseRow], scenarios: Sequence[str], error: str
 
 
 def run_with_pressure(axes: Axes, rows: Sequence[HeldStep]) -> None:
-    """Lets an axis of pressure begin where the steps begin: a vacuum that grows runs to the right too."""
-    first = rows[0].pressure_kpa
-    last = max((row.pressure_kpa for row in rows), key=lambda pressure: abs(pressure - first))
-    margin = 0.04 * (last - first)
-    axes.set_xlim(first - margin, last + margin)
+    """Starts an axis of pressure at the first step, so that a growing vacuum runs to the right too."""
+    first_pressure = rows[0].pressure_kpa
+    last_pressure = max((row.pressure_kpa for row in rows), key=lambda pressure: abs(pressure - first_pressure))
+    margin = 0.04 * (last_pressure - first_pressure)
+    axes.set_xlim(first_pressure - margin, last_pressure + margin)
 
 
 def _draw_errors(axes: Axes, rows: Sequence[PoseRow], x: str, error: str, min_error: float = -np.inf) -> None:
-    """One line a number of sections; steps of equal pressure, and the fingers, are averaged.
+    """Plots a line for each number of sections, averaged over the fingers and the steps of equal pressure.
 
     Args:
         min_error: no smaller errors are drawn.
@@ -101,11 +101,11 @@ def force_figure(rows: Sequence[ForceRow], scenarios: Sequence[str]) -> Figure:
 
 
 def _draw_torques(axes: Axes, rows: Sequence[ForceRow]) -> None:
-    last = [row for row in rows if row.finger == rows[0].finger and row.pressure_kpa == rows[-1].pressure_kpa]
-    for sections in sorted({row.sections for row in last}):
-        torque = [1e3 * row.estimated_nm for row in last if row.sections == sections]
+    last_rows = [row for row in rows if row.finger == rows[0].finger and row.pressure_kpa == rows[-1].pressure_kpa]
+    for sections in sorted({row.sections for row in last_rows}):
+        torque = [1e3 * row.estimated_nm for row in last_rows if row.sections == sections]
         axes.plot(torque, **section_style(sections))
-    truth = [1e3 * row.true_nm for row in last if row.sections == sections]
+    truth = [1e3 * row.true_nm for row in last_rows if row.sections == sections]
     axes.plot(truth, color="black", lw=2, ls=(0, (2, 1)), label="truth")
 
 

@@ -60,11 +60,11 @@ def _contact_rows(
     rows = held_rows(scenario, recording)
     contact = readings.shape(ESTIMATOR, rows.ravel()).contact
     assert contact is not None
-    force, s = (part.reshape(rows.shape) for part in (contact.force, contact.arc_length))
+    force, arc_length = (component.reshape(rows.shape) for component in (contact.force, contact.arc_length))
     forces = (held_samples(scenario, recording, f"{finger.name}.{signal}") for signal in _TRUE_SIGNALS)
     place = held_samples(scenario, recording, f"{finger.name}.true_contact_arc_length")
     columns = [samples.mean(axis=-1) for samples in (force, *forces)]
-    columns += [1e3 * _mean_location(samples) for samples in (s, place)]
+    columns += [1e3 * _mean_location(samples) for samples in (arc_length, place)]
     for step, *values in zip(held_steps(name, station, finger, ESTIMATOR, layout.sections), *columns, strict=True):
         yield ContactForceRow(*astuple(step), *[describe_borders(layout), *map(float, values)])
 

@@ -107,7 +107,7 @@ def _scene(folder: Path) -> str:
 
 def _errors(heading: str, scenario: str, poses: Sequence[PoseRow]) -> str:
     means = [*mean_errors(poses, scenario, "pose_error_mm"), *mean_errors(poses, scenario, "tip_error_mm")]
-    return _row(heading, *(f"{mean:.2f}" for mean in means))
+    return _row(heading, *(f"{error:.2f}" for error in means))
 
 
 def _estimators(scenario: str, poses: Sequence[PoseRow]) -> str:
@@ -196,12 +196,12 @@ def difference_figure(bend: Array, errors: TipErrors) -> Figure:
 
     `bend` are the bend angles of the steps of `errors`, rad; of steps with equal bend the first is drawn.
     """
-    degrees, first = np.unique(np.degrees(bend).round(1), return_index=True)
+    degrees, first_rows = np.unique(np.degrees(bend).round(1), return_index=True)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8, 3.2), layout="constrained")
         panels = figure.subplots(1, 3, sharex=True, sharey=True)
         for axes, (name, title) in zip(panels, TITLES.items(), strict=True):
-            for sections, error in zip(errors.sections, 1e3 * getattr(errors, name)[:, first], strict=True):
+            for sections, error in zip(errors.sections, 1e3 * getattr(errors, name)[:, first_rows], strict=True):
                 axes.plot(degrees, error, **section_style(sections))
             axes.set(title=title, xlabel="bend angle [degrees]")
         panels[0].set(ylabel="fingertip error [mm]", ylim=(0, None))

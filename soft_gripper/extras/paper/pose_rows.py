@@ -23,8 +23,8 @@ def errors_of(rows: Sequence[PoseRow], scenario: str, sections: int, error: str)
 
 def mean_errors(rows: Sequence[PoseRow], scenario: str, error: str) -> Array:
     """Mean of a column of errors over the steps and fingers of a scenario, mm, for each number of sensors."""
-    counts = sorted({row.sections for row in rows})
-    return np.array([errors_of(rows, scenario, sections, error).mean() for sections in counts])
+    sensor_counts = sorted({row.sections for row in rows})
+    return np.array([errors_of(rows, scenario, sections, error).mean() for sections in sensor_counts])
 
 
 def largest_gain(rows: Sequence[PoseRow], scenarios: Sequence[str], low: int, high: int, error: str) -> float:

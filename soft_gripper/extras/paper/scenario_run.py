@@ -32,12 +32,12 @@ TORQUE_OF = ("arcs", "constant_curvature")  # ours, and as published
 
 
 def evaluated_scenario(name: str) -> Scenario:
-    """A shipped scenario as it is evaluated: the nominal model is exact, and estimators are told so."""
+    """A shipped scenario for the evaluation: the nominal model is exact, and estimators know it."""
     return load_scenario(name, [f"estimator.uncertainty.bend_per_pressure={EXACT}"])
 
 
 def run_scenario(name: str, folder: Path) -> None:
-    """Fills `folder` with all files of a scenario; the folder appears when it is whole, or not at all.
+    """Writes all files of a scenario into `folder`, which appears complete or not at all.
 
     Files: scenario.yaml, recording.nc, metrics.csv, forces.csv, contact.csv, contact_forces.csv, scene.png and
     animation.html.
@@ -66,7 +66,7 @@ def _picture(scenario: Scenario, recording: Recording) -> Image.Image:
 
 
 def is_finished(folder: Path, scenario: Scenario) -> bool:
-    """Whether the folder holds a whole run of just this scenario."""
+    """Whether the folder holds a complete run of this same scenario."""
     return is_whole(folder) and (folder / "scenario.yaml").read_text(encoding="utf-8") == dump_scenario(scenario)
 
 

@@ -1,4 +1,4 @@
-"""ControlPanel: the sliders and buttons of a station, for the thread that runs it and for one that serves its page."""
+"""ControlPanel: the sliders and buttons of a station, shared by the threads that run it and serve its page."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -80,8 +80,8 @@ def _tendon_slider(name: str, config: TendonConfig, keys: Keys) -> Slider:
 
 def pressure_slider(name: str, supply: PressureConfig, keys: Keys) -> Slider:
     """A slider over the pressures of the supply that begins at 0, or at the nearest pressure that the supply has."""
-    low, high = supply.minimum / 1e3, supply.maximum / 1e3
-    return Slider(name, low, high, _PRESSURE_STEP, min(max(0.0, low), high), keys)
+    min_kpa, max_kpa = supply.minimum / 1e3, supply.maximum / 1e3
+    return Slider(name, min_kpa, max_kpa, _PRESSURE_STEP, min(max(0.0, min_kpa), max_kpa), keys)
 
 
 def _opening_command(straight: float) -> SliderCommand:
@@ -98,20 +98,20 @@ def _tool_command(arm: Arm) -> SliderCommand:
     arm.plant.SetPositions(context, arm.home)
     X_WTool = arm.tool.CalcPoseInWorld(context)
     foot = arm.plant.get_body(arm.plant.GetBodyIndices(arm.plant.GetModelInstanceByName(arm.name))[0])
-    home = X_WTool.translation()
-    reach = _JOG_RANGE * float(np.linalg.norm(home - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
+    start = X_WTool.translation()
+    reach = _JOG_RANGE * float(np.linalg.norm(start - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
     places = (
         Slider(
             f"tool {axis} [mm]", *_whole(1e3 * (center - reach), 1e3 * (center + reach)), _TOOL_STEP, 1e3 * center, keys
         )
-        for axis, center, keys in zip("xyz", home, TOOL_KEYS, strict=False)
+        for axis, center, keys in zip("xyz", start, TOOL_KEYS, strict=False)
     )
     yaw = Slider("tool yaw [deg]", -180.0, 180.0, _YAW_STEP, 0.0, TOOL_KEYS[3])
     return SliderCommand(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
 
 
 def _whole(low: float, high: float) -> tuple[float, float]:
-    """The nearest numbers that are whole steps of the tool."""
+    """Rounds two limits to whole steps of the tool."""
     return _TOOL_STEP * round(low / _TOOL_STEP), _TOOL_STEP * round(high / _TOOL_STEP)
 
 
@@ -137,9 +137,9 @@ class ControlPanel(Panel):
         sliders_ = [slider for command in self._commands for slider in command.sliders]
         pressures = [c.sliders for c in self._commands if c.port.endswith(".pressure_command")]
         are_alike = len(pressures) > 1 and all(len(sliders) == 1 for sliders in pressures)
-        together = [sliders[0].name for sliders in pressures] if are_alike else []
-        common = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if together else []
-        super().__init__(_STATION_BUTTONS, common + sliders_, together)
+        common_names = [sliders[0].name for sliders in pressures] if are_alike else []
+        common_sliders = [pressure_slider(ALL_FINGERS, station.scenario.pressure, ALL_KEYS)] if common_names else []
+        super().__init__(_STATION_BUTTONS, common_sliders + sliders_, common_names)
 
     def apply(self, station: Station, context: Context) -> None:
         """Sets the inputs of a station, in its context, to the slider commands."""

@@ -32,19 +32,19 @@ class Pacer:
             self._sleep(wait_time)
         elif wait_time < -PATIENCE:
             self._ahead = self._clock() - simulated
-        (last_clock, last), time = self._past[-1], self._clock()
-        self.played, self._lasted = self.played + simulated - last, self._lasted + time - last_clock
+        (last_clock, last_simulated), time = self._past[-1], self._clock()
+        self.played, self._lasted = self.played + simulated - last_simulated, self._lasted + time - last_clock
         self._past.append((time, simulated))
         while self._past[-1][0] - self._past[0][0] > WINDOW and len(self._past) > 2:
             self._past.popleft()
 
     @property
     def factor(self) -> float:
-        """Recent ratio of simulated to real time; 1 if not known yet."""
-        (begin, first), (end, last) = self._past[0], self._past[-1]
-        return (last - first) / (end - begin) if end > begin else 1.0
+        """Recent ratio of simulated to real time; 1 until it is known."""
+        (begin, first_simulated), (end, last_simulated) = self._past[0], self._past[-1]
+        return (last_simulated - first_simulated) / (end - begin) if end > begin else 1.0
 
     @property
     def whole_factor(self) -> float:
-        """Ratio of simulated to real time of all that was played."""
+        """Ratio of simulated to real time since the beginning, without pauses."""
         return self.played / self._lasted if self._lasted else 1.0

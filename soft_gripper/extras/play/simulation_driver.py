@@ -1,4 +1,4 @@
-"""SimulationDriver: a station in the place of hardware, in real time, as its user commands."""
+"""SimulationDriver: a station simulated in real time in place of hardware, commanded by its user."""
 
 import time
 from collections.abc import Callable, Collection
@@ -72,7 +72,7 @@ class SimulationDriver(Driver):
         return {"time": context.get_time(), "factor": self.pacer.factor, "paused": self._is_paused}, values
 
     def press(self, button: Button) -> None:
-        """Pauses and goes on, or resets the station and its sliders."""
+        """Pauses or resumes the simulation, or resets the station and its sliders."""
         if button == Button.PAUSE:
             self._is_paused = not self._is_paused
         else:

@@ -20,14 +20,14 @@ def import_writers() -> None:
 
 
 class StationRecorder:
-    """Writes a folder when it ends.
+    """A recording in progress, written into a folder when it ends.
 
     It holds `recording.nc`, every signal; `animation.html`, what Meshcat has shown, unless that has failed; and
     `scenario.yaml`.
     """
 
     def __init__(self, station: Station, meshcat: Meshcat, simulator: Simulator, folder: Path):
-        """Begins now, at time 0; the state of the station does not change."""
+        """Begins a recording at time 0; the state of the station does not change."""
         self._station, self._meshcat, self._simulator = station, meshcat, simulator
         self.folder, self.is_open, self.report = folder, True, ""
         meshcat.DeleteRecording()

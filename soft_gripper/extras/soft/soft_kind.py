@@ -1,4 +1,4 @@
-"""Soft objects as scenarios have them: read from a mesh of tetrahedra, checked, and drawn."""
+"""Soft objects of scenarios: read from a mesh of tetrahedra, checked, and drawn."""
 
 import logging
 import xml.etree.ElementTree as ET
@@ -63,7 +63,7 @@ class SoftKind(DeformableKind):
             raise InputError("plant_config", "time_step", 0, "must be above 0: soft objects are simulated in steps")
 
     def check_scene(self, scenario: Scenario) -> None:
-        """Checks the parts of a scenario beside soft objects; some would fall through them without an error.
+        """Checks the bodies next to soft objects, since some would fall through them without an error.
 
         Raises:
             InputError: for a part of the scenario that does not go with them.
@@ -122,7 +122,7 @@ def surface(tetrahedra: Tetrahedra) -> "trimesh.Trimesh":
 
 
 def _inset_mesh(mesh: Tetrahedra) -> Tetrahedra:
-    """The mesh with each vertex a little further inside one of its elements.
+    """Copies a mesh with each vertex moved slightly into one of its elements.
 
     Drake draws a point by the element in which it finds it, and may find none for a point on a face.
     """

@@ -83,17 +83,17 @@ def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:
     from scipy.spatial.transform import Rotation
 
     weight = np.bincount(rest.cells.ravel(), np.repeat(rest.volumes / 4, 4)) / rest.volumes.sum()
-    home, center = weight @ rest.vertices, weight @ vertices
-    cross_moments = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - home)
-    u, _, v = np.linalg.svd(cross_moments)
-    u[..., 2] *= np.linalg.det(u @ v)[..., None]  # a rotation, not a reflection
-    turn = u @ v
-    quaternion = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
-    return np.concatenate([quaternion.reshape(*turn.shape[:-2], 4), center - turn @ home], axis=-1)
+    rest_center, center = weight @ rest.vertices, weight @ vertices
+    cross_moments = np.swapaxes(vertices - center[..., None, :], -1, -2) @ _moments(rest, rest.vertices - rest_center)
+    left_basis, _, right_basis = np.linalg.svd(cross_moments)
+    left_basis[..., 2] *= np.linalg.det(left_basis @ right_basis)[..., None]  # a rotation, not a reflection
+    rotation = left_basis @ right_basis
+    quaternion = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
+    return np.concatenate([quaternion.reshape(*rotation.shape[:-2], 4), center - rotation @ rest_center], axis=-1)
 
 
 def _moments(rest: Tetrahedra, points: Array) -> Array:
-    """The integral over the volume of the points, (V, 3), times the shape function of each vertex, (V, 3)."""
+    """Integrates points, (V, 3), times the shape function of each vertex over the volume: (V, 3)."""
     cell_moments = (
         rest.volumes[:, None, None] / 20 * (points[rest.cells] + points[rest.cells].sum(axis=1, keepdims=True))
     )
@@ -111,9 +111,9 @@ def squeeze(rest: Tetrahedra, vertices: Array) -> Array:
     from scipy.spatial.distance import pdist
 
     surface = np.unique(rest.boundary)
-    home = pdist(rest.vertices[surface])
-    flat = vertices[..., surface, :].reshape(-1, len(surface), 3)
-    decrease = np.array([np.max(home - pdist(points)) for points in flat])
+    rest_distances = pdist(rest.vertices[surface])
+    deformed_points = vertices[..., surface, :].reshape(-1, len(surface), 3)
+    decrease = np.array([np.max(rest_distances - pdist(points)) for points in deformed_points])
     return decrease.reshape(vertices.shape[:-2])
 
 
@@ -122,15 +122,15 @@ def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
 
     A principal stretch minus 1, in absolute value.
     """
-    edges, home = (np.diff(points[..., rest.cells, :], axis=-2) for points in (vertices, rest.vertices))
-    gradient = np.swapaxes(np.linalg.solve(home, edges), -1, -2)  # rows of edges: edges = home @ gradient'
+    edges, rest_edges = (np.diff(points[..., rest.cells, :], axis=-2) for points in (vertices, rest.vertices))
+    gradient = np.swapaxes(np.linalg.solve(rest_edges, edges), -1, -2)  # rows of edges: edges = rest_edges @ gradient'
     stretch = np.linalg.svd(gradient, compute_uv=False)
     strain: Array = np.abs(stretch - 1).max(axis=(-1, -2))
     return strain
 
 
 def move_wrench(wrench: Array, pose: Array) -> Array:
-    """A wrench about the origin, moved to the position of a pose, (..., 6) N m and N, and (..., 7) -> (..., 6)."""
+    """Moves wrenches about the origin, (..., 6) N m and N, to the positions of poses, (..., 7)."""
     torque, force = wrench[..., :3], wrench[..., 3:]
     return np.concatenate([torque - np.cross(pose[..., 4:], force), force], axis=-1)
 

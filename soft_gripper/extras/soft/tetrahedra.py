@@ -35,12 +35,12 @@ class Tetrahedra(NamedTuple):
     def boundary(self) -> NDArray[np.int_]:
         """The triangles of the surface, (F, 3) numbers of vertices, counterclockwise seen from outside."""
         faces = np.concatenate([self.cells[:, face] for face in _CELL_FACES])
-        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-        outer: NDArray[np.int_] = faces[np.sort(first[count == 1])]
-        return outer
+        _, first_rows, face_counts = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        outer_faces: NDArray[np.int_] = faces[np.sort(first_rows[face_counts == 1])]
+        return outer_faces
 
     def scaled(self, factor: float) -> "Tetrahedra":
-        """The mesh with all lengths multiplied."""
+        """Copies the mesh with all lengths multiplied by a factor."""
         return Tetrahedra(self.vertices * factor, self.cells)
 
     def as_vtk(self) -> str:
@@ -65,9 +65,9 @@ def read_tetrahedra(path: Path) -> Tetrahedra:
     except (ValueError, IndexError):
         raise InputError(path, "mesh", path.name, f"cannot be read: give {_FILE_FORMAT}") from None
     require(0 < len(mesh.cells) <= MAX_CELLS, path, "cells", len(mesh.cells), f"give 1 to {MAX_CELLS} tetrahedra")
-    outside = mesh.cells[(mesh.cells < 0) | (mesh.cells >= len(mesh.vertices))]
+    wrong_numbers = mesh.cells[(mesh.cells < 0) | (mesh.cells >= len(mesh.vertices))]
     expected = f"there are {len(mesh.vertices)} points, numbered from 0"
-    require(not len(outside), path, "cells", int(outside[0]) if len(outside) else None, expected)
+    require(not len(wrong_numbers), path, "cells", int(wrong_numbers[0]) if len(wrong_numbers) else None, expected)
     require(bool(np.isfinite(mesh.vertices).all()), path, "points", "nan", "must be finite numbers")
     volumes = np.abs(mesh.volumes)
     require(
@@ -87,9 +87,9 @@ def _parse(words: list[str]) -> Tetrahedra:
     if len(begins) != 4 or "ASCII" not in words:
         raise ValueError
     points, cells, types = begins["POINTS"], begins["CELLS"], begins["CELL_TYPES"]
-    vertices, count = int(words[points + 1]), int(words[cells + 1])
-    rows = np.array(words[cells + 3 : cells + 3 + 5 * count], dtype=int).reshape(count, 5)
-    if (rows[:, 0] != 4).any() or words[types + 2 : types + 2 + count] != count * [_TETRAHEDRON_TYPE]:
+    vertices, cell_count = int(words[points + 1]), int(words[cells + 1])
+    rows = np.array(words[cells + 3 : cells + 3 + 5 * cell_count], dtype=int).reshape(cell_count, 5)
+    if (rows[:, 0] != 4).any() or words[types + 2 : types + 2 + cell_count] != cell_count * [_TETRAHEDRON_TYPE]:
         raise ValueError
     numbers = np.array(words[points + 3 : points + 3 + 3 * vertices], dtype=float)
     return Tetrahedra(numbers.reshape(vertices, 3), rows[:, 1:])

@@ -61,10 +61,10 @@ def run(options: argparse.Namespace) -> None:
     folder, recording = _outputs(options)
     with held_back() as is_interrupted, Endpoints(file, is_interrupted if options.fast else None) as endpoints:
         live = _open_bench(scenario, file, endpoints, options)
-        make: Callable[..., BenchDriver] = BenchDriver
+        make_driver: Callable[..., BenchDriver] = BenchDriver
         if options.page:
-            make = partial(LiveView, moving=live.moving)
-        driver = make(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=_say)
+            make_driver = partial(LiveView, moving=live.moving)
+        driver = make_driver(live.bench, live.config, live.source, live.sink, is_live=not options.fast, say=_say)
         if recording is not None:
             layout = recording_layout(live.bench, recorded_signals(live.bench, live.config))
             driver.recorder = Recorder(live.bench, layout, recording)
@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _outputs(options: argparse.Namespace) -> tuple[Path | None, Path | None]:
-    """The folder of the recordings of the page, and the one recording of a session without a page."""
+    """Folder of a page's recordings, and path of the single recording of a session without a page."""
     if options.page:
         return lock_folder(options.out or Path("results") / "live" / Path(options.scenario).stem), None
     if options.mcap is not None:
@@ -112,16 +112,16 @@ def _say_pace(driver: BenchDriver, live: _Live, is_fast: bool) -> None:
     signals = driver.sent
     cost = live.bench.cost(signals)
     rate = f"a reading every {1e3 * period:g} ms"
-    took = f"takes {1e3 * cost.processor:.1f} ms of processor time here"
-    _say(f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} {took}.")
+    cost_text = f"takes {1e3 * cost.processor:.1f} ms of processor time here"
+    _say(f"{fingers} finger{'s' * (fingers != 1)}, {name}: {rate} {cost_text}.")
     if is_fast:
         return
     if cost.processor > _MAX_LOAD * period:
         expected = f"choose a longer sensor.period, another estimator, or fewer signals in `send` than {len(signals)}"
         _say(f"note: this machine cannot keep that rate, and readings will be lost: {expected}")
     elif cost.elapsed > _MAX_LOAD * period:
-        waits = f"with other programs running, it takes {1e3 * cost.elapsed:.1f} ms by the clock"
-        _say(f"note: {waits}, and readings will be lost, which are counted: stop other programs")
+        clock_text = f"with other programs running, it takes {1e3 * cost.elapsed:.1f} ms by the clock"
+        _say(f"note: {clock_text}, and readings will be lost, which are counted: stop other programs")
 
 
 def _sum_up(driver: BenchDriver, dropped: int) -> None:
@@ -232,7 +232,7 @@ def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
             field = f"fingers.{name}.measured_{kind}.place"
             for violation in place_violations(field, place, bench.layouts[name].finger.length):
                 raise InputError(file, *violation)
-    for field, chosen in (("send", config.send), ("record", config.record)):
-        names = [name for name in chosen or () if name not in bench.signals]
+    for field, signals in (("send", config.send), ("record", config.record)):
+        names = [name for name in signals or () if name not in bench.signals]
         if names:
             raise InputError(file, field, names, f"known signals: {', '.join(bench.signals)}")

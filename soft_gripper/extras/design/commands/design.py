@@ -36,15 +36,15 @@ def run(options: argparse.Namespace) -> int:
     if options.engine is not None:
         study = replace(loaded_study, fixed={**loaded_study.fixed, "engine": options.engine})
     scenario = changed_scenario(study.scenario, study.fixed)
-    written = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
-    lock_folder(options.out, written, [options.study, *files_read(study.scenario, scenario)])
+    file_names = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
+    lock_folder(options.out, file_names, [options.study, *files_read(study.scenario, scenario)])
     executor = open_executor(options.jobs, options.scheduler)
     warning = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()
-    with options.console.jobs(most_runs(study), "runs", warning) as report, executor as opened:
-        result = run_design(study, options.out, opened, options.resume, lambda is_held: report())
+    with options.console.jobs(most_runs(study), "runs", warning) as report, executor as workers:
+        result = run_design(study, options.out, workers, options.resume, lambda is_held: report())
         measures = list(own_measures(study).values())
-        pairs = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, opened, measures)
+        pairs = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, workers, measures)
     minutes = (time.monotonic() - begin) / 60
     files = [options.out / name for name in write_tables(result, options.out)]
     save_figure(design_figure(result), options.out / FIGURE)
@@ -82,8 +82,8 @@ def _print(result: DesignResult, minutes: float, tests: Table) -> None:
     names = [name for name in rows[0] if name not in ("allowed", "front", "reason")]
     title = f"Pareto front, {len(result.front)} designs; by {end} design {result.best} is best; {SHIPPED} is as it is"
     _print_table(short_names(names), [[rows[i][name] for name in names] for i in shown_designs], title)
-    changed = ", ".join(f"{key} = {_short(value)}" for key, value in result.reference.values.items())
-    drive = f"the fingers as they are, at their best drive: {changed}" if changed else "the scenario as it is"
+    changes_text = ", ".join(f"{key} = {_shorten(value)}" for key, value in result.reference.values.items())
+    drive = f"the fingers as they are, at their best drive: {changes_text}" if changes_text else "the scenario as it is"
     title = f"Test, with new draws; the reference, {result.reference.number}, is {drive}"
     _print_table(list(tests[0]), [list(row.values()) for row in tests], title)
     for name in result.study.objects:
@@ -93,8 +93,8 @@ def _print(result: DesignResult, minutes: float, tests: Table) -> None:
 
 def _print_table(names: list[str], rows: list[list[Any]], title: str) -> None:
     columns = {name.replace("_percent", " [%]"): ">" for name in names}
-    print_table(columns, [[*map(_short, row)] for row in rows], title)
+    print_table(columns, [[*map(_shorten, row)] for row in rows], title)
 
 
-def _short(value: object) -> str:
+def _shorten(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)

@@ -24,8 +24,8 @@ def run(options: argparse.Namespace) -> int:
     lock_folder(options.out)
     shake = Shake(1e-3 * options.slid, math.radians(options.turned), options.seconds)
     executor = open_executor(options.jobs, options.scheduler)
-    with options.console.jobs(len(LOADS), "loads", "nothing is kept") as report, executor as opened:
-        rows = grasp_strength(scenario, opened, object_name, shake, report)
+    with options.console.jobs(len(LOADS), "loads", "nothing is kept") as report, executor as processes:
+        rows = grasp_strength(scenario, processes, object_name, shake, report)
     options.console.table("strength", rows, options.out / TABLE)
     save_figure(strength_figure(rows, f"{name}: strength of the grasp of {object_name}"), options.out / FIGURE)
     print_rows(rows, f"Grasp of {object_name}: the largest load that it withstands beside the weight")

@@ -45,18 +45,18 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> None:
-    number = options.trials
+    trial_count = options.trials
     seed = options.seed
     console = options.console
     executor = open_executor(options.jobs, options.scheduler)
     warning = f"their results are in {out / TABLES[0]}; --resume runs the others"
-    with console.jobs(number * len(files), "trials", warning) as ended, executor as opened:
+    with console.jobs(trial_count * len(files), "trials", warning) as report_trial, executor as processes:
         trials = run_trials(
-            *(files, number, seed, out, opened, lambda trial: ended(trial.result.success)),
+            *(files, trial_count, seed, out, processes, lambda trial: report_trial(trial.result.success)),
             resume=options.resume,
             engine=options.engine,
         )
-        agreements = _compare_with_drake(files, trials, seed, options.check, opened)
+        agreements = _compare_with_drake(files, trials, seed, options.check, processes)
     for file in files:
         _print_summary(file, seed, [trial for trial in trials if trial.scenario == Path(file).stem])
     if agreements:
@@ -140,6 +140,6 @@ def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
 
 
 def _statistic(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
-    """A statistic of the measured values; NaN if there are none."""
+    """Statistic of the finite values; NaN without such values."""
     known_values = [value for value in values if not np.isnan(value)]
     return average(known_values) if known_values else float("nan")

@@ -14,8 +14,8 @@ _UNDETERMINED_SHARE = 0.5  # of the prior standard deviation; a gain with a larg
 
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
-    described = (options.scenario, options.bench, options.described_as)
-    check_file(options.out, [*options.recording, *(file for file in described if file is not None)])
+    description_files = (options.scenario, options.bench, options.described_as)
+    check_file(options.out, [*options.recording, *(file for file in description_files if file is not None)])
     log = load_log(options.scenario, options.bench, options.described_as, "calibrate")
     calibration = calibrate_recordings(options.recording, log, options.find)
     save_calibration(calibration, options.out)
@@ -36,8 +36,8 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
         "  +- ": (finger.offset_stds, "{:9.5f}"),
         "drift [%/min]": ([6000 * drift for drift in finger.drifts], "{:9.3f}"),
     }
-    for title, (values, form) in rows.items():
-        print(f"  {title:<15}", *(form.format(value) for value in values), sep="")
+    for title, (values, number_format) in rows.items():
+        print(f"  {title:<15}", *(number_format.format(value) for value in values), sep="")
     print(f"  hysteresis {100 * finger.hysteresis:.2f} % of the stroke")
     sought = {  # with --find
         "pressure offset": (finger.pressure_offset, finger.pressure_offset_std, " Pa"),
@@ -52,9 +52,9 @@ def _print(name: str, finger: FingerCalibrationConfig) -> None:
     if finger.strength_std > 0:
         strength = f"{finger.strength:.3f} +- {finger.strength_std:.3f}"
         print(f"  measured forces: {strength} times nominal; friction of the presses {finger.friction:.2f}")
-    undetermined = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNDETERMINED_SHARE * GAIN]
-    if undetermined:
-        print(f"  note: the gains of readings {', '.join(undetermined)} are not determined: these hardly stretch")
+    unknown_sensors = [str(i) for i, std in enumerate(finger.gain_stds) if std > _UNDETERMINED_SHARE * GAIN]
+    if unknown_sensors:
+        print(f"  note: the gains of readings {', '.join(unknown_sensors)} are not determined: these hardly stretch")
     if not finger.tip_measured:
         print("  note: a common gain and the bend per pressure cannot be told apart, unless the tip is measured")
     for hold in finger.doubtful:

@@ -47,7 +47,7 @@ from soft_gripper.scenario.model_files import model_path
 def run(options: argparse.Namespace) -> None:
     """Runs the command."""
     _check_options(options)
-    opened = open_executor(options.jobs, options.scheduler)
+    processes = open_executor(options.jobs, options.scheduler)
     file = model_path(options.finger)
     setup = SETUP.file(file)
     paths = recording_paths([*options.file, *options.test], options.described_as, options.data)
@@ -55,41 +55,41 @@ def run(options: argparse.Namespace) -> None:
     for output in outputs:
         check_file(output, [file, *([setup] if setup.exists() else []), *paths])
     model = Model(read_finger(file), read_setup(file))
-    fitted, tested = (
+    fit_runs, tested = (
         find_recordings(files, options.described_as, options.data) if files else []
         for files in (options.file, options.test)
     )
-    is_settled = _are_settled([*fitted, *tested])
-    with opened as executor:
+    is_settled = _are_settled([*fit_runs, *tested])
+    with processes as executor:
         report = FitProgress("fitting", lambda model, remark: write_fitted(file, options.out, model, [remark]))
-        search = executor, options.starts, options.seed, report, model.setup
+        search_options = executor, options.starts, options.seed, report, model.setup
         result: Tested | TestedStates
         if is_settled:
-            states, test_states = ([settled_states(run, model.finger) for run in runs] for runs in (fitted, tested))
+            states, test_states = ([settled_states(run, model.finger) for run in runs] for runs in (fit_runs, tested))
             if states:
-                result = identify_states(model.finger, options.free, states, test_states, *search)
+                result = identify_states(model.finger, options.free, states, test_states, *search_options)
             else:
                 result = compare_states(model, test_states)
             print_identified_states(result)
         else:
-            motions, test_motions = ([measured_motion(run) for run in runs] for runs in (fitted, tested))
+            motions, test_motions = ([measured_motion(run) for run in runs] for runs in (fit_runs, tested))
             if motions:
-                result = identify(model.finger, options.free, motions, test_motions, *search)
+                result = identify(model.finger, options.free, motions, test_motions, *search_options)
             else:
                 result = compare_motions(model, test_motions, executor)
             print_identified(result)
-        kept, confidence = STATES.read(file), CONFIDENCE.read(file)
+        kept_states, confidence = STATES.read(file), CONFIDENCE.read(file)
         if isinstance(result, Identified | IdentifiedStates):
             growth = learned_growth(result) if isinstance(result, IdentifiedStates) else 0.0
-            kept, confidence = learned_band(result), kept_confidence(result.fit.free, result.confidence, growth)
-        bands = [] if kept is None else band_rows(kept, result, confidence, executor.map)
-    if kept is not None:
+            kept_states, confidence = learned_band(result), kept_confidence(result.fit.free, result.confidence, growth)
+        bands = [] if kept_states is None else band_rows(kept_states, result, confidence, executor.map)
+    if kept_states is not None:
         print_bands(bands)
         options.console.table("bands", bands)
     if options.out:
-        if isinstance(result, Identified | IdentifiedStates) and kept is not None and confidence is not None:
+        if isinstance(result, Identified | IdentifiedStates) and kept_states is not None and confidence is not None:
             write_fitted(file, options.out, result.model, fit_remarks(result.confidence))
-            STATES.write(options.out, kept)
+            STATES.write(options.out, kept_states)
             CONFIDENCE.write(options.out, confidence)
         write_csv(options.out.with_suffix(".csv"), result.scores)
         figure = states_figure(result) if isinstance(result, TestedStates) else identify_figure(result)
@@ -108,15 +108,15 @@ def _check_options(options: argparse.Namespace) -> None:
 
 
 def _outputs(out: Path, fits: bool) -> list[Path]:
-    """The files that are written: those of a fit, or of a test alone."""
+    """Paths of the output files of a fit, or of a test alone."""
     tables = [out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg")]
     return [out, SETUP.file(out), STATES.file(out), CONFIDENCE.file(out), *tables] if fits else tables
 
 
 def _are_settled(recordings: Sequence[HardwareRecording]) -> bool:
     """Whether recordings are of settled states; they may not be mixed with motions."""
-    settled = [recording.name for recording in recordings if recording.config.event == "settled"]
-    for recording in recordings if settled else ():
-        expected = f"'{settled[0]}' is of settled states: identify motions by themselves"
-        require(recording.name in settled, recording.name, "event", recording.config.event, expected)
-    return bool(settled)
+    settled_names = [recording.name for recording in recordings if recording.config.event == "settled"]
+    for recording in recordings if settled_names else ():
+        expected = f"'{settled_names[0]}' is of settled states: identify motions by themselves"
+        require(recording.name in settled_names, recording.name, "event", recording.config.event, expected)
+    return bool(settled_names)

@@ -41,9 +41,9 @@ class FitProgress:
     def __call__(self, progress: Progress[Model]) -> None:
         """Reports a step."""
         error = f"marker error {100 * progress.error:.2f} %"
-        unbalanced = f", {progress.missing // 3} markers in no balance" if progress.missing else ""
+        balance_text = f", {progress.missing // 3} markers in no balance" if progress.missing else ""
         elapsed = f"{time.monotonic() - self._begin:.0f} s"
-        print(f"{self._title}: step {progress.step}, {error}{unbalanced}, {elapsed}", file=sys.stderr, flush=True)
+        print(f"{self._title}: step {progress.step}, {error}{balance_text}, {elapsed}", file=sys.stderr, flush=True)
         if progress.error < self._best:
             self._best = progress.error
             self._write(progress.model, f"Not final: the search had come to step {progress.step}, {error}")
@@ -71,8 +71,8 @@ def print_identified(tested: Tested) -> None:
         print(text)
     for motion in tested.motions:
         if motion.hold is not None:
-            held = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"
-            print(f"{motion.name}: held {held}")
+            hold_text = f"{1e3 * motion.hold.sag:.1f} mm low, turned by {np.degrees(motion.hold.turn):.1f} degrees"
+            print(f"{motion.name}: held {hold_text}")
     print("In brackets: simulated. Event times, and a held pose if it is free, are fitted to each recording, including")
     print("held-out ones; where the hold is unknown, the hand is taken to have held the finger straight. 50 and 63 %:")
     print("times that the turn is below these shares of the settled one, all swings together.")
@@ -81,7 +81,7 @@ def print_identified(tested: Tested) -> None:
 
 
 def print_identified_states(tested: TestedStates) -> None:
-    """Prints the errors of every recording and family, after the parameters, if any are fitted."""
+    """Prints fitted parameters, and the errors of every recording and family."""
     print()
     if isinstance(tested, IdentifiedStates):
         _print_parameters(tested.fit.free, tested.fit.x, tested.confidence)
@@ -94,7 +94,7 @@ def print_identified_states(tested: TestedStates) -> None:
 
 
 def print_bands(rows: Sequence[BandRow]) -> None:
-    """Prints how the markers lie in their bands, and which recordings are far from what was fitted."""
+    """Prints the shares of markers in their bands, and recordings far from the fitted states."""
     print_rows(rows, "markers and their 95 % bands, which widen away from the fitted states")
     for warning in extrapolations(rows):
         print(f"WARNING: {warning}")
@@ -102,9 +102,9 @@ def print_bands(rows: Sequence[BandRow]) -> None:
 
 def _print_parameters(free: FreeParameters, x: Array, confidence: Confidence) -> None:
     stds = [confidence.std_of(name) for name in free.names] * np.where(free.is_positive, np.abs(free.values(x)), 1)
-    fitted = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
+    key_rows = zip(free.names, free.values(free.start), free.values(x), stds, free.units, strict=True)
     columns = {"parameter": "", "initial": ".5g", "fitted": ".5g", "standard deviation": ".2g", "": ""}
-    print_table(columns, fitted)
+    print_table(columns, key_rows)
     for dropped in confidence.undetermined:
         print(dropped)
 
@@ -120,13 +120,13 @@ def _score_cells(row: MotionScore) -> list[str | float]:
         measured, simulated = getattr(row, column), getattr(row, f"simulated_{column}")
         return "not known" if np.isnan(measured) else f"{measured:{form}} ({simulated:{form}})"
 
-    turns = (both(column, ".2f") for column in ("settled_turn_deg", "creep_deg", "recovery_deg"))
+    turn_texts = (both(column, ".2f") for column in ("settled_turn_deg", "creep_deg", "recovery_deg"))
     errors = row.settled_error_mm, row.motion_error_mm, row.tip_error_percent
-    return [row.recording, row.role, *errors, *turns, both("t50_ms", ".0f"), both("t63_ms", ".0f")]
+    return [row.recording, row.role, *errors, *turn_texts, both("t50_ms", ".0f"), both("t63_ms", ".0f")]
 
 
 def print_measured(replay: MeasuredReplay) -> None:
-    """Prints what was found of the instruments, and the estimates in every press and in all."""
+    """Prints the corrections of the instruments, and the scores of estimates in each press and over all."""
     print()
     for kind, instrument in replay.instruments.items():
         if kind == "angle":
@@ -147,12 +147,12 @@ def print_measured(replay: MeasuredReplay) -> None:
 def print_replay(replay: ArmReplay) -> None:
     """Prints which recordings each fit used, and a line for each estimator."""
     print("\nEach recording is estimated with a model fitted to others; its motion capture is used only for scoring:")
-    for one in replay.replayed:
-        creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in one.fitted.arm.finger.creep)
-        fit = f"creep {creep}; wires delayed by {1e3 * one.fitted.geometry.delay:.0f} ms"
-        print(f"  {one.name:<12} fitted to {', '.join(one.fitted_on)} ({fit})")
-        for warning in one.warnings:
-            print(f"WARNING: {one.name}: {warning}")
+    for replayed in replay.replayed:
+        creep = ", ".join(f"{branch.share:g} in {branch.time:g} s" for branch in replayed.fitted.arm.finger.creep)
+        fit = f"creep {creep}; wires delayed by {1e3 * replayed.fitted.geometry.delay:.0f} ms"
+        print(f"  {replayed.name:<12} fitted to {', '.join(replayed.fitted_on)} ({fit})")
+        for warning in replayed.warnings:
+            print(f"WARNING: {replayed.name}: {warning}")
     names = [name for name in dict.fromkeys(row.recording for row in replay.table) if name != ALL]
     for body in reversed(dict.fromkeys(row.body for row in replay.table)):
         rows = [row for row in replay.table if row.body == body]
@@ -168,5 +168,5 @@ def _replay_cells(row: ReplayRow, rows: Sequence[ReplayRow]) -> list[str | float
     errors = row.mean_mm, row.median_mm, row.percentile_95_mm, row.max_mm
     band = row.within_band_percent, row.rms_z, row.band_mm, row.far_percent
     key = row.estimator, row.sections
-    means = [one.mean_mm for one in rows if (one.estimator, one.sections) == key and one.recording != ALL]
-    return [f"{row.estimator}, {row.sections} per side", *errors, *band, *means]
+    mean_errors = [one.mean_mm for one in rows if (one.estimator, one.sections) == key and one.recording != ALL]
+    return [f"{row.estimator}, {row.sections} per side", *errors, *band, *mean_errors]

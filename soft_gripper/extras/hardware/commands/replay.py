@@ -30,12 +30,12 @@ def run(options: argparse.Namespace) -> None:
 
 def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
     """Replays fingers with strain sensors, compared with instruments."""
-    ignored = {"--fit": options.fit, "--html": options.html, "--meshcat": options.meshcat or None}
-    for name, value in ignored.items():
+    ignored_options = {"--fit": options.fit, "--html": options.html, "--meshcat": options.meshcat or None}
+    for name, value in ignored_options.items():
         require(value is None, "replay", name, value, "is for an arm and motion capture; leave it out with --scenario")
-    described = [Path(file) for file in (options.scenario, options.bench, options.described_as) if file is not None]
-    written = ["replay.csv", "scores.csv", "replay.png", "replay.svg"]
-    out = lock_folder(options.out, written, [*paths, *(file for file in described if file.suffix)])
+    described_by = [Path(file) for file in (options.scenario, options.bench, options.described_as) if file is not None]
+    output_names = ["replay.csv", "scores.csv", "replay.png", "replay.svg"]
+    out = lock_folder(options.out, output_names, [*paths, *(file for file in described_by if file.suffix)])
     log = load_log(options.scenario, options.bench, options.described_as, "replay", options.set)
     assert log is not None
     logs = [finger_log for path in paths for finger_log in read_finger_logs(path, log)]
@@ -52,21 +52,21 @@ def _run_finger(options: argparse.Namespace, paths: Sequence[Path]) -> None:
     recordings = {out / f"{run.log.name}.nc": run.recording() for run in replayed.runs}
     for file, recording in recordings.items():
         recording.save(file)
-    options.console.wrote(*(out / name for name in written), *recordings)
+    options.console.wrote(*(out / name for name in output_names), *recordings)
 
 
 def _run_arm(options: argparse.Namespace, paths: Sequence[Path]) -> None:
     """Replays arms with wires, compared with motion capture."""
     require(not options.set, "replay", "--set", options.set, "changes the scenario of --scenario; give that too")
     fit_paths = recording_paths(options.fit, options.described_as, options.data) if options.fit else []
-    written = ["replay.csv", *(f"{path.stem}.nc" for path in paths)]
-    written += [] if options.html is None else [options.html.absolute()]
-    out = lock_folder(options.out, written, [*paths, *fit_paths])
+    output_names = ["replay.csv", *(f"{path.stem}.nc" for path in paths)]
+    output_names += [] if options.html is None else [options.html.absolute()]
+    out = lock_folder(options.out, output_names, [*paths, *fit_paths])
     if options.html is not None:
         check_file(options.html)
     recordings = find_recordings(options.file, options.described_as, options.data)
-    fitted = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
-    replayed = replay(recordings, fitted, options.estimator, options.zero)
+    fitted_recordings = find_recordings(options.fit, options.described_as, options.data) if options.fit else None
+    replayed = replay(recordings, fitted_recordings, options.estimator, options.zero)
     options.console.table("errors", replayed.table)
     options.console.wrote(*_write(out, replayed))
     if options.html is not None or options.meshcat:

@@ -31,13 +31,13 @@ def run(options: argparse.Namespace) -> None:
     tare = None if options.tare is None else _tare(finger, options)
     states = [settled_states(recording, finger) for recording in recordings]
     kept_fit, confidence = STATES.read(file), CONFIDENCE.read(file)
-    fitted = KeptFit(kept_fit, confidence) if kept_fit is not None and confidence is not None else None
-    weighings = [row for run in states for row in weigh(Model(finger, setup), run, options.window, tare, fitted)]
+    fit = KeptFit(kept_fit, confidence) if kept_fit is not None and confidence is not None else None
+    weighings = [row for run in states for row in weigh(Model(finger, setup), run, options.window, tare, fit)]
     title = "load at the tip, its band of 95 %, and the load in the file's name; last row of a recording: all of it"
     print_rows(weighings, title)
-    if fitted is None:
-        missing = f"{STATES.file(file).name} and {CONFIDENCE.file(file).name} are not beside the finger"
-        print(f"WARNING: the bands take the finger for exact: {missing}")
+    if fit is None:
+        missing_files = f"{STATES.file(file).name} and {CONFIDENCE.file(file).name} are not beside the finger"
+        print(f"WARNING: the bands take the finger for exact: {missing_files}")
     for row in {row.recording: row for row in weighings}.values():
         if row.far_percent > 0:
             print(f"WARNING: {row.recording}: {row.far_percent:.0f} % of it is far from what was fitted")

@@ -40,6 +40,6 @@ class CompanionFile(Generic[Content]):
             partial.write_text("".join(f"# {line}\n" for line in (self.head, *remarks)) + text, encoding="utf-8")
 
     def read(self, finger: Path) -> Content | None:
-        """Reads the fields of the file; None if there is none."""
+        """Reads the fields of the file; None without a file."""
         file = self.file(finger)
         return load_config(file, read_yaml(file), self.schema) if file.exists() else None

@@ -49,9 +49,9 @@ class Undetermined(NamedTuple):
 
     def __str__(self) -> str:
         correlation = "" if np.isnan(self.correlation) else f" (correlation {self.correlation:+.4f})"
-        beside = f" beside {', '.join(self.beside)}{correlation}" if self.beside else ": it hardly changes anything"
+        pair_text = f" beside {', '.join(self.beside)}{correlation}" if self.beside else ": it hardly changes anything"
         unit = "" if self.unit == "1" else f" {self.unit}"
-        return f"dropped {self.name}, which is not determined{beside}; kept at {self.value:.5g}{unit}"
+        return f"dropped {self.name}, which is not determined{pair_text}; kept at {self.value:.5g}{unit}"
 
 
 @dataclass(frozen=True)
@@ -70,36 +70,36 @@ class Confidence:
 
 
 def confidence_of(free: FreeParameters, x: Array, residuals: Array, jacobian: Array, lasting: float) -> Confidence:
-    """The confidence in a vector (P,) that follows from its residuals, (R,), and their Jacobian, (R, P).
+    """Confidence in a vector (P,), from its residuals, (R,), and their Jacobian, (R, P).
 
     `lasting` is the number of samples over which residuals are correlated.
     """
     names, units, values = free.names, free.units, free.values(x)
-    slopes, determined, dropped = jacobian * free.scales, list(range(len(names))), list[Undetermined]()
+    slopes, kept_indices, undetermined = jacobian * free.scales, list(range(len(names))), list[Undetermined]()
     whole_covariance, _ = _covariance(slopes)
     while True:
-        covariance, groups = _covariance(slopes[:, determined])
+        covariance, groups = _covariance(slopes[:, kept_indices])
         if not groups:
             break
         group, correlation = groups[0]
-        *others, last = [determined[i] for i in group]
-        beside = tuple(names[i] for i in others)
-        dropped.append(Undetermined(names[last], float(values[last]), units[last], beside, correlation))
-        determined.remove(last)
-    variance = np.sum(residuals**2) / max(len(residuals) - len(determined), 1) * lasting
-    std = np.sqrt(variance) * np.sqrt(np.diag(covariance)) * free.scales[determined]
+        *other_indices, last = [kept_indices[i] for i in group]
+        other_names = tuple(names[i] for i in other_indices)
+        undetermined.append(Undetermined(names[last], float(values[last]), units[last], other_names, correlation))
+        kept_indices.remove(last)
+    variance = np.sum(residuals**2) / max(len(residuals) - len(kept_indices), 1) * lasting
+    std = np.sqrt(variance) * np.sqrt(np.diag(covariance)) * free.scales[kept_indices]
     whole_covariance = variance * whole_covariance * np.outer(free.scales, free.scales)
-    names = [names[i] for i in determined]
-    return Confidence(names, std, _correlation(covariance), tuple(dropped), whole_covariance)
+    names = [names[i] for i in kept_indices]
+    return Confidence(names, std, _correlation(covariance), tuple(undetermined), whole_covariance)
 
 
 def fit_doubts(fit: FingerFit[Any], confidence: Confidence) -> list[str]:
-    """Keys that are all undetermined, or at an end of their range, and a search that was ended before it converged."""
-    free, x, (lower, upper) = fit.free, fit.x, fit.free.bounds
-    ends = np.minimum(x - lower, upper - x) < _BOUND_DISTANCE * free.scales
+    """Warnings about keys that are undetermined or at a bound, and about a search that ended before it converged."""
+    free, x, (lower_bounds, upper_bounds) = fit.free, fit.x, fit.free.bounds
+    is_at_end = np.minimum(x - lower_bounds, upper_bounds - x) < _BOUND_DISTANCE * free.scales
     doubts = [
         f"{name} ends at {value:.3g}, a bound of its range: fix it, or try --starts 5"
-        for name, value in zip(np.array(free.names)[ends], free.values(x)[ends], strict=True)
+        for name, value in zip(np.array(free.names)[is_at_end], free.values(x)[is_at_end], strict=True)
         if name in confidence.names
     ]
     if not confidence.names:
@@ -113,7 +113,7 @@ _Group = tuple[Sequence[int], float]  # indices in their order, and the correlat
 
 
 def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
-    """Covariance by residuals of variance 1, (P, P); parameters that it does not tell apart, the most alike first."""
+    """Covariance for residuals of variance 1, (P, P), and groups of indistinguishable parameters, most alike first."""
     if not jacobian.shape[1]:
         return np.zeros((0, 0)), []
     _, strengths, directions = np.linalg.svd(jacobian, full_matrices=False)
@@ -122,11 +122,11 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
     correlation = _correlation(covariance)
     groups: list[_Group] = []
     for direction in directions[strengths <= min_strength][::-1]:
-        part = np.flatnonzero(np.abs(direction) > _MIN_PART_SHARE * np.abs(direction).max())
-        groups.append((part.tolist(), float(correlation[part[0], part[1]]) if len(part) == 2 else np.nan))
-    above = np.triu(np.abs(correlation), 1)
-    pairs = np.argwhere(above > _MAX_CORRELATION)
-    pairs = pairs[np.argsort(-above[tuple(pairs.T)])]
+        indices = np.flatnonzero(np.abs(direction) > _MIN_PART_SHARE * np.abs(direction).max())
+        groups.append((indices.tolist(), float(correlation[indices[0], indices[1]]) if len(indices) == 2 else np.nan))
+    upper_correlation = np.triu(np.abs(correlation), 1)
+    pairs = np.argwhere(upper_correlation > _MAX_CORRELATION)
+    pairs = pairs[np.argsort(-upper_correlation[tuple(pairs.T)])]
     groups += [((int(i), int(j)), float(correlation[i, j])) for i, j in pairs]
     return covariance, groups
 
@@ -197,11 +197,11 @@ CONFIDENCE = CompanionFile(
 
 
 def kept_confidence(free: FreeParameters, confidence: Confidence, load_growth: float = 0.0) -> ConfidenceConfig:
-    """The confidence of a fit, as its file has it."""
+    """Fields of the file with the confidence of a fit."""
     std = np.sqrt(np.diag(confidence.covariance))
     unit = np.where(std > 0, std, 1.0)
-    rounded = [[_round(value) for value in row] for row in confidence.covariance / np.outer(unit, unit)]
-    return ConfidenceConfig(list(free.keys), [_round(value) for value in std], rounded, _round(load_growth))
+    rounded_rows = [[_round(value) for value in row] for row in confidence.covariance / np.outer(unit, unit)]
+    return ConfidenceConfig(list(free.keys), [_round(value) for value in std], rounded_rows, _round(load_growth))
 
 
 def _round(value: float) -> float:

@@ -57,16 +57,16 @@ def fit(
     `run` calls a function with every pair of a model and a motion, as `map` does, or that of an executor. `starts` are
     initial vectors, (K, P); None: that of the given model.
     """
-    motions, count = tuple(motions), len(free.start)
+    motions, key_count = tuple(motions), len(free.start)
     unknowns = np.concatenate([motion.unknowns for motion in motions])
     unknown_columns = np.split(
-        np.arange(len(unknowns)) + count, np.cumsum([len(motion.unknowns) for motion in motions])[:-1]
+        np.arange(len(unknowns)) + key_count, np.cumsum([len(motion.unknowns) for motion in motions])[:-1]
     )
     scales, room = (np.concatenate([*map(values, motions)]) for values in (_unknown_scales, _unknown_room))
     lower, upper = free.bounds
 
     def build_model(x: Array) -> Model:
-        return free.build_model(x[:count])
+        return free.build_model(x[:key_count])
 
     def with_unknowns(x: Array) -> tuple[MeasuredMotion, ...]:
         return tuple(motion.with_unknowns(x[columns]) for motion, columns in zip(motions, unknown_columns, strict=True))
@@ -81,13 +81,13 @@ def fit(
         return np.concatenate([*run(_residuals_or_impossible, [possible_model(x)] * len(motions), with_unknowns(x))])
 
     def slopes(x: Array, residuals: Array) -> Array:
-        """One-sided differences; the unknowns of a recording do not affect other recordings."""
-        steps = np.concatenate([free.steps(x[:count], _DIFFERENCE_STEP), _DIFFERENCE_STEP * scales])
+        """Slopes by one-sided differences; the unknowns of a recording do not affect other recordings."""
+        steps = np.concatenate([free.steps(x[:key_count], _DIFFERENCE_STEP), _DIFFERENCE_STEP * scales])
         points = x + np.diag(steps)
-        calls = [(column, i) for column in range(count) for i in range(len(motions))]
+        calls = [(column, i) for column in range(key_count) for i in range(len(motions))]
         calls += [(column, i) for i, columns in enumerate(unknown_columns) for column in columns.tolist()]
-        models, changed = [*map(possible_model, points)], [*map(with_unknowns, points)]
-        results = run(_residuals_or_impossible, [models[c] for c, _ in calls], [changed[c][i] for c, i in calls])
+        models, motions_ = [*map(possible_model, points)], [*map(with_unknowns, points)]
+        results = run(_residuals_or_impossible, [models[c] for c, _ in calls], [motions_[c][i] for c, i in calls])
         ends = np.cumsum([2 * motion.markers.size for motion in motions])
         rows = np.split(np.arange(len(residuals)), ends[:-1])
         jacobian = np.zeros((len(residuals), len(x)))
@@ -101,12 +101,12 @@ def fit(
         slopes,
         weights=np.concatenate([*map(_weights, motions)]),
         bounds=(np.append(lower, unknowns - room), np.append(upper, unknowns + room)),
-        error=(lambda residuals: float(np.sqrt(np.sum(residuals**2) / len(motions)))) if count else None,
+        error=(lambda residuals: float(np.sqrt(np.sum(residuals**2) / len(motions)))) if key_count else None,
         options={"x_scale": np.append(free.scales, scales), "ftol": _TOLERANCE, "max_nfev": _MAX_STEPS},
     )
     begin = np.atleast_2d(free.start if starts is None else starts)
     solution = solve(problem, np.column_stack([begin, np.tile(unknowns, (len(begin), 1))]), report)
-    return FingerFit(**vars(solution.profile(count)), free=free, recordings=with_unknowns(solution.x))
+    return FingerFit(**vars(solution.profile(key_count)), free=free, recordings=with_unknowns(solution.x))
 
 
 def fit_unknowns(model: Model, motion: MeasuredMotion) -> MeasuredMotion:
@@ -126,19 +126,19 @@ def _unknown_room(motion: MeasuredMotion) -> Array:
 
 
 def marker_residuals(model: Model, motion: MeasuredMotion) -> Array:
-    """Simulated minus measured markers, relative to the largest displacement; 0 if a marker was not seen.
+    """Simulated minus measured markers over the largest displacement; 0 where a marker was not seen.
 
     Their squares add up to the mean square, so that the weight of a recording does not depend on its length.
     """
     errors = (simulated_markers(model.finger, model.setup, motion) - motion.markers) / motion.largest
-    parts: Array = np.nan_to_num(errors).ravel().view(float)
-    return parts / np.sqrt(errors.size)
+    components: Array = np.nan_to_num(errors).ravel().view(float)
+    return components / np.sqrt(errors.size)
 
 
 def _weights(motion: MeasuredMotion) -> Array:
-    """Weights of the residuals of a motion, by the times of its events as they were detected."""
-    emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _CREEP_DELAY)
-    return np.repeat(np.where(emptied, _EMPTIED_WEIGHT, 1.0), 2 * motion.markers.shape[1])
+    """Weights of the residuals of a motion, by the detected times of its events."""
+    is_emptied = (motion.pressure is not None) & (motion.time > motion.events[1] + _CREEP_DELAY)
+    return np.repeat(np.where(is_emptied, _EMPTIED_WEIGHT, 1.0), 2 * motion.markers.shape[1])
 
 
 def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Array:
@@ -152,13 +152,13 @@ def _residuals_or_impossible(model: Model | None, motion: MeasuredMotion) -> Arr
 
 
 def fit_confidence(fit: FingerFit[MeasuredMotion], kept: NDArray[np.bool_] | None = None) -> Confidence:
-    """Confidence in a fit to motions, to the first order of one to some of the residuals, (R,)."""
+    """Confidence in a fit to motions; with `kept`, (R,), to first order that in a fit to these residuals."""
     residuals, slopes = fit.weights * fit.residuals, fit.weights[:, None] * fit.slopes
     ends = np.cumsum([2 * motion.markers.size for motion in fit.recordings])
     pairs = zip(np.split(residuals, ends[:-1]), fit.recordings, strict=True)
-    lasting = mean_correlation_time([rows.reshape(len(motion.time), -1) for rows, motion in pairs])
-    counted = slice(None) if kept is None else kept
-    return confidence_of(fit.free, fit.x, residuals[counted], slopes[counted], lasting)
+    correlated_samples = mean_correlation_time([rows.reshape(len(motion.time), -1) for rows, motion in pairs])
+    rows_used = slice(None) if kept is None else kept
+    return confidence_of(fit.free, fit.x, residuals[rows_used], slopes[rows_used], correlated_samples)
 
 
 def marker_deviations(free: FreeParameters, covariance: Array, motion: MeasuredMotion, run: Run = map) -> Planar:
@@ -172,7 +172,7 @@ def marker_deviations(free: FreeParameters, covariance: Array, motion: MeasuredM
     calls += [(free.model, motion.with_unknowns(motion.unknowns + step)) for step in unknown_steps]
     markers, *changed_markers = run(motion_markers, *zip(*calls, strict=True))
     sizes = np.concatenate([key_steps.sum(axis=1), unknown_steps.sum(axis=1)])
-    derivatives = [(changed - markers) / size for changed, size in zip(changed_markers, sizes, strict=True)]
+    derivatives = [(shifted - markers) / size for shifted, size in zip(changed_markers, sizes, strict=True)]
     slopes = np.stack([values.ravel().view(float) for values in derivatives], axis=-1)
     keys, unknowns = np.split(slopes, [len(key_steps)], axis=1)
     keys = keys - unknowns @ np.linalg.lstsq(unknowns, keys, rcond=None)[0]
@@ -242,7 +242,7 @@ class TurnResponse:
             "frequency_hz": self.frequency,
             "decrement": self.decrement,
         }
-        return {f"{prefix}{name}": number for name, number in numbers.items()}
+        return {f"{prefix}{name}": value for name, value in numbers.items()}
 
 
 def score(model: Model, motion: MeasuredMotion, role: str) -> MotionScore:
@@ -265,23 +265,23 @@ def turn_response(motion: MeasuredMotion, markers: Planar) -> TurnResponse:
     """Characteristics of the rotation of markers, measured or simulated, from a recording's first event to its end."""
     rotation, time = marker_rotation(markers, motion.reference), motion.time - motion.events[0]
     end = motion.end - motion.events[0]
-    rest = float(settled_mean(time, rotation, end))
+    settled = float(settled_mean(time, rotation, end))
     recovery = np.nan
     if motion.pressure is not None and time[-1] - end > _CREEP_DELAY + _MEAN_HALF_WIDTH + SETTLED_TIME:
         recovery = _early_rotation(time - end, rotation) - float(settled_mean(time, rotation, time[-1]))
-    rising = (time >= 0) & (time <= end)
-    t50, t63 = (_time_below(time[rising], np.abs(rotation[rising]), share * abs(rest)) for share in _RISE_SHARES)
+    is_open = (time >= 0) & (time <= end)
+    t50, t63 = (_time_below(time[is_open], np.abs(rotation[is_open]), share * abs(settled)) for share in _RISE_SHARES)
     frequency, decrement = _swing(time, _settling_share(motion, markers), end)
-    return TurnResponse(rest, rest - _early_rotation(time, rotation), recovery, t50, t63, frequency, decrement)
+    return TurnResponse(settled, settled - _early_rotation(time, rotation), recovery, t50, t63, frequency, decrement)
 
 
 def _early_rotation(time: Array, rotation: Array) -> float:
-    """A rotation half a second after time 0, mean of some samples around it."""
+    """Mean rotation, rad, of the samples about half a second after time 0."""
     return float(np.nanmean(rotation[np.abs(time - _CREEP_DELAY) <= _MEAN_HALF_WIDTH]))
 
 
 def _time_below(time: Array, rotation: Array, level: float) -> float:
-    """The time, s, that a rotation is below a level, linear between samples; NaN if it never reaches it.
+    """Time, s, for which a rotation is below a level, linear between samples; NaN if it never reaches the level.
 
     Without a swing it is the time at which the level is reached. Where a swing only just crosses the level, that is a
     matter of luck: whether it is by a little jumps by a period, this does not.
@@ -290,17 +290,17 @@ def _time_below(time: Array, rotation: Array, level: float) -> float:
     time, excess = time[is_seen], rotation[is_seen] - level
     if not (excess >= 0).any():
         return np.nan
-    high, low = np.maximum(excess[1:], excess[:-1]), np.minimum(excess[1:], excess[:-1])
-    shares = np.clip(np.divide(-low, high - low, out=(low < 0) * 1.0, where=high > low), 0, 1)
-    return float(time[0] + shares @ np.diff(time))
+    higher, lower = np.maximum(excess[1:], excess[:-1]), np.minimum(excess[1:], excess[:-1])
+    fractions = np.clip(np.divide(-lower, higher - lower, out=(lower < 0) * 1.0, where=higher > lower), 0, 1)
+    return float(time[0] + fractions @ np.diff(time))
 
 
 def _settling_share(motion: MeasuredMotion, markers: Planar) -> Array:
     """Displacement of the middle of markers in the direction in which it settles, over that distance, (T,)."""
-    shift = np.mean(markers - motion.reference, axis=1)
-    rest = as_points(settled_mean(motion.time, shift, motion.end))
-    share: Array = as_points(shift) @ rest / (rest @ rest)
-    return share
+    shifts = np.mean(markers - motion.reference, axis=1)
+    settled_shift = as_points(settled_mean(motion.time, shifts, motion.end))
+    fraction: Array = as_points(shifts) @ settled_shift / (settled_shift @ settled_shift)
+    return fraction
 
 
 def _swing(time: Array, displacement: Array, end: float) -> tuple[float, float]:
@@ -322,5 +322,5 @@ def _vertex(samples: Array) -> tuple[float, float]:
     """Vertex of the parabola through three samples: offset from the middle one, in samples, and height."""
     first, middle, last = samples
     curvature = first - 2 * middle + last
-    shift = 0.0 if curvature == 0 else 0.5 * (first - last) / curvature
-    return float(shift), float(middle - 0.25 * (first - last) * shift)
+    offset = 0.0 if curvature == 0 else 0.5 * (first - last) / curvature
+    return float(offset), float(middle - 0.25 * (first - last) * offset)

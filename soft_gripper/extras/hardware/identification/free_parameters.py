@@ -56,7 +56,7 @@ class Key:
 
 
 def _section_key(name: str, unit: str) -> Key:
-    """Key of a field of every cross-section: the first nonzero one is fitted, the others keep their ratios."""
+    """Key of a field of all cross-sections: the first nonzero value is fitted, the others keep their ratios to it."""
 
     def get(model: Model) -> Sequence[float]:
         values = [getattr(section, name) for section in model.finger.cross_sections]
@@ -64,8 +64,8 @@ def _section_key(name: str, unit: str) -> Key:
 
     def put(model: Model, values: Sequence[float]) -> Model:
         ratio = values[0] / get(model)[0]
-        changed = model.finger.with_sections(lambda part: replace(part, **{name: getattr(part, name) * ratio}))
-        return replace(model, finger=changed)
+        changed_finger = model.finger.with_sections(lambda part: replace(part, **{name: getattr(part, name) * ratio}))
+        return replace(model, finger=changed_finger)
 
     return Key(unit, get, put)
 
@@ -104,7 +104,7 @@ def _angles(model: Model) -> Sequence[float]:
 
 
 def _turn_tendons(model: Model, values: Sequence[float]) -> Model:
-    """Turns the path of each tendon about the middle of the section until it begins at an angle."""
+    """Rotates the path of each tendon about the middle of the section, to begin at an angle, rad."""
     tendons = []
     for tendon, angle, last_angle in zip(model.finger.tendons, values, _angles(model), strict=True):
         columns = np.atleast_2d(np.broadcast_arrays(tendon.x, tendon.y))
@@ -113,14 +113,14 @@ def _turn_tendons(model: Model, values: Sequence[float]) -> Model:
     return replace(model, finger=replace(model.finger, tendons=tuple(tendons)))
 
 
-def _lever(model: Model) -> Sequence[float]:
+def _tendon_lever(model: Model) -> Sequence[float]:
     """Distance of the first tendon from the middle of the section, at its beginning."""
     return [float(np.hypot(tendon.x[0], tendon.y[0])) for tendon in model.finger.tendons[:1]]
 
 
 def _set_lever(model: Model, values: Sequence[float]) -> Model:
     """Moves all tendons in proportion, until the first has a distance from the middle of the section."""
-    ratio = values[0] / _lever(model)[0]
+    ratio = values[0] / _tendon_lever(model)[0]
     tendons = (
         replace(tendon, x=tuple(ratio * x for x in tendon.x), y=tuple(ratio * y for y in tendon.y))
         for tendon in model.finger.tendons
@@ -134,10 +134,10 @@ def _lever_room(model: Model) -> Room:
     for tendon in finger.tendons:
         s = finger.length * np.array(tendon.at)
         section = finger.section(s)
-        half = np.minimum(section.thickness, section.width) / 2
+        half_sizes = np.minimum(section.thickness, section.width) / 2
         offsets = np.hypot(tendon.value_at("x", s, finger.length), tendon.value_at("y", s, finger.length))
-        max_ratio = min(max_ratio, float((half / np.maximum(offsets, SIZES[0])).min()))
-    return 0.0, max(max_ratio, 1.0) * _lever(model)[0]
+        max_ratio = min(max_ratio, float((half_sizes / np.maximum(offsets, SIZES[0])).min()))
+    return 0.0, max(max_ratio, 1.0) * _tendon_lever(model)[0]
 
 
 def _clear_small(values: Array) -> tuple[float, ...]:
@@ -155,14 +155,14 @@ def pressure_law(highest: float, gain: float, margin: float) -> PressureLaw:
 
 def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
     """Keys of a pressure law that is fitted to recordings at these pressures, Pa: gain and margin."""
-    highest = max(pressures)
+    highest_pressure = max(pressures)
 
     def numbers(model: Model) -> tuple[float, float]:
-        law = model.finger.pressure_law or PressureLaw((0.0, highest), (0.0, highest))
-        return float(law.softening(highest)), 1 - float(law.share_taken(highest))
+        law = model.finger.pressure_law or PressureLaw((0.0, highest_pressure), (0.0, highest_pressure))
+        return float(law.softening(highest_pressure)), 1 - float(law.share_taken(highest_pressure))
 
     def change_law(model: Model, gain: float, margin: float) -> Model:
-        law = pressure_law(highest, gain, margin)
+        law = pressure_law(highest_pressure, gain, margin)
         return replace(model, finger=replace(model.finger, pressure_law=law))
 
     def with_gain(model: Model, values: Sequence[float]) -> Model:
@@ -202,7 +202,7 @@ KEYS = {
     "backlash": _setup_key("backlash", "m", False, 3e-4, (0.0, 0.05)),
     "delay": _setup_key("delay", "s", False, 0.05, (-2.0, 2.0)),
     "tendon.angle": Key("rad", _angles, _turn_tendons, positive=False),
-    "tendon.lever": Key("m", _lever, _set_lever, room=_lever_room),
+    "tendon.lever": Key("m", _tendon_lever, _set_lever, room=_lever_room),
     "tendon.slack": _field_key(_TENDON_PARTS, "slack", "m", positive=False, scale=3e-4),
     "tendon.stiffness": _field_key(_TENDON_PARTS, "stiffness", "N/m", scale=0.3),
 }
@@ -210,7 +210,7 @@ KEYS = {
 
 @dataclass(frozen=True)
 class FreeParameters:
-    """Chosen keys of a model, as one vector of numbers that a fit may vary."""
+    """Chosen keys of a model as one vector of numbers to fit."""
 
     model: Model
     keys: dict[str, Key]
@@ -218,17 +218,17 @@ class FreeParameters:
 
     @property
     def _all_names(self) -> list[str]:
-        counts = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
-        return [name if count == 1 else f"{name}.{i + 1}" for name, count in counts for i in range(count)]
+        key_counts = [(name, len(key.get(self.model))) for name, key in self.keys.items()]
+        return [name if size == 1 else f"{name}.{i + 1}" for name, size in key_counts for i in range(size)]
 
     @property
-    def _free(self) -> NDArray[np.bool_]:
+    def _is_free(self) -> NDArray[np.bool_]:
         return np.array([name not in self.fixed for name in self._all_names], dtype=bool)
 
     def _key_values(self, get_value: Callable[[Key], Any]) -> list[Any]:
         """Value of every free number's key."""
         values = [get_value(key) for key in self.keys.values() for _ in key.get(self.model)]
-        return [value for value, is_free in zip(values, self._free, strict=True) if is_free]
+        return [value for value, is_free in zip(values, self._is_free, strict=True) if is_free]
 
     @property
     def names(self) -> list[str]:
@@ -253,7 +253,7 @@ class FreeParameters:
     @property
     def start(self) -> Array:
         """Vector of the current model."""
-        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])[self._free]
+        values = np.array([value for key in self.keys.values() for value in key.get(self.model)])[self._is_free]
         return np.where(self.is_positive, np.log(np.where(self.is_positive, values, 1.0)), values)
 
     def starts(self, count: int, seed: int, jitter: float) -> Array:
@@ -271,8 +271,8 @@ class FreeParameters:
         rooms = self._key_values(lambda key: key.room(self.model) if callable(key.room) else key.room)
         room = np.array(rooms).reshape(-1, 2).T
         with np.errstate(divide="ignore", invalid="ignore"):
-            lower, upper = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
-        return lower, upper
+            lower_bounds, upper_bounds = np.where(self.is_positive, np.log(np.maximum(room, 0.0)), room)
+        return lower_bounds, upper_bounds
 
     def steps(self, x: Array, fraction: float) -> Array:
         """Steps for finite differences, a fraction of the typical changes; backward if the model is impossible."""
@@ -300,11 +300,11 @@ class FreeParameters:
             InputError: if such a finger is impossible.
         """
         numbers = np.array([value for key in self.keys.values() for value in key.get(self.model)], dtype=float)
-        numbers[self._free] = self.values(x)
-        model, remaining = self.model, numbers.tolist()
+        numbers[self._is_free] = self.values(x)
+        model, remaining_values = self.model, numbers.tolist()
         for key in self.keys.values():
             count = len(key.get(self.model))
-            model, remaining = key.put(model, remaining[:count]), remaining[count:]
+            model, remaining_values = key.put(model, remaining_values[:count]), remaining_values[count:]
         return model
 
     def fix(self, x: Array, names: Iterable[str]) -> "FreeParameters":
@@ -343,9 +343,9 @@ def free_parameters(
             continue
         named_keys = law if name == PRESSURE_LAW else {name: KEYS[name]} if name in KEYS else {}
         if not named_keys:
-            why = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
+            reason = "the recordings have no pressure to fit it to" if name == PRESSURE_LAW else "there is no such key"
             key_names = ", ".join([*KEYS, HELD_POSE, *([PRESSURE_LAW] if law else [])])
-            raise InputError("identify", "--free", name, f"{why}; known: {key_names}")
+            raise InputError("identify", "--free", name, f"{reason}; known: {key_names}")
         for key in named_keys.values():
             values = key.get(model)
             if not len(values) or (key.positive and not min(values) > 0):

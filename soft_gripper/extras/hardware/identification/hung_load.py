@@ -43,7 +43,7 @@ class HungLoad(NamedTuple):
     friction: float  # m, torque of friction at the hook over the weight
 
     def add_to(self, plant: MultibodyPlant, tip: Frame, gravity: Array) -> None:
-        """Hangs it at the tip of a finger, in the bending plane, before the plant is finalized; gravity in its world.
+        """Hangs the load at the tip of a finger, in the bending plane, before the plant is finalized.
 
         At angle 0 it hangs straight down from a straight finger.
         """

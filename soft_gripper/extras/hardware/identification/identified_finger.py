@@ -122,10 +122,10 @@ def identify(
         require(is_released, "identify", "--free", HELD_POSE, "no hand lets go in these recordings")
     if PRESSURE_LAW in names:
         free = replace(free, model=replace(free.model, finger=_with_static_law(free.model.finger, fitted)))
-    held = [_with_hold(free.model.setup, motion) for motion in fitted]
-    best = fit(free, held, executor.map, report, free.starts(starts, seed, _JITTER))
-    scored = _scores(best.model, best.recordings, tested, executor)
-    return Identified(best.model, *scored, best, fit_confidence(best))
+    motions = [_with_hold(free.model.setup, motion) for motion in fitted]
+    best_fit = fit(free, motions, executor.map, report, free.starts(starts, seed, _JITTER))
+    scores = _scores(best_fit.model, best_fit.recordings, tested, executor)
+    return Identified(best_fit.model, *scores, best_fit, fit_confidence(best_fit))
 
 
 def compare_motions(model: Model, motions: Sequence[MeasuredMotion], executor: Executor) -> Tested:
@@ -134,53 +134,53 @@ def compare_motions(model: Model, motions: Sequence[MeasuredMotion], executor: E
 
 
 def _with_ranges(setup: Setup, motions: Sequence[MeasuredMotion]) -> Setup:
-    """A set-up with the ranges of the recordings that are fitted."""
+    """Copy of a set-up with the ranges of the fitted recordings."""
     pressure = max(motion.pressure or 0.0 for motion in motions)
     load = max(motion.load.mass if motion.load else 0.0 for motion in motions)
     return replace(setup, highest_pressure=pressure, heaviest_load=load)
 
 
 def _with_static_law(finger: Finger, motions: Sequence[MeasuredMotion]) -> Finger:
-    """A finger with the pressure law that the settled turns give, weight left out."""
+    """Copy of a finger with the pressure law estimated from the settled rotations, without weight."""
     steps = [motion for motion in motions if motion.pressure is not None]
     pressures = np.array([motion.pressure for motion in steps])
-    turns = np.array([turn_response(motion, motion.markers).settled for motion in steps])
-    log_rates, highest = np.log(np.abs(turns / pressures)), float(pressures.max())
-    low, high = (float(np.log(end)) for end in MARGINS)
-    margins = np.exp(np.linspace(low, high, _MARGINS_TRIED)) if len(set(pressures)) > 1 else np.ones(1)
-    excess = log_rates + np.log(1 - (1 - margins[:, None]) * pressures / highest)
-    best = int(np.argmin(excess.std(axis=1)))
+    settled_turns = np.array([turn_response(motion, motion.markers).settled for motion in steps])
+    log_rates, highest_pressure = np.log(np.abs(settled_turns / pressures)), float(pressures.max())
+    min_log, max_log = (float(np.log(end)) for end in MARGINS)
+    margins = np.exp(np.linspace(min_log, max_log, _MARGINS_TRIED)) if len(set(pressures)) > 1 else np.ones(1)
+    excess = log_rates + np.log(1 - (1 - margins[:, None]) * pressures / highest_pressure)
+    index = int(np.argmin(excess.std(axis=1)))
     lasting_share = 1 - sum(branch.share for branch in finger.creep)
     chamber_rate = float(np.sum(finger.pressure_gain / finger.stiffness)) / lasting_share
-    gain = float(np.exp(excess[best].mean())) / chamber_rate
-    margin = 1 - lasting_share * (1 - float(margins[best]))  # before creep, which takes stiffness as pressure does
-    return replace(finger, pressure_law=pressure_law(highest, gain, margin))
+    gain = float(np.exp(excess[index].mean())) / chamber_rate
+    margin = 1 - lasting_share * (1 - float(margins[index]))  # before creep, which takes stiffness as pressure does
+    return replace(finger, pressure_law=pressure_law(highest_pressure, gain, margin))
 
 
 def _with_hold(setup: Setup, motion: MeasuredMotion) -> MeasuredMotion:
-    """A recording whose held pose is to be fitted, if the set-up says so and a hand lets go in it."""
+    """Copy of a recording with a held pose to fit, if the set-up asks for it and a hand lets go in it."""
     return replace(motion, hold=Hold()) if setup.held_pose and motion.pressure is None else motion
 
 
 def _scores(
     model: Model, fitted: Sequence[MeasuredMotion], tested: Sequence[MeasuredMotion], executor: Executor
 ) -> tuple[tuple[MeasuredMotion, ...], tuple[MotionScore, ...]]:
-    """Recordings with what was not recorded, and their scores; one in which the finger diverges is left out.
+    """Recordings with fitted unrecorded quantities, and their scores, without recordings in which the finger diverges.
 
     Those held out are compared with the held pose that explains each best, and without.
     """
-    held = [motion for motion in tested if _with_hold(model.setup, motion).hold is not None]
-    roles = {FITTED: fitted, TESTED: tested, UNHELD: held}
+    held_motions = [motion for motion in tested if _with_hold(model.setup, motion).hold is not None]
+    roles = {FITTED: fitted, TESTED: tested, UNHELD: held_motions}
     calls = [(motion, role) for role, motions in roles.items() for motion in motions]
-    pending = [executor.submit(_score, model, *call) for call in calls]
-    wait_for(pending, "comparing", "recording")
-    scored = list[tuple[MeasuredMotion, MotionScore]]()
-    for (motion, _), future in zip(calls, pending, strict=True):
+    futures = [executor.submit(_score, model, *call) for call in calls]
+    wait_for(futures, "comparing", "recording")
+    scores = list[tuple[MeasuredMotion, MotionScore]]()
+    for (motion, _), future in zip(calls, futures, strict=True):
         try:
-            scored.append(future.result())
+            scores.append(future.result())
         except SimulationDivergedError as error:
             note(LEFT_OUT, motion.name, "recording", "", str(error))
-    return tuple(motion for motion, _ in scored), tuple(score for _, score in scored)
+    return tuple(motion for motion, _ in scores), tuple(score for _, score in scores)
 
 
 def _score(model: Model, motion: MeasuredMotion, role: str) -> tuple[MeasuredMotion, MotionScore]:
@@ -193,7 +193,7 @@ _MAX_FITTED_ERROR = 5.0  # % of the finger's length, of the tip in a recording t
 
 
 def motion_doubts(tested: Tested) -> list[str]:
-    """Why not to trust a result: keys at an end of their range, a bad fit, recordings beyond those that were fitted."""
+    """Warnings about a result: keys at an end of their range, a bad fit, recordings beyond the fitted ones."""
     setup = tested.model.setup
     doubts = fit_doubts(tested.fit, tested.confidence) if isinstance(tested, Identified) else []
     for row, motion in zip(tested.scores, tested.motions, strict=True):
@@ -225,8 +225,8 @@ def repetitions(tested: Tested) -> list[str]:
         turns, decrements = [row.settled_turn_deg for row in rows], [row.decrement for row in rows]
         swing = f", decrement {min(decrements):.2f} to {max(decrements):.2f}" if np.isfinite(decrements[0]) else ""
         if len(rows) > 1:
-            turn = f"settled turn {min(turns):.2f} to {max(turns):.2f} degrees"
-            texts.append(f"{names} repeat each other: {turn}{swing}")
+            turn_text = f"settled turn {min(turns):.2f} to {max(turns):.2f} degrees"
+            texts.append(f"{names} repeat each other: {turn_text}{swing}")
     return texts
 
 
@@ -244,8 +244,8 @@ def identify_figure(tested: Tested) -> Figure:
         axes = figure.subplots(2, len(roles), sharex="col", squeeze=False)
         motions = tqdm(tested.motions, desc="figure", unit="recording", dynamic_ncols=True)
         for column, motion, role in zip(axes.T, motions, roles, strict=True):
-            simulated = simulated_markers(tested.model.finger, tested.model.setup, motion)
-            for markers, style in ((motion.markers, MEASURED), (simulated, SIMULATED)):
+            simulated_positions = simulated_markers(tested.model.finger, tested.model.setup, motion)
+            for markers, style in ((motion.markers, MEASURED), (simulated_positions, SIMULATED)):
                 column[0].plot(motion.time, 1e3 * displacement(markers, motion), **style)
                 column[1].plot(motion.time, np.degrees(marker_rotation(markers, motion.reference)), **style)
             column[0].set_title(f"{motion.name}\n{_TITLES[role]}")
@@ -288,42 +288,42 @@ def with_finger(path: Path, finger: Finger) -> str:
     assert element is not None
     initial = read_finger(path)
     for name in _BODY_FIELDS:
-        _set(_child(element, "body"), name, getattr(finger, name), getattr(initial, name))
+        _set_attribute(_child_element(element, "body"), name, getattr(finger, name), getattr(initial, name))
     sections = [*element.findall("base"), *element.findall("section"), *element.findall("tip")]
     for section, part, initial_part in zip(sections, finger.cross_sections, initial.cross_sections, strict=True):
         is_other = (part.youngs_modulus, part.density) != (initial_part.youngs_modulus, initial_part.density)
         if is_other:
             section.attrib.pop("material", None)  # it applied to both
         for name in _SECTION_FIELDS:
-            _set(section, name, getattr(part, name), None if is_other else getattr(initial_part, name))
+            _set_attribute(section, name, getattr(part, name), None if is_other else getattr(initial_part, name))
     for child, tendon, initial_tendon in zip(element.findall("tendon"), finger.tendons, initial.tendons, strict=True):
         if (tendon.x, tendon.y) != (initial_tendon.x, initial_tendon.y):
             child.set("x", _text(*tendon.x))
             child.set("y", _text(*tendon.y))
-        _set(child, "stiffness", tendon.stiffness, initial_tendon.stiffness)
-        _set(child, "slack", tendon.slack, initial_tendon.slack)
+        _set_attribute(child, "stiffness", tendon.stiffness, initial_tendon.stiffness)
+        _set_attribute(child, "slack", tendon.slack, initial_tendon.slack)
     if finger.creep != initial.creep:
         for name in ("share", "time"):
-            _child(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
+            _child_element(element, "creep").set(name, _text(*(getattr(branch, name) for branch in finger.creep)))
     law = finger.pressure_law
     if law is not None and law != initial.pressure_law:
         for name in ("pressure", "effective", "stiffness_taken"):
-            _child(element, "pressure_law").set(name, _text(*getattr(law, name)))
+            _child_element(element, "pressure_law").set(name, _text(*getattr(law, name)))
     ET.indent(robot)
     prolog = _PROLOG.match(text)
     assert prolog is not None
     text = prolog[0] + ET.tostring(robot, encoding="unicode") + "\n"
     with TemporaryDirectory(prefix="soft-gripper-") as folder:
-        written = Path(folder) / path.name
-        written.write_text(text, encoding="utf-8")
-        read_finger(written)  # checks that the result is valid
+        written_path = Path(folder) / path.name
+        written_path.write_text(text, encoding="utf-8")
+        read_finger(written_path)  # checks that the result is valid
     return text
 
 
 def fit_remarks(confidence: Confidence) -> list[str]:
     """Remarks on a fit, for the file of its set-up."""
-    fitted = ", ".join(confidence.names) or "nothing, since no key is determined"
-    return [f"Fitted: {fitted}", *map(str, confidence.undetermined)]
+    key_names = ", ".join(confidence.names) or "nothing, since no key is determined"
+    return [f"Fitted: {key_names}", *map(str, confidence.undetermined)]
 
 
 def write_fitted(initial: Path, path: Path, model: Model, remarks: Sequence[str] = ()) -> None:
@@ -335,16 +335,16 @@ def write_fitted(initial: Path, path: Path, model: Model, remarks: Sequence[str]
 
 
 def read_setup(finger: Path) -> Setup:
-    """The set-up that is saved beside a finger's file; the default if there is none."""
+    """Reads the set-up beside a finger's file; the default without such a file."""
     return SETUP.read(finger) or Setup()
 
 
-def _set(element: ET.Element, name: str, value: float, initial: float | None) -> None:
+def _set_attribute(element: ET.Element, name: str, value: float, initial: float | None) -> None:
     if value != initial and not (initial is None and value == 0):
         element.set(name, _text(value))
 
 
-def _child(element: ET.Element, tag: str) -> ET.Element:
+def _child_element(element: ET.Element, tag: str) -> ET.Element:
     child = element.find(tag)
     return ET.SubElement(element, tag) if child is None else child
 

@@ -83,9 +83,9 @@ def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfi
     """The states that a finger was fitted to, and the band of its markers."""
     fit, is_local = identified.fit, isinstance(identified, IdentifiedStates)
     if isinstance(identified, IdentifiedStates):  # errors differ between the states, and no covariance is counted
-        count = len(identified.left_out)
-        recordings = [*map(_state_errors, identified.states[:count], identified.errors[:count])]
-        errors, parts = np.concatenate([recording.errors for recording in recordings]), 3
+        recording_count = len(identified.left_out)
+        recordings = [*map(_state_errors, identified.states[:recording_count], identified.errors[:recording_count])]
+        errors, components = np.concatenate([recording.errors for recording in recordings]), 3
         states = np.concatenate([recording.states for recording in recordings])
         residual_scales: Array | float = 1.0
     else:  # an error is that of a marker, over the largest displacement
@@ -93,8 +93,8 @@ def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfi
         sizes = [recording.errors.size for recording in recordings]
         errors = np.concatenate([(recording.errors / recording.scale).reshape(-1, 1) for recording in recordings])
         states = np.concatenate([np.repeat(one.states, one.errors.shape[1], axis=0) for one in recordings])
-        residual_scales, parts = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]), 2
-    is_seen, count = np.isfinite(errors).all(axis=1), errors.shape[1] * parts
+        residual_scales, components = np.concatenate([np.full(2 * size, np.sqrt(size)) for size in sizes]), 2
+    is_seen, residual_count = np.isfinite(errors).all(axis=1), errors.shape[1] * components
     units = np.append(np.full(states.shape[-1] - 1, spread_of(states[:, :-1])), _LOAD_UNIT)
     floor = np.nanquantile(errors, COVERAGE)
 
@@ -104,38 +104,38 @@ def learned_band(identified: Identified | IdentifiedStates) -> FittedStatesConfi
             return np.ones((int(rows.sum()), errors.shape[1]))
         return FittedStates(states[rows], units).local_size(errors[rows])
 
-    def changed_errors(change: Array, rows: NDArray[np.bool_]) -> Array:
-        residuals = (fit.residuals + fit.slopes @ change) * residual_scales
-        return np.linalg.norm(residuals.reshape(*errors.shape, parts), axis=-1)[rows]
+    def changed_errors(unknown_change: Array, rows: NDArray[np.bool_]) -> Array:
+        residuals = (fit.residuals + fit.slopes @ unknown_change) * residual_scales
+        return np.linalg.norm(residuals.reshape(*errors.shape, components), axis=-1)[rows]
 
     def key_widths(kept: NDArray[np.bool_]) -> Array:
         """Half widths by the keys of a fit to some of the residuals, (n, K)."""
         assert isinstance(identified, Identified)
         changes = fit.slopes @ square_root(fit_confidence(identified.fit, kept).covariance)
-        return ball_radius((changes.T * residual_scales).reshape(-1, *errors.shape, parts))
+        return ball_radius((changes.T * residual_scales).reshape(-1, *errors.shape, components))
 
     def leave_out(region: NDArray[np.bool_]) -> LeftOut:
         left_out = np.zeros(len(states), bool)
         left_out[np.flatnonzero(is_seen)[region]] = True
-        change = fit.change_without(np.repeat(~left_out, count), UNOBSERVABLE, fit.free.scales)
+        unknown_change = fit.change_without(np.repeat(~left_out, residual_count), UNOBSERVABLE, fit.free.scales)
         kept = is_seen & ~left_out
-        others = FittedStates(states[kept], units)
-        size = local_sizes(kept)[others.nearest(states[left_out])]
+        fitted_states = FittedStates(states[kept], units)
+        size = local_sizes(kept)[fitted_states.nearest(states[left_out])]
         if not is_local:
-            size = np.hypot(size, key_widths(np.repeat(kept, count))[left_out] / floor)
-        distance = np.sqrt(others.distance(states[left_out]))[:, None] * np.ones(size.shape[1])
-        return LeftOut(changed_errors(change, left_out) / size, distance)
+            size = np.hypot(size, key_widths(np.repeat(kept, residual_count))[left_out] / floor)
+        distance = np.sqrt(fitted_states.distance(states[left_out]))[:, None] * np.ones(size.shape[1])
+        return LeftOut(changed_errors(unknown_change, left_out) / size, distance)
 
-    fitted, size = FittedStates(states[is_seen], units), local_sizes(is_seen)
+    all_states, size = FittedStates(states[is_seen], units), local_sizes(is_seen)
     relative_errors = changed_errors(np.zeros(len(fit.x)), is_seen) / size
     divisions = [
         [*tqdm(regions_left_out([regions], leave_out), desc="bands", unit="region", dynamic_ncols=True)]
-        for regions in (fitted.regions(), fitted.halves())
+        for regions in (all_states.regions(), all_states.halves())
     ]
     widths = max((learned_widths(relative_errors, left_out) for left_out in divisions), key=attrgetter("growth"))
-    driven = [f"{tendon.name} [m]" for tendon in identified.model.finger.tendons] or ["pressure [Pa]"]
-    names = [*driven[: states.shape[-1] - 1], "load [kg]"]
-    return kept_states(names, fitted, widths, sizes=size if is_local else None, most=_MAX_KEPT)
+    drive_names = [f"{tendon.name} [m]" for tendon in identified.model.finger.tendons] or ["pressure [Pa]"]
+    names = [*drive_names[: states.shape[-1] - 1], "load [kg]"]
+    return kept_states(names, all_states, widths, sizes=size if is_local else None, most=_MAX_KEPT)
 
 
 def band_rows(
@@ -166,42 +166,42 @@ def band_rows(
 
 
 def _band_row(name: str, role: str, errors: Array, band: Array, far: NDArray[np.bool_], dimensions: int) -> BandRow:
-    shares = percent_within(errors, band), ball_rms_z(errors, band, dimensions)
-    return BandRow(name, role, *shares, 1e3 * float(band.mean()), 100 * float(far.mean()))
+    percentages = percent_within(errors, band), ball_rms_z(errors, band, dimensions)
+    return BandRow(name, role, *percentages, 1e3 * float(band.mean()), 100 * float(far.mean()))
 
 
 def _left_out_rows(kept: FittedStatesConfig, identified: IdentifiedStates) -> list[BandRow]:
     """Markers of fitted rows in their bands, each by a fit without its family, and away from the others."""
     recordings = identified.states[: len(identified.left_out)]
-    states, first = np.concatenate([_driven_states(recording) for recording in recordings]), 0
+    states, first_row = np.concatenate([_driven_states(recording) for recording in recordings]), 0
     size = np.linalg.norm(np.concatenate(identified.errors[: len(recordings)]), axis=-1)
     rows = []
     for recording, left_out in zip(recordings, identified.left_out, strict=True):
         errors, bands, far = [], [], []
         for family in sorted({*recording.families} - {""}):
             is_family = recording.families == family
-            family_rows = first + np.flatnonzero(is_family)
+            family_rows = first_row + np.flatnonzero(is_family)
             kept_rows = np.setdiff1d(np.flatnonzero(np.isfinite(size).all(axis=1)), family_rows)
-            others = FittedStates(states[kept_rows], kept.fitted.spread)
-            distance = np.sqrt(others.distance(states[family_rows]))[:, None]
-            local_size = others.local_size(size[kept_rows])[others.nearest(states[family_rows])]
+            other_states = FittedStates(states[kept_rows], kept.fitted.spread)
+            distance = np.sqrt(other_states.distance(states[family_rows]))[:, None]
+            local_size = other_states.local_size(size[kept_rows])[other_states.nearest(states[family_rows])]
             bands.append(local_size * kept.widths.band(distance))
             errors.append(np.linalg.norm(left_out[is_family], axis=-1))
             far.append(kept.widths.is_far(distance))
-        first += len(left_out)
+        first_row += len(left_out)
         if bands:
-            together = np.concatenate(errors), np.concatenate(bands), np.concatenate(far)
-            rows.append(_band_row(recording.name, LEFT_OUT, *together, dimensions=3))
+            all_rows = np.concatenate(errors), np.concatenate(bands), np.concatenate(far)
+            rows.append(_band_row(recording.name, LEFT_OUT, *all_rows, dimensions=3))
     return rows
 
 
 def far_rows(kept: FittedStatesConfig, states: SettledStates) -> NDArray[np.bool_]:
-    """Mask of the rows that are far from what the finger was fitted to, (R,)."""
+    """Mask of the rows far from the fitted states, (R,)."""
     return kept.widths.is_far(np.sqrt(kept.fitted.distance(_driven_states(states)))[:, None]).any(axis=1)
 
 
 def extrapolations(rows: Sequence[BandRow]) -> list[str]:
-    """Recordings that are far from what was fitted, as text."""
+    """Texts that name recordings far from the fitted states."""
     return [
         f"{row.recording}: {row.far_percent:.0f} % of it is far from what was fitted"
         for row in rows
@@ -220,12 +220,12 @@ def _driven_states(states: SettledStates) -> Array:
 def _motion_errors(
     tested: Tested, stride: int, confidence: ConfidenceConfig | None = None, run: Run = map
 ) -> Iterator[_MarkerErrors]:
-    """Errors of motions; of a fit as shares of the largest displacement that was measured, as it takes them."""
+    """Errors of motions, m, with the scale of each recording: its largest displacement, m."""
     motions = {motion.name: motion for motion in reversed(tested.motions)}.values()
     for motion in tqdm(motions, desc="markers", unit="recording", dynamic_ncols=True):
-        simulated = simulated_markers(tested.model.finger, tested.model.setup, motion)
-        errors = np.abs(simulated - motion.markers)[::stride]
-        scale = float(np.abs(np.mean(simulated - motion.reference, axis=1)).max())
+        simulated_positions = simulated_markers(tested.model.finger, tested.model.setup, motion)
+        errors = np.abs(simulated_positions - motion.markers)[::stride]
+        scale = float(np.abs(np.mean(simulated_positions - motion.reference, axis=1)).max())
         state = motion.pressure or 0.0, motion.load.mass if motion.load else 0.0
         key_widths = np.zeros(errors.shape)
         if confidence is not None:

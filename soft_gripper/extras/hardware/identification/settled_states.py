@@ -85,9 +85,9 @@ class SettledStates:
             return _apply_backlash(self.pulled, backlash)
         if delay == backlash == 0:
             return self.pulled
-        time, wound = self.winding
-        pulled = _apply_backlash(wound, backlash).T
-        return np.stack([np.interp(self.time - delay, time, tendon) for tendon in pulled], axis=-1)
+        time, wound_lengths = self.winding
+        pulled_lengths = _apply_backlash(wound_lengths, backlash).T
+        return np.stack([np.interp(self.time - delay, time, tendon) for tendon in pulled_lengths], axis=-1)
 
 
 def settled_states(recording: HardwareRecording, finger: Finger) -> SettledStates:
@@ -109,21 +109,21 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
     for tendon in finger.tendons:
         expected = "give a first guess: a tendon that is commanded in length is a spring"
         require(tendon.stiffness > 0, f"finger '{finger.name}'", f"{tendon.name}.stiffness", 0.0, expected)
-    pulled = np.stack([recording.pulled[tendon] for tendon in names], axis=-1)
+    pulled_lengths = np.stack([recording.pulled[tendon] for tendon in names], axis=-1)
     points = np.stack([recording.markers[marker] for marker in markers.places], axis=1)
-    is_whole: NDArray[np.bool_] = np.isfinite(pulled + points.sum(axis=(1, 2))[:, None]).all(axis=1)
-    count = int(is_whole.sum())
-    require(count > config.every, name, "rows", count, "at least 2 need all tendons and markers")
+    is_whole: NDArray[np.bool_] = np.isfinite(pulled_lengths + points.sum(axis=(1, 2))[:, None]).all(axis=1)
+    row_count = int(is_whole.sum())
+    require(row_count > config.every, name, "rows", row_count, "at least 2 need all tendons and markers")
     pattern = config.labels.family if config.labels else "(.*)"
     families = np.array([_family(label, pattern) for label in recording.labels or [""] * len(is_whole)])
-    number = np.arange(len(is_whole))
+    row_number = np.arange(len(is_whole))
     if config.blocks > 1 and config.labels is None:
-        families = np.array([f"block {block}" for block in number * config.blocks // len(number) + 1])
-    is_wound = np.isfinite(pulled).all(axis=1) & (number % max(config.every // _WINDING_INSTANTS, 1) == 0)
-    is_used = is_whole & (number % config.every == 0)
+        families = np.array([f"block {block}" for block in row_number * config.blocks // len(row_number) + 1])
+    is_wound = np.isfinite(pulled_lengths).all(axis=1) & (row_number % max(config.every // _WINDING_INSTANTS, 1) == 0)
+    is_used = is_whole & (row_number % config.every == 0)
     return SettledStates(
         name=name,
-        pulled=pulled[is_used],
+        pulled=pulled_lengths[is_used],
         markers=points[is_used],
         places=np.array(list(markers.places.values())),
         families=families[is_used],
@@ -132,12 +132,12 @@ def settled_states(recording: HardwareRecording, finger: Finger) -> SettledState
         load=recording.load_mass,
         time=recording.time[is_used],
         names=tuple(markers.places),
-        winding=(recording.time[is_wound], pulled[is_wound]),
+        winding=(recording.time[is_wound], pulled_lengths[is_wound]),
     )
 
 
 def _family(label: str, pattern: str) -> str:
-    """Part of a label that the first matching alternative of a pattern matches; the label without a pattern."""
+    """Match of a label with the first fitting alternative of a pattern; the whole label without a pattern."""
     matches = (find(alternative, label) for alternative in pattern.split("|"))
     return next((match[0] for match in matches if match), "") if pattern else label
 
@@ -147,28 +147,28 @@ def resting_positions(model: Model, states: SettledStates) -> Array:
 
     A row in which it finds no balance is NaN.
     """
-    pulled = states.delayed_lengths(model.setup.delay, model.setup.backlash)
-    q = pulled_positions(_load_tip(model.finger, states.load), pulled, states.gravity)
+    pulled_lengths = states.delayed_lengths(model.setup.delay, model.setup.backlash)
+    q = pulled_positions(_load_tip(model.finger, states.load), pulled_lengths, states.gravity)
     if model.setup.dry_friction == 0:
         return q
     deformations = np.array(spatial_chain(model.finger).deformations)
     bends = deformations == "bending", *([deformations == "sideways"] if "sideways" in deformations else [])
-    lag = model.setup.dry_friction / model.finger.segments
-    lagging = _apply_friction(np.stack([q[:, bend] for bend in bends], axis=-1), lag)
+    friction_lag = model.setup.dry_friction / model.finger.segments
+    lagged_positions = _apply_friction(np.stack([q[:, bend] for bend in bends], axis=-1), friction_lag)
     q = q.copy()
     for i, bend in enumerate(bends):
-        q[:, bend] = lagging[..., i]
+        q[:, bend] = lagged_positions[..., i]
     return q
 
 
 def _apply_backlash(wound: Array, backlash: float) -> Array:
-    """Play operator of a backlash, m, on each wound length, (K, T) m."""
+    """Applies the play operator of a backlash, m, to each wound length, (K, T) m."""
     if backlash == 0:
         return wound
-    pulled, position = np.empty_like(wound), wound[:1]
-    for row, (low, high) in enumerate(zip(wound - backlash, wound + backlash, strict=True)):
-        pulled[row] = position = np.clip(position, low, high)
-    return pulled
+    pulled_lengths, position = np.empty_like(wound), wound[:1]
+    for row, (lower_end, upper_end) in enumerate(zip(wound - backlash, wound + backlash, strict=True)):
+        pulled_lengths[row] = position = np.clip(position, lower_end, upper_end)
+    return pulled_lengths
 
 
 def _load_tip(finger: Finger, mass: float) -> Finger:
@@ -180,7 +180,7 @@ def _load_tip(finger: Finger, mass: float) -> Finger:
 
 
 def _apply_friction(targets: Array, lag: float) -> Array:
-    """Play operator of a lag on vectors, (R, N, 2) or (R, N, 1); NaN are skipped."""
+    """Applies the play operator of a lag to vectors, (R, N, 2) or (R, N, 1), rad; skips NaN."""
     positions, rows = np.full(targets.shape, np.nan), np.flatnonzero(np.isfinite(targets).all(axis=(1, 2)))
     position = targets[rows[0]] if len(rows) else targets[:0]
     for row in rows:
@@ -199,12 +199,12 @@ def predicted_markers(finger: Finger, states: SettledStates, q: Array) -> tuple[
     fractions = np.ones(len(states.places)) if states.marker_stations is None else states.marker_stations
     stations = finger.length * fractions
     joint_counts = np.searchsorted(finger.joint_arc_lengths, stations)  # joints between the base and each marker
-    frames, last = chain.link_frames(joint_counts), np.concatenate([[0.0], finger.joint_arc_lengths])[joint_counts]
-    places = states.places + np.outer(stations - last, [0.0, 0.0, 1.0])
+    frames, joint_s = chain.link_frames(joint_counts), np.concatenate([[0.0], finger.joint_arc_lengths])[joint_counts]
+    places = states.places + np.outer(stations - joint_s, [0.0, 0.0, 1.0])
     markers = bent_chain.origins[:, frames] + (bent_chain.rotations[:, frames] @ places[..., None])[..., 0]
-    turning, moving = bent_chain.screws[..., None, :3], bent_chain.screws[..., None, 3:]
+    rotations, translations = bent_chain.screws[..., None, :3], bent_chain.screws[..., None, 3:]
     is_moved = (frames > np.arange(len(chain.deformations))[:, None])[..., None]
-    return markers, is_moved * (np.cross(turning, markers[:, None]) + moving)
+    return markers, is_moved * (np.cross(rotations, markers[:, None]) + translations)
 
 
 def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | None = None) -> Array:
@@ -218,12 +218,12 @@ def state_errors(model: Model, states: SettledStates, rows: NDArray[np.bool_] | 
 
 def _center(vectors: Array, others: Array) -> Array:
     """Subtracts the mean of others, (R, M, 3), from vectors (..., M, 3); rows that are NaN do not count."""
-    balanced = others[balanced_rows(others)]
-    return vectors - balanced.mean(axis=(0, 1)) if len(balanced) else vectors
+    balanced_vectors = others[balanced_rows(others)]
+    return vectors - balanced_vectors.mean(axis=(0, 1)) if len(balanced_vectors) else vectors
 
 
 def balanced_rows(errors: Array) -> NDArray[np.bool_]:
-    """Mask of the rows with a balance, (R,), by their errors, (R, M, 3)."""
+    """Mask of the rows in which the finger finds a balance, (R,), from their errors, (R, M, 3)."""
     rows: NDArray[np.bool_] = np.isfinite(errors).all(axis=(1, 2))
     return rows
 
@@ -281,11 +281,11 @@ def marker_slopes(free: FreeParameters, x: Array, states: SettledStates, rows: N
     for step in np.diag(free.steps(x, _DIFFERENCE_STEP)):
         changed = free.build_model(x + step)
         if changed.finger.length != model.finger.length:  # which alone changes the markers where the joints stand still
-            change = predicted_markers(changed.finger, states, resting_positions(changed, states))[0] - markers
+            slope = predicted_markers(changed.finger, states, resting_positions(changed, states))[0] - markers
         else:
-            change = np.einsum("rj,rjmi->rmi", resting_positions(changed, states) - q, joint_slopes)
-        change = change[rows] / step.sum()
-        columns.append(np.nan_to_num(_center(change, change)).ravel())
+            slope = np.einsum("rj,rjmi->rmi", resting_positions(changed, states) - q, joint_slopes)
+        slope = slope[rows] / step.sum()
+        columns.append(np.nan_to_num(_center(slope, slope)).ravel())
     return np.stack(columns, axis=-1)
 
 
@@ -294,9 +294,9 @@ def slack_tendons(model: Model, recordings: Sequence[SettledStates]) -> list[str
     finger, setup = model.finger, model.setup
 
     def markers(states: SettledStates, slack: int | None = None) -> Array:
-        pulled = states.delayed_lengths(setup.delay, setup.backlash).copy()
-        pulled[:, [] if slack is None else [slack]] = -_SLACK_LENGTHS * finger.length
-        q = pulled_positions(_load_tip(finger, states.load), pulled, states.gravity)
+        pulled_lengths = states.delayed_lengths(setup.delay, setup.backlash).copy()
+        pulled_lengths[:, [] if slack is None else [slack]] = -_SLACK_LENGTHS * finger.length
+        q = pulled_positions(_load_tip(finger, states.load), pulled_lengths, states.gravity)
         return predicted_markers(finger, states, q)[0]
 
     pairs = [(states, markers(states)) for states in recordings]
@@ -315,8 +315,8 @@ def note_unbalanced(states: SettledStates, errors: Array) -> None:
     """Notes rows in which the finger finds no balance, by their errors, (R, M, 3)."""
     for row in np.flatnonzero(~balanced_rows(errors)):
         row_name = f"row {row + 1} of those used" if states.time is None else f"row at {states.time[row]:.6g} s"
-        why = "the finger finds no shape in balance with its tendons and its weight"
-        note(LEFT_OUT_OF_FILE, states.name, row_name, "", why)
+        reason = "the finger finds no shape in balance with its tendons and its weight"
+        note(LEFT_OUT_OF_FILE, states.name, row_name, "", reason)
 
 
 def _rms_distance(errors: Array) -> float:
@@ -377,11 +377,11 @@ def identify_states(
     if len(slack_tendons(free.model, fitted)) == len(tendons):
         expected = "no row tightens any of them: do they pull the other way, or is their slack too large?"
         raise InputError(fitted[0].name, "tendons", ", ".join(tendons), expected)
-    best = fit_states(free, fitted, report=report, starts=free.starts(starts, seed, _JITTER))
-    fits, tests = _compare(best.model, fitted, FITTED), compare_states(best.model, tested)
-    lasting = mean_correlation_time(balanced_series(fits.errors))
-    confidence = confidence_of(free, best.x, best.residuals, best.slopes, lasting)
-    left_out = _family_errors(best, names, [dropped.name for dropped in confidence.undetermined], fitted, executor)
+    best_fit = fit_states(free, fitted, report=report, starts=free.starts(starts, seed, _JITTER))
+    fits, tests = _compare(best_fit.model, fitted, FITTED), compare_states(best_fit.model, tested)
+    correlated_rows = mean_correlation_time(balanced_series(fits.errors))
+    confidence = confidence_of(free, best_fit.x, best_fit.residuals, best_fit.slopes, correlated_rows)
+    left_out = _family_errors(best_fit, names, [key.name for key in confidence.undetermined], fitted, executor)
     scores = list(fits.scores)
     for recording, error in zip(fitted, left_out, strict=True):
         families = [name for name in sorted(set(recording.families)) if name]
@@ -389,7 +389,7 @@ def identify_states(
             scores += _scores(recording, LEFT_OUT, name, error[recording.families == name])
         scores += _scores(recording, LEFT_OUT, _ALL_ROWS, error[recording.families != ""]) if families else []
     states, errors = fits.states + tests.states, fits.errors + tests.errors
-    return IdentifiedStates(best.model, states, errors, (*scores, *tests.scores), left_out, best, confidence)
+    return IdentifiedStates(best_fit.model, states, errors, (*scores, *tests.scores), left_out, best_fit, confidence)
 
 
 def balanced_series(errors: Sequence[Array]) -> list[Array]:
@@ -411,7 +411,7 @@ def _compare(model: Model, states: Sequence[SettledStates], role: str) -> Tested
 
 
 def state_doubts(identified: IdentifiedStates) -> list[str]:
-    """Doubts of a fit to settled states, and tendons that no row tightens."""
+    """Warnings about a fit to settled states, and about tendons that no row tightens."""
     slack = slack_tendons(identified.model, identified.states[: len(identified.left_out)])
     doubts = [f"no row tightens {', '.join(slack)}: do they pull the other way?"] if slack else []
     return fit_doubts(identified.fit, identified.confidence) + doubts
@@ -434,11 +434,11 @@ def _family_errors(
     if len(fitted_rows) < 2:
         return all_errors
     model = best.model
-    pending = [executor.submit(_fit_rest, model, names, undetermined, fitted, rows) for rows in fitted_rows]
-    wait_for(pending, "left out", "family")
-    for rows, future in zip(fitted_rows, pending, strict=True):
-        for errors, states, keep in zip(all_errors, fitted, rows, strict=True):
-            errors[~keep] = state_errors(future.result(), states, ~keep)[~keep]
+    futures = [executor.submit(_fit_rest, model, names, undetermined, fitted, rows) for rows in fitted_rows]
+    wait_for(futures, "left out", "family")
+    for rows, future in zip(fitted_rows, futures, strict=True):
+        for errors, states, row_mask in zip(all_errors, fitted, rows, strict=True):
+            errors[~row_mask] = state_errors(future.result(), states, ~row_mask)[~row_mask]
     return all_errors
 
 
@@ -451,7 +451,7 @@ def _fit_rest(
 
 
 def _scores(states: SettledStates, role: str, family: str, errors: Array) -> list[StateScore]:
-    """Scores of all markers, and of each one if there are several; rows without a balance do not count."""
+    """Scores of all markers together, and of each one of several, over the rows with a balance."""
     errors = errors[balanced_rows(errors)]
     if not len(errors):
         return []
@@ -505,5 +505,5 @@ def _draw_places(panel: Axes, measured: Array, errors: Array, i: int, j: int) ->
 
 def _draw_errors(panel: Axes, errors: Array, label: str, color: str) -> None:
     distances = np.sort(1e3 * np.linalg.norm(errors[balanced_rows(errors)], axis=-1).ravel())
-    shares, rms = np.arange(1, len(distances) + 1) / len(distances), error_columns(distances, "rms")["rms"]
-    panel.plot(distances, 100 * shares, color=color, label=f"{label}: {rms:.1f} mm r.m.s.")
+    fractions, rms = np.arange(1, len(distances) + 1) / len(distances), error_columns(distances, "rms")["rms"]
+    panel.plot(distances, 100 * fractions, color=color, label=f"{label}: {rms:.1f} mm r.m.s.")

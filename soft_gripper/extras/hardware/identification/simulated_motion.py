@@ -62,7 +62,7 @@ class Hold(NamedTuple):
 
 @dataclass(frozen=True)
 class MeasuredMotion:
-    """Markers of one recording, m, z + i x in B, and the cause of their motion. NaN: not seen."""
+    """Markers of one recording, z + i x in B, m, and the cause of their motion. NaN: not seen."""
 
     name: str
     time: Array  # (T,) s
@@ -82,7 +82,7 @@ class MeasuredMotion:
 
     @property
     def largest(self) -> float:
-        """Displacement, m."""
+        """Displacement of the markers, m."""
         return float(np.nanmax(self.displacement))
 
     @property
@@ -124,11 +124,11 @@ def measured_motion(recording: HardwareRecording) -> MeasuredMotion:
         raise InputError(recording.name, "commanded_pressure", None, expected)
     markers = as_planar(np.stack([recording.markers[name][:, [0, 2]] for name in names], axis=1))
     reference = as_planar(np.stack([recording.reference[name][[0, 2]] for name in names]))
-    shift = np.abs(np.nanmean(markers - reference, axis=1))
-    begin = _motion_begin(recording, shift)
+    distances = np.abs(np.nanmean(markers - reference, axis=1))
+    begin = _motion_begin(recording, distances)
     events = begin, begin + _RELEASE_TIME  # the end of a release is not observable
     if config.event == "step":
-        events = begin, _valve_closing(recording, shift)
+        events = begin, _valve_closing(recording, distances)
         reference = _reference_markers(recording, markers, events[0])
         _check_constant(recording, *events)
     gravity = np.zeros(3) if recording.gravity is None else recording.gravity
@@ -155,8 +155,8 @@ def _reference_markers(recording: HardwareRecording, markers: Planar, begin: flo
     """
     end = begin - _EVENT_MARGIN
     span = (recording.time > end - recording.config.reference) & (recording.time <= end)
-    mean: Planar = np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
-    return mean
+    mean_markers: Planar = np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
+    return mean_markers
 
 
 def _check_constant(recording: HardwareRecording, opens: float, closes: float) -> None:
@@ -168,15 +168,15 @@ def _check_constant(recording: HardwareRecording, opens: float, closes: float) -
     open_pressures = open_pressures[np.isfinite(open_pressures).all(axis=1)]
     span = np.ptp(open_pressures, axis=0) if len(open_pressures) else np.zeros(1)
     if span.max() > _MAX_PRESSURE_VARIATION * np.abs(open_pressures).max(initial=0.0):
-        low, high = (1e-3 * extreme(open_pressures[:, span.argmax()]) for extreme in (np.min, np.max))
-        changes = f"{low:.3g} to {high:.3g} kPa from {begin:.2f} to {closes:.2f} s"
+        min_kpa, max_kpa = (1e-3 * extreme(open_pressures[:, span.argmax()]) for extreme in (np.min, np.max))
+        changes = f"{min_kpa:.3g} to {max_kpa:.3g} kPa from {begin:.2f} to {closes:.2f} s"
         expected = "one constant pressure is read, that of the file's name: write a file for each,"
         expected += " with a rest before it"
         raise InputError(recording.name, "pressures", changes, expected)
 
 
 def _valve_closing(recording: HardwareRecording, shift: Array) -> float:
-    """Time when the finger starts to move back, s."""
+    """Time at which the finger starts to move back, s."""
     time, row = recording.time, int(np.flatnonzero(shift > _EVENT_SHARE * np.nanmax(shift))[-1])
     if row >= len(shift) - 2:
         raise InputError(recording.name, "event", "step", "the valve does not close before the recording ends")
@@ -336,7 +336,7 @@ class _HeldPose(NamedTuple):
 
 
 def _held_pose(finger: PlantFinger, hold: Hold | None) -> _HeldPose:
-    """Pose before a release: straight if there is no hold; else a hand holds the tip alone, and creep is over.
+    """Pose before a release: straight without a hold; else with the tip in a hand and creep at its end.
 
     Angles are small: the joints yield to weight, and to a force and a moment of the hand, by their stiffness less all
     creep. Force and moment bring the tip to its position and direction.
@@ -374,18 +374,18 @@ def _set_state(finger: PlantFinger, pose: _HeldPose, simulator: Simulator) -> No
 def _tip_load(finger: Finger, setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
     """Masses fixed to the tip, a load that does not swing and the markers, as one mass in their centre."""
     loads = [finger.tip_load, None if motion.string else _hanging_load(setup, motion)]
-    parts = [(load.mass, load.x, load.z) for load in loads if load is not None]
+    point_masses = [(load.mass, load.x, load.z) for load in loads if load is not None]
     if setup.marker_mass > SIZES[0]:
-        middle = complex(motion.reference.mean()) - finger.length
-        parts.append((setup.marker_mass, middle.imag, middle.real))
-    if not parts:
+        mean_offset = complex(motion.reference.mean()) - finger.length
+        point_masses.append((setup.marker_mass, mean_offset.imag, mean_offset.real))
+    if not point_masses:
         return None
-    mass, x, z = np.transpose(parts)
+    mass, x, z = np.transpose(point_masses)
     return TipLoad(float(mass.sum()), *(float(mass @ place / mass.sum()) for place in (x, z)))
 
 
 def _hanging_load(setup: Setup, motion: MeasuredMotion) -> TipLoad | None:
-    """Load at its fitted position."""
+    """Load at the tip, at its fitted position."""
     load = motion.load
     return load and replace(load, x=load.x + setup.load_x, z=load.z + setup.load_z)
 
@@ -414,8 +414,8 @@ def _chamber_pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, dura
     slope = np.ones(_PRESSURE_LEVELS) if law is None else np.gradient(law.bend(levels), levels)
     compliance = 1 + setup.swelling * (slope / slope[0] - 1)
     rates = np.sqrt(_FILL_SUPPLY) / (setup.fill_time * compliance)  # sqrt(Pa)/s, at which sqrt(supply - p) falls
-    lack = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)
-    supply = motion.pressure - lack * np.exp(-open_times[1:] / setup.supply_time)
+    first_lack = np.clip(motion.pressure, -setup.supply_lag, setup.supply_lag)
+    supply = motion.pressure - first_lack * np.exp(-open_times[1:] / setup.supply_time)
     filling = _follow_supply(0.0, supply, np.diff(open_times), np.abs(levels), rates)
     emptying = _follow_supply(
         filling[-1], 0 * closed_times, np.full(len(closed_times), _FILL_STEP), np.abs(levels), rates
@@ -425,11 +425,11 @@ def _chamber_pressure(finger: Finger, setup: Setup, motion: MeasuredMotion, dura
 
 
 def _follow_supply(pressure: float, supplies: Array, steps: Array, levels: Array, rates: Array) -> list[float]:
-    """Pressures, Pa, after time steps, s, toward those of the supply, at rates for levels of the pressure."""
+    """Pressures, Pa, after time steps, s, that follow the supply at rates for levels of the pressure."""
     pressures = []
     for supply, step in zip(supplies.tolist(), steps.tolist(), strict=True):
-        lack = supply - pressure
-        root = max(np.sqrt(abs(lack)) - step * float(np.interp(abs(pressure), levels, rates)), 0.0)
-        pressure = supply - np.copysign(root**2, lack)
+        pressure_gap = supply - pressure
+        root = max(np.sqrt(abs(pressure_gap)) - step * float(np.interp(abs(pressure), levels, rates)), 0.0)
+        pressure = supply - np.copysign(root**2, pressure_gap)
         pressures.append(pressure)
     return pressures

@@ -76,8 +76,8 @@ def _twist_stiffness(chain: SpatialChain, paths: PathsOnChain, tensions: Array) 
     Without it, the iteration would settle slowly where a heavy load keeps the tendons tense.
     """
     stiffness = tensions @ (paths.share * (paths.x**2 + paths.y**2) / paths.segment_length)
-    added = chain.interleaved({name: stiffness * (name == "twist") for name in dict.fromkeys(chain.deformations)})
-    return np.eye(len(chain.deformations)) * added[:, None]
+    twist_terms = chain.interleaved({name: stiffness * (name == "twist") for name in dict.fromkeys(chain.deformations)})
+    return np.eye(len(chain.deformations)) * twist_terms[:, None]
 
 
 def _tendonless_balance(
@@ -118,14 +118,14 @@ def solve_complementarity(matrix: Array, target: Array) -> Array:
     open_rows = np.arange(len(target))
     for _ in range(_MAX_GUESSES):
         guess = is_taut[open_rows]
-        reduced = np.where(guess[:, :, None] & guess[:, None, :], matrix[open_rows], np.eye(target.shape[1]))
-        T[open_rows] = np.linalg.solve(reduced, np.where(guess, target[open_rows], 0.0)[..., None])[..., 0]
+        reduced_matrix = np.where(guess[:, :, None] & guess[:, None, :], matrix[open_rows], np.eye(target.shape[1]))
+        T[open_rows] = np.linalg.solve(reduced_matrix, np.where(guess, target[open_rows], 0.0)[..., None])[..., 0]
         slack = (matrix[open_rows] @ T[open_rows, :, None])[..., 0] - target[open_rows]
         is_taut[open_rows] = np.where(guess, T[open_rows] > 0, slack < 0)
         open_rows = open_rows[(is_taut[open_rows] != guess).any(axis=1)]
         if not len(open_rows):
             return T
     for row in open_rows:
-        lower = np.linalg.cholesky(matrix[row])
-        T[row], _ = nnls(lower.T, np.linalg.solve(lower, target[row]))
+        cholesky_factor = np.linalg.cholesky(matrix[row])
+        T[row], _ = nnls(cholesky_factor.T, np.linalg.solve(cholesky_factor, target[row]))
     return T

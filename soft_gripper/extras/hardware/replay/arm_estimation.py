@@ -259,16 +259,16 @@ def estimate_recording(
         "pressures": ("Pa", inputs.pressures, {"chamber": chambers}),
         "measured_bodies": ("m", inputs.measured_bodies, {"body": list(inputs.bodies), "xz": XZ}),
     }
-    recorded = {}
+    recorded_signals = {}
     for name, (unit, samples, axes) in sources.items():
         source = builder.AddNamedSystem(name, LogSource(name, samples, inputs.period, unit, **axes))
-        recorded[name] = source.get_output_port()
-    signals = dict(recorded)
+        recorded_signals[name] = source.get_output_port()
+    signals = dict(recorded_signals)
     for row, (estimator, count) in estimators.items():
         estimation = ArmEstimation(arm, estimator, count, inputs.bodies, inputs.period)
-        part = add_part(builder, row, estimation)
-        connect_by_name(builder, part.inputs, recorded, "estimation")
-        signals |= {f"{row}.{name}": port for name, port in part.outputs.items()}
+        added_part = add_part(builder, row, estimation)
+        connect_by_name(builder, added_part.inputs, recorded_signals, "estimation")
+        signals |= {f"{row}.{name}": port for name, port in added_part.outputs.items()}
     logs = add_logs(builder, signals, inputs.period)
     remove_unread_blocks(builder, signals)
     simulator = Simulator(builder.Build())
@@ -304,8 +304,8 @@ def arm_recording(recording: HardwareRecording) -> ArmRecording:
     wires = {(wire.side, wire.section): recording.lengths[name] for name, wire in described.wires.items()}
     sections = range(1, max(section for _, section in wires) + 1)
     expected = "give two wires that end at each section, on the inner and on the outer side"
-    complete = set(wires) == {(side, section) for side in ("inner", "outer") for section in sections}
-    require(complete, recording_name, "lengths.wires", list(described.wires), expected)
+    is_complete = set(wires) == {(side, section) for side in ("inner", "outer") for section in sections}
+    require(is_complete, recording_name, "lengths.wires", list(described.wires), expected)
     poses = {name: pose for name, pose in recording.poses.items() if name != "base"}
     bodies = sorted(poses, key=lambda name: float(np.nanmedian(poses[name].p[:, 2])))
     expected = f"give a body for the end of each of the {len(sections)} sections, besides 'base'"
@@ -342,8 +342,8 @@ def _heading(R: Array) -> Array:
     Motion capture sometimes reports a body with symmetric markers rotated by 180 degrees: an axis has no sign.
     """
     heading: Array = np.arctan2(R[:, 0, 2], R[:, 2, 2])
-    finite = np.isfinite(heading)
-    if finite.any():
-        angle = np.unwrap(heading[finite], period=np.pi)
-        heading[finite] = angle - np.pi * np.round(angle[0] / np.pi)
+    known_headings = np.isfinite(heading)
+    if known_headings.any():
+        angle = np.unwrap(heading[known_headings], period=np.pi)
+        heading[known_headings] = angle - np.pi * np.round(angle[0] / np.pi)
     return heading

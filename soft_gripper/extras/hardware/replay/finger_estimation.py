@@ -73,7 +73,7 @@ def estimate_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str]) 
 
 
 def zeroed_log(log: FingerLog, layout: MeasurementModel, seconds: float) -> FingerLog:
-    """A log whose finger is free and at rest in the first seconds, with readings as of its nominal sensors."""
+    """Copy of a log with readings zeroed in its first seconds, in which the finger is free and at rest."""
     rows, sensors = first_rows(log.name, log.time - log.time[0], seconds), strain_sensors(layout, "--zero")
     q = resting_angles(sensors.finger, log.pressure[rows], planar_gravity(log.X_WB[rows], log.gravity))
     differences = log.readings[rows] - sensors.read(q)

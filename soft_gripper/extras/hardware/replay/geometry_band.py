@@ -1,4 +1,4 @@
-"""Bands of the bodies of an arm about the places that its wires give, and samples that leave what was fitted.
+"""Bands of an arm's bodies about their positions by its wires, and samples far from the fitted states.
 
 The band of a body is a circle that holds it with a probability of 95 %, learned as `fitted_states` says. Sections err
 independently of each other, so each has states of its own: its length and bend. At a distance d from the fitted ones,
@@ -104,16 +104,16 @@ def _left_out(
     sections: Sequence[FittedStates],
     region: NDArray[np.bool_],
 ) -> LeftOut:
-    """Errors in a region of states of all recordings one after the other, by a fit to the other states."""
+    """Errors in a region of the concatenated states of all recordings, by a fit to the other states."""
     masks = np.split(region, np.cumsum([len(recording.time) for recording in recordings])[:-1])
     geometry = geometry_without(fitted, masks)
-    kept = [states.leave_out(region) for states in sections]
+    fits = [states.leave_out(region) for states in sections]
     nothing: Array = np.zeros((0, len(sections)))
     errors, widths = [nothing], [nothing]
     for recording, mask in zip(recordings, masks, strict=True):
         rows = np.flatnonzero(mask & np.isfinite(recording.positions).all(axis=-1))[::_SAMPLE_STRIDE]
         if len(rows):
-            distances = _shape_distances(kept, [states[rows] for states in section_states(fitted.model, recording)])
+            distances = _shape_distances(fits, [states[rows] for states in section_states(fitted.model, recording)])
             errors.append(_errors(geometry, recording, finger)[rows])
             widths.append(_growth_widths(geometry, recording, finger, distances, rows))
     all_errors = np.concatenate(errors)
@@ -122,7 +122,7 @@ def _left_out(
 
 
 def _units(sections: Sequence[Array]) -> list[Array]:
-    """Units of the states of every section: those of lengths, bends and pressures of the whole arm."""
+    """Units of the states of every section: the spreads of lengths, bends and pressures over the whole arm."""
     length, bend = (spread_of(np.stack([states[:, kind] for states in sections], -1)) for kind in range(_SHAPE_COUNT))
     pressure = spread_of(np.concatenate([states[:, _SHAPE_COUNT:] for states in sections], axis=-1))
     return [np.array([length, bend, *[pressure] * (states.shape[-1] - _SHAPE_COUNT)]) for states in sections]
@@ -144,17 +144,17 @@ def _growth_widths(
     """Radius of every body, (T, S), that a growth of 1 gives at distances (T, S)."""
     theta, length = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     positions, _ = body_poses(geometry, finger, theta, length)
-    steps, shifted = _WIRE_STEP * np.sqrt(distances), []
+    steps, changed_positions = _WIRE_STEP * np.sqrt(distances), []
     for mask in np.eye(distances.shape[-1]):
         bends = theta + np.sqrt(2) * mask * steps / geometry.wires.spacing
-        shifted += [body_poses(geometry, finger, bends, length)[0]]
-        shifted += [body_poses(geometry, finger, theta, length + mask * steps / np.sqrt(2))[0]]
-    return ball_radius(as_points(np.stack(shifted) - positions)) / _WIRE_STEP
+        changed_positions += [body_poses(geometry, finger, bends, length)[0]]
+        changed_positions += [body_poses(geometry, finger, theta, length + mask * steps / np.sqrt(2))[0]]
+    return ball_radius(as_points(np.stack(changed_positions) - positions)) / _WIRE_STEP
 
 
 @dataclass(frozen=True)
 class BodyBand:
-    """The band of the bodies in T samples of a recording, and samples far from what was fitted."""
+    """Band of the bodies in T samples of a recording, and samples far from the fitted states."""
 
     radius: Array  # (T, S) m
     distance: Array  # (T, S) spreads, of the sections
@@ -173,16 +173,16 @@ def body_band(
     widths = _growth_widths(geometry, recording, finger, distances)
     radius = band.widths.band(widths)
     if variants:
-        positions, *shifted = (
+        positions, *variant_positions = (
             body_poses(variant, finger, *variant.wires.sections(recording.inner, recording.outer))[0]
             for variant in (geometry, *variants)
         )
-        radius = np.hypot(radius, ball_radius(as_points(np.stack(shifted) - positions)))
+        radius = np.hypot(radius, ball_radius(as_points(np.stack(variant_positions) - positions)))
     return BodyBand(radius, distances, band.widths.is_far(widths).any(axis=-1))
 
 
 def extrapolations(geometry: ArmGeometry, recording: ArmRecording, body: BodyBand) -> list[str]:
-    """Samples of a recording that are far from what was fitted, as text: the furthest state of a section, or none."""
+    """Text on samples of a recording far from the fitted states, with the furthest state of a section, if any."""
     sections = section_states(geometry, recording)
 
     def describe_state(row: int, section: int) -> str:

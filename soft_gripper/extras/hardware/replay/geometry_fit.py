@@ -60,7 +60,7 @@ _BASE_STD, _TILT_STD, _DELAY_STD = 0.005, 0.03, 0.15  # m, rad, s
 
 @dataclass(frozen=True)
 class ArmGeometry:
-    """Geometry that gives body positions from wire lengths."""
+    """Geometry of an arm, for body positions from wire lengths."""
 
     wires: WireGeometry
     parts: RigidParts
@@ -83,10 +83,10 @@ def fit_geometry(recordings: Sequence[ArmRecording], finger: Finger) -> Fit[ArmG
 def geometry_without(fitted: Fit[ArmGeometry], left_out: Sequence[NDArray[np.bool_]]) -> ArmGeometry:
     """First-order fit of the geometry to the samples that are not left out, by their mask for every recording, (T,)."""
     sections = len(fitted.model.wires.bend_offsets)
-    kept = [np.ones(len(fitted.x), bool)]
+    masks = [np.ones(len(fitted.x), bool)]
     for rows in left_out:
-        kept += [np.repeat(~rows[::_SAMPLE_STRIDE], count * sections) for count in (2, 1)]  # places, then headings
-    return fitted.build_model(fitted.x + fitted.change_without(np.concatenate(kept)))
+        masks += [np.repeat(~rows[::_SAMPLE_STRIDE], axes * sections) for axes in (2, 1)]  # places, then headings
+    return fitted.build_model(fitted.x + fitted.change_without(np.concatenate(masks)))
 
 
 def body_poses(geometry: ArmGeometry, finger: Finger, theta: Array, length: Array) -> tuple[Planar, Array]:
@@ -100,21 +100,21 @@ def body_poses(geometry: ArmGeometry, finger: Finger, theta: Array, length: Arra
 def measured_poses(recording: ArmRecording, delay: float) -> tuple[Planar, Array]:
     """Body positions and headings at the time of the wire readings, a `delay` (s) earlier: (T, S) m, (T, S) rad."""
     rows = np.clip(np.arange(len(recording.time)) - delay / PERIOD, 0, len(recording.time) - 1)
-    earlier, fraction = rows.astype(int), (rows % 1)[:, None]
-    later = np.minimum(earlier + 1, len(recording.time) - 1)
-    positions: Planar = (1 - fraction) * recording.positions[earlier] + fraction * recording.positions[later]
-    return positions, (1 - fraction) * recording.headings[earlier] + fraction * recording.headings[later]
+    earlier_rows, fraction = rows.astype(int), (rows % 1)[:, None]
+    later_rows = np.minimum(earlier_rows + 1, len(recording.time) - 1)
+    positions: Planar = (1 - fraction) * recording.positions[earlier_rows] + fraction * recording.positions[later_rows]
+    return positions, (1 - fraction) * recording.headings[earlier_rows] + fraction * recording.headings[later_rows]
 
 
 def _nominal_offsets(recordings: Sequence[ArmRecording]) -> Array:
-    """Mean lengths from body to body less those of the wires, (S,) m: the start of the search."""
+    """Mean distances from body to body minus wire lengths, (S,) m, at which the search starts."""
     differences = []
     for recording in recordings:
         spans = np.abs(np.diff(recording.positions, axis=1, prepend=0.0))
         wires = np.diff((recording.inner + recording.outer) / 2, axis=1, prepend=0.0)
         differences.append(np.nanmean(spans - wires, axis=0))
-    mean: Array = np.mean(differences, axis=0)
-    return mean
+    mean_difference: Array = np.mean(differences, axis=0)
+    return mean_difference
 
 
 def _build_geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
@@ -135,8 +135,8 @@ def _residuals(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -
     wires = geometry.wires.sections(recording.inner[rows], recording.outer[rows])
     positions, headings = body_poses(geometry, finger, *wires)
     true_positions, true_headings = (values[rows] for values in measured_poses(recording, geometry.delay))
-    shifts, turns = ((positions - true_positions) / _POSITION_STD, (headings - true_headings) / _HEADING_STD)
-    misfits = np.concatenate([as_points(shifts).ravel(), turns.ravel()])
+    position_misfits, turns = ((positions - true_positions) / _POSITION_STD, (headings - true_headings) / _HEADING_STD)
+    misfits = np.concatenate([as_points(position_misfits).ravel(), turns.ravel()])
     return np.nan_to_num(misfits) * np.sqrt(_INDEPENDENT_SAMPLES / len(positions))
 
 
@@ -145,7 +145,7 @@ _TYPICAL_OFFSETS = 1.0, 0.02  # rad and m, of a bend and a length
 
 @dataclass(frozen=True)
 class ZeroedGeometry:
-    """A geometry with offsets that were found again."""
+    """Copy of a geometry with its offsets estimated anew."""
 
     geometry: ArmGeometry
     variants: tuple[ArmGeometry, ...]  # one standard deviation away, in each of the independent directions
@@ -163,7 +163,7 @@ def zero_geometry(
     is_seen = np.isfinite(measured_positions + measured_headings).all(axis=-1)
     expected = "its first seconds must show all bodies: give more, or cut what comes before"
     require(bool(is_seen.any()), recording.name, "--zero", seconds, expected)
-    inner, outer = recording.inner[rows][is_seen], recording.outer[rows][is_seen]
+    inner_wires, outer_wires = recording.inner[rows][is_seen], recording.outer[rows][is_seen]
 
     def build_geometry(x: Array) -> ArmGeometry:
         """The geometry with other offsets, of the bends (rad), then of the lengths (m)."""
@@ -174,7 +174,7 @@ def zero_geometry(
 
     def residuals(x: Array) -> Array:
         shifted = build_geometry(x)
-        positions, headings = body_poses(shifted, finger, *shifted.wires.sections(inner, outer))
+        positions, headings = body_poses(shifted, finger, *shifted.wires.sections(inner_wires, outer_wires))
         shifts = (positions - measured_positions[is_seen]).mean(axis=0) / std
         turns = (headings - measured_headings[is_seen]).mean(axis=0) / _HEADING_STD
         return np.concatenate([as_points(shifts).ravel(), turns])
@@ -205,8 +205,8 @@ def fit_drive(recordings: Sequence[ArmRecording], geometry: ArmGeometry, finger:
     scale = float(np.sqrt(np.mean(np.concatenate([recording.pressures for recording in recordings]) ** 2)))
     joints = np.diff(finger.section_ends(len(recordings[0].bodies)))
     chambers, balances = np.array(recordings[0].chamber_sections), {}
-    for share, time in product(_CREEP_SHARES, _CREEP_TIMES):
-        branch = CreepBranch(share, time)
+    for fraction, time in product(_CREEP_SHARES, _CREEP_TIMES):
+        branch = CreepBranch(fraction, time)
         balances[branch] = [_balance(branch, recording, geometry, finger, gravity, scale) for recording in recordings]
     best = min(balances, key=lambda branch: _rms_residual(balances[branch], _torques(balances[branch], chambers)))
     torques = np.repeat(_torques(balances[best], chambers).T, joints, axis=0)
@@ -226,7 +226,7 @@ _Balance = tuple[Array, Array]
 def _balance(
     branch: CreepBranch, recording: ArmRecording, geometry: ArmGeometry, finger: Finger, gravity: Array, scale: float
 ) -> _Balance:
-    """Balance of one recording; pressures as parts of `scale`, Pa."""
+    """Balance of one recording; pressures are divided by `scale`, Pa."""
     joints = np.diff(finger.section_ends(len(recording.bodies)))
     theta = geometry.wires.sections(recording.inner, recording.outer).theta
     inputs = np.column_stack([recording.pressures / scale, np.ones(len(recording.time))])
@@ -237,7 +237,7 @@ def _balance(
 
 def _torques(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> Array:
     """Torques of the inputs on the sections, (C + 1, S), by least squares."""
-    A, y = (np.concatenate(part) for part in zip(*balances, strict=True))
+    A, y = (np.concatenate(arrays) for arrays in zip(*balances, strict=True))
     torques = np.zeros((A.shape[1], y.shape[1]))
     for section in range(y.shape[1]):
         columns = np.append(np.flatnonzero(chambers == section), len(chambers))
@@ -249,7 +249,7 @@ def _torques(balances: Sequence[_Balance], chambers: NDArray[np.int_]) -> Array:
 
 
 def _rms_residual(balances: Sequence[_Balance], torques: Array) -> float:
-    """Root mean square of the joints' angles that torques do not explain, rad."""
+    """Root mean square of the joint angles not explained by torques, rad."""
     return float(np.sqrt(np.mean(np.concatenate([(y - A @ torques).ravel() for A, y in balances]) ** 2)))
 
 
@@ -279,5 +279,5 @@ def _weight(finger: Finger, theta: Array, joints: NDArray[np.int_], gravity: Arr
     """Mean torque of weight on a joint of every section, (T, S) N m."""
     q = np.repeat(theta / joints, joints, axis=-1)
     torque = gravity_torque(finger, q, as_planar(gravity[::2]))
-    means: Array = np.add.reduceat(torque, np.concatenate([[0], np.cumsum(joints)[:-1]]), axis=-1) / joints
-    return means
+    mean_torques: Array = np.add.reduceat(torque, np.concatenate([[0], np.cumsum(joints)[:-1]]), axis=-1) / joints
+    return mean_torques

@@ -82,15 +82,15 @@ class Replayed:
 
 def estimator_rows(names: Iterable[str] | None, sections: int) -> Rows:
     """Estimators, None for all, with one sensor per side over the whole arm, and with one for each section."""
-    chosen = list(names or SHAPE_FUNCTIONS)
-    for name in chosen:
+    estimator_names = list(names or SHAPE_FUNCTIONS)
+    for name in estimator_names:
         find_estimator(name, field="--estimator")
-    return {f"{name} {count}": (name, count) for count in sorted({1, sections}) for name in chosen}
+    return {f"{name} {sensors}": (name, sensors) for sensors in sorted({1, sections}) for name in estimator_names}
 
 
 @dataclass(frozen=True)
 class ReplayRow:
-    """Errors of one estimator over a recording, or over all samples of all of them."""
+    """Errors of one estimator over a recording, or over the samples of all recordings."""
 
     estimator: str
     sections: int  # sensors per side
@@ -202,15 +202,15 @@ def _replayed(
 
 def fit_arm(recordings: Sequence[ArmRecording], finger: Finger, gravity: Array) -> FittedArm:
     """The nominal model of an arm, fitted to recordings of it."""
-    fitted = fit_geometry(recordings, finger)
-    geometry = fitted.model
+    geometry_fit = fit_geometry(recordings, finger)
+    geometry = geometry_fit.model
     drive = fit_drive(recordings, geometry, finger, gravity)
-    driven = np.argmax(finger.pressure_gain)
-    load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven] / finger.pressure_gain[driven]
+    driven_chamber = np.argmax(finger.pressure_gain)
+    load = _LOAD_SHARE * drive.angle_std * finger.stiffness[driven_chamber] / finger.pressure_gain[driven_chamber]
     noise = _noise(recordings)
     uncertainty = Uncertainty(reading=noise, angle=drive.angle_std, bend_per_pressure=EXACT, load_pressure=float(load))
     arm = NominalArm(drive.finger, drive.gains, drive.rest, geometry.wires, geometry.parts, uncertainty, gravity)
-    return FittedArm(arm, geometry, learn_band(fitted, recordings, finger))
+    return FittedArm(arm, geometry, learn_band(geometry_fit, recordings, finger))
 
 
 def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
@@ -221,7 +221,7 @@ def replay_inputs(recording: ArmRecording, delay: float) -> ReplayInputs:
 
 
 def _noise(recordings: Sequence[ArmRecording]) -> float:
-    """Standard deviation of the wires' extension ratios, by the steps between different samples that follow each other.
+    """Standard deviation of the wires' extension ratios, from the steps between successive different samples.
 
     Robust against motion, which makes steps of another size.
     """
@@ -243,16 +243,16 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     The first sample, which is logged before the sensors are read, is omitted, and so are those that zero the wires.
     """
     table = []
-    far = _with_all({run.name: run.signals[FAR].values[run.first :] for run in replayed})
+    far = _add_total({run.name: run.signals[FAR].values[run.first :] for run in replayed})
     for row, (estimator, sections) in rows.items():
         errors = {run.name: 1e3 * run.signals[f"{row}.body_error"][run.first :] for run in replayed}
         bodies = next(iter(errors.values()))["body"].values
         for i, body in enumerate(bodies):
-            bands = _with_all({run.name: 1e3 * run.signals[BAND].values[run.first :, i] for run in replayed})
-            for name, values in _with_all({name: error.values[:, i] for name, error in errors.items()}).items():
+            bands = _add_total({run.name: 1e3 * run.signals[BAND].values[run.first :, i] for run in replayed})
+            for name, values in _add_total({name: error.values[:, i] for name, error in errors.items()}).items():
                 numbers = error_columns(values, "mean_mm", "median_mm", "percentile_95_mm", "max_mm")
-                shares = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
-                band_numbers = *shares, float(bands[name].mean()), 100 * float(far[name].mean())
+                percentages = percent_within(values, bands[name]), ball_rms_z(values, bands[name], 2)
+                band_numbers = *percentages, float(bands[name].mean()), 100 * float(far[name].mean())
                 if estimator != "arcs" or sections != len(bodies):
                     band_numbers = (np.nan,) * 4
                 columns = dict(zip(_BAND_COLUMNS, band_numbers, strict=True))
@@ -260,8 +260,8 @@ def replay_table(replayed: Sequence[Replayed], rows: Rows) -> list[ReplayRow]:
     return table
 
 
-def _with_all(values: dict[str, Array]) -> dict[str, Array]:
-    """Values by recording, with those of all recordings together."""
+def _add_total(values: dict[str, Array]) -> dict[str, Array]:
+    """Values by recording, and concatenated for all recordings."""
     return {**values, ALL: np.concatenate([*values.values()])}
 
 

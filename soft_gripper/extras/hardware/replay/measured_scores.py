@@ -151,24 +151,24 @@ def replay_measured(
     kinds = [*logs[0].measured]
     progress = tqdm(logs, desc="replay", mininterval=REPORT_PERIOD, dynamic_ncols=True)
     runs = [_replay_log(log, scenario, estimators, zero) for log in progress]
-    instruments, corrected = dict[str, Instrument](), dict[str, list[Array]]()
+    instruments, corrected_values = dict[str, Instrument](), dict[str, list[Array]]()
     for kind in kinds:
         instrument_runs = [_instrument_run(run, kind) for run in runs]
         instruments[kind] = Instrument(0.0, (0.0,) * len(runs), 0.0)  # an angle has no zero: a finger always has one
         if kind != "angle":
             instruments[kind] = find_instrument(instrument_runs, MIN_MEASURED[kind])
-        corrected[kind] = [instruments[kind].corrected(i, run) for i, run in enumerate(instrument_runs)]
+        corrected_values[kind] = [instruments[kind].corrected(i, run) for i, run in enumerate(instrument_runs)]
     presses = [
         row
         for i, run in enumerate(runs)
         for kind in kinds
-        for rows in _find_presses(run, corrected[kind][i], MIN_MEASURED[kind])
-        for row in _press_rows(run, kind, corrected[kind][i], rows)
+        for rows in _find_presses(run, corrected_values[kind][i], MIN_MEASURED[kind])
+        for row in _press_rows(run, kind, corrected_values[kind][i], rows)
     ]
     kind = kinds[0]
     expected = f"nowhere rests for {_REST_TIME:g} s while more than {MIN_MEASURED[kind]:g} {SI[kind]} is measured"
     require(len(presses) > 0, "replay", f"measured_{kind}", names, expected)
-    return MeasuredReplay(runs, instruments, presses, _press_scores(presses), corrected)
+    return MeasuredReplay(runs, instruments, presses, _press_scores(presses), corrected_values)
 
 
 def _replay_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str], zero: float) -> MeasuredRun:
@@ -188,11 +188,11 @@ def _replay_log(log: FingerLog, scenario: Scenario, estimators: Sequence[str], z
         for kind, item in measured.items()
     }
     pressure, far, warnings = log.pressure[rows], np.full(len(rows), np.nan), list[str]()
-    rest = steady(pressure, round(_REST_TIME / period), _STEADY_SHARE * float(np.ptp(pressure))) & (time >= zero)
+    is_at_rest = steady(pressure, round(_REST_TIME / period), _STEADY_SHARE * float(np.ptp(pressure))) & (time >= zero)
     if layout.calibrated is not None:
         far = signals[f"{estimators[0]}.{FAR}"].values.ravel()
         warnings = _warnings(signals, estimators[0], layout.calibrated)
-    return MeasuredRun(log, signals, time, measured, estimates, rest, far, warnings)
+    return MeasuredRun(log, signals, time, measured, estimates, is_at_rest, far, warnings)
 
 
 def _warnings(signals: Recording, name: str, states: CalibratedStates) -> list[str]:
@@ -246,19 +246,19 @@ def _interpolate_torque(torque: Array, segments: Array) -> Array:
     """Interpolates the torque of the joints, (T, N), at positions, (T,) in segments from the base."""
     joint = np.clip(np.floor(segments - 0.5).astype(int), 0, torque.shape[-1] - 2)
     fraction = np.minimum(segments - 0.5 - joint, 1.0)  # below 0 between the base and the first joint
-    first, second = (np.take_along_axis(torque, (joint + i)[:, None], axis=-1)[:, 0] for i in (0, 1))
-    interpolated: Array = first + fraction * (second - first)
-    return interpolated
+    lower_torque, upper_torque = (np.take_along_axis(torque, (joint + i)[:, None], axis=-1)[:, 0] for i in (0, 1))
+    interpolated_torque: Array = lower_torque + fraction * (upper_torque - lower_torque)
+    return interpolated_torque
 
 
 def _lever(site: Sites, measured: Measured) -> Array:
     """Moment at the first joint, per N along the instrument's axis, of a normal force, (T,) m."""
-    share = np.ones(len(site.points))
+    axis_fraction = np.ones(len(site.points))
     if measured.along is not None:
         axis = complex(measured.along[1], measured.along[0]) / np.hypot(*measured.along)
-        share = (-site.normals * np.conj(axis)).real[:, 0]
+        axis_fraction = (-site.normals * np.conj(axis)).real[:, 0]
     lever = site.torques(-site.normals)[:, 0, 0]
-    return np.asarray(lever / np.where(np.abs(share) > _MIN_AXIS_SHARE, share, np.nan))
+    return np.asarray(lever / np.where(np.abs(axis_fraction) > _MIN_AXIS_SHARE, axis_fraction, np.nan))
 
 
 _MIN_AXIS_SHARE = 0.2  # share of a force across the finger along an instrument's axis; with less, the lever is unknown
@@ -299,9 +299,9 @@ def _contact_estimate(signals: Recording, name: str, measured: Measured, samples
 
 def _instrument_run(run: MeasuredRun, kind: str) -> InstrumentRun:
     """Measurements of an instrument, beside the first estimate of it."""
-    first = next(iter(run.estimates[kind].values()))[0]
+    first_estimate = next(iter(run.estimates[kind].values()))[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        estimate = first.estimate / np.where(np.abs(first.scale) > 1e-6, first.scale, np.nan)
+        estimate = first_estimate.estimate / np.where(np.abs(first_estimate.scale) > 1e-6, first_estimate.scale, np.nan)
     return InstrumentRun(run.time, run.measured[kind].value, estimate, run.rest)
 
 
@@ -313,9 +313,9 @@ def _find_presses(run: MeasuredRun, value: Array, minimum: float) -> Iterator[ND
     max_range = max(_STEADY_SHARE * value_range, 2 * resolution if np.isfinite(resolution) else 0.0)
     period = float(run.time[1] - run.time[0])
     rows = np.flatnonzero(run.rest & steady(value, round(_REST_TIME / period), max_range) & (np.abs(value) > minimum))
-    for part in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST_TIME) + 1):
-        if len(part) * period >= _REST_TIME:
-            yield part
+    for press_rows in np.split(rows, np.flatnonzero(np.diff(rows) * period > _REST_TIME) + 1):
+        if len(press_rows) * period >= _REST_TIME:
+            yield press_rows
 
 
 def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_]) -> Iterator[PressRow]:
@@ -327,17 +327,17 @@ def _press_rows(run: MeasuredRun, kind: str, value: Array, rows: NDArray[np.int_
             measured, samples = value[rows] * estimate.scale[rows], estimate.estimate[rows]
             lower, upper = estimate.lower[rows], estimate.upper[rows]
             has_band, is_inside = np.isfinite(lower), (lower <= measured) & (measured <= upper)
-            share = 100 * float(is_inside[has_band].mean()) if has_band.any() else np.nan
+            percentage = 100 * float(is_inside[has_band].mean()) if has_band.any() else np.nan
             estimated = _known_median(samples, np.isfinite(samples))
             medians = _known_median(lower, has_band), _known_median(upper, has_band)
             band = _lasting_band(estimated, *medians, samples[np.isfinite(samples)])
             labels = run.log.name, name, estimate.quantity, estimate.unit
             far = 100 * float(run.far[rows].mean())
-            yield PressRow(*labels, *ends, place, float(np.median(measured)), estimated, *band, share, far)
+            yield PressRow(*labels, *ends, place, float(np.median(measured)), estimated, *band, percentage, far)
 
 
 def _known_median(values: Array, is_known: NDArray[np.bool_]) -> float:
-    """Median of the known values; NaN if they are no more than half."""
+    """Median of the known values; NaN if at most half are known."""
     return float(np.median(values[is_known])) if is_known.sum() * 2 > len(values) else np.nan
 
 
@@ -350,7 +350,7 @@ def _lasting_band(estimate: float, lower: float, upper: float, samples: Array) -
 
 
 def _press_scores(presses: Sequence[PressRow]) -> list[ScoreRow]:
-    """Each estimate in all presses."""
+    """Scores of each estimate over all presses."""
     scores = []
     for key in dict.fromkeys((row.estimator, row.quantity, row.unit) for row in presses):
         rows = [row for row in presses if (row.estimator, row.quantity, row.unit) == key]
@@ -416,7 +416,9 @@ def _draw_run(axes: Axes, replay: MeasuredReplay, kind: str, number: int, colors
     for name, color in colors.items():
         estimate = run.estimates[kind][name][-1]  # the contact force, if it is estimated
         with np.errstate(divide="ignore", invalid="ignore"):
-            low, high, middle = (part / estimate.scale for part in (estimate.lower, estimate.upper, estimate.estimate))
+            low, high, middle = (
+                curve / estimate.scale for curve in (estimate.lower, estimate.upper, estimate.estimate)
+            )
         axes.fill_between(run.time, low, high, color=color, alpha=0.2, lw=0)
         axes.plot(run.time, middle, color=color, lw=1.0, label=f"{name}: {estimate.quantity}")
     axes.plot(run.time, replay.corrected[kind][number], color=_MEASURED_COLOR, lw=1.2, ls=(0, (4, 2)), label="measured")

@@ -18,8 +18,8 @@ def run(options: argparse.Namespace) -> None:
     executor = open_executor(options.jobs, options.scheduler)
     out = lock_folder(options.out)
     console = options.console
-    with console.jobs(2 * options.runs, "runs", "nothing is written until the last run") as ended, executor as opened:
-        runs = health_runs(options.runs, options.seed, opened, lambda key: ended())
+    with console.jobs(2 * options.runs, "runs", "nothing is written until the last run") as report, executor as workers:
+        runs = health_runs(options.runs, options.seed, workers, lambda key: report())
     rows = health_rows(runs)
     console.table("runs", runs, out / RUNS)
     console.table("health", rows, out / TABLE)

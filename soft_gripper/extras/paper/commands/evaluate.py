@@ -51,13 +51,13 @@ def _print_errors(rows: Sequence[PoseRow]) -> None:
     """Prints mean errors of the arcs by scenario, and of all estimators in each scenario."""
     arcs = estimator_rows(rows, ARCS)
     names = dict.fromkeys(row.estimator for row in rows)
-    scenario_means = {scenario: _means(arcs, scenario) for scenario in SCENARIOS}
+    scenario_means = {scenario: _sensor_means(arcs, scenario) for scenario in SCENARIOS}
     print_sensor_errors(f"mean errors of {ARCS}", ("pose", "tip"), scenario_means, ".2f")
     for scenario in SCENARIOS:
-        errors = {name: _means(estimator_rows(rows, name), scenario) for name in names}
+        errors = {name: _sensor_means(estimator_rows(rows, name), scenario) for name in names}
         print_sensor_errors(f"{scenario}: mean errors", ("pose", "tip"), errors, ".3f")
 
 
-def _means(rows: Sequence[PoseRow], scenario: str) -> list[float]:
-    """Pose and fingertip error with 1 to 4 sensors per side."""
+def _sensor_means(rows: Sequence[PoseRow], scenario: str) -> list[float]:
+    """Mean pose and fingertip errors, mm, with 1 to 4 sensors per side."""
     return [*mean_errors(rows, scenario, "pose_error_mm"), *mean_errors(rows, scenario, "tip_error_mm")]

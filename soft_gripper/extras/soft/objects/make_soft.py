@@ -19,9 +19,9 @@ CORE = 0.6  # size of an inner shell of vertices
 
 def block(size: tuple[float, float, float], cells: tuple[int, int, int]) -> Tetrahedra:
     """A block about the origin, each of its cells divided into six tetrahedra along a diagonal."""
-    count = np.add(cells, 1)
-    numbers = np.arange(np.prod(count)).reshape(count)
-    axes = [np.linspace(-length / 2, length / 2, points) for length, points in zip(size, count, strict=True)]
+    point_counts = np.add(cells, 1)
+    numbers = np.arange(np.prod(point_counts)).reshape(point_counts)
+    axes = [np.linspace(-length / 2, length / 2, points) for length, points in zip(size, point_counts, strict=True)]
     vertices = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     walks = [
         np.cumsum([corner, *steps], axis=0)
