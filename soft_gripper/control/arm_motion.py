@@ -60,19 +60,19 @@ def solve_posture(
     law = coupled or no_couplings(plant)
     movable = _moves_tool(plant, context, tool, seed, law)
     best_posture, distance = None, np.inf
-    for number, start in enumerate(_starts(plant, seed)):
+    for start_index, start in enumerate(_starts(plant, seed)):
         q = _solve(plant, context, tool, X_WTool, seed, law.follow_leaders(start), law)
         q = law.follow_leaders(np.where(movable, _unwind(plant, q, seed), seed))
         plant.SetPositions(context, q)
         if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
             best_posture, distance = q, float(np.linalg.norm(q - seed))
-        if distance < NEAR_SEED or (best_posture is not None and number + 1 >= NEAR_STARTS):
+        if distance < NEAR_SEED or (best_posture is not None and start_index + 1 >= NEAR_STARTS):
             break
     return best_posture
 
 
 def movable_joints(plant: MultibodyPlant) -> list[Joint]:
-    """The joints that are not welds, in the order of their positions."""
+    """Lists the joints other than welds, in the order of their positions."""
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     return sorted((joint for joint in joints if joint.num_positions()), key=lambda joint: joint.position_start())
 
@@ -83,7 +83,7 @@ def no_couplings(plant: MultibodyPlant) -> Couplings:
 
 
 def _starts(plant: MultibodyPlant, seed: Array) -> Iterator[Array]:
-    """The seed, from which most are found, and random postures around it, NEAR_STARTS of them spread ever wider."""
+    """Yields the seed, then random postures around it, the first NEAR_STARTS of them ever farther away."""
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
     yield np.clip(_unwind(plant, seed, seed), lower, upper)
     radius = np.pi * np.minimum(np.arange(MAX_STARTS) / NEAR_STARTS, 1.0)[:, None]
@@ -288,8 +288,8 @@ def _efforts(plant: MultibodyPlant, q: Array, v: Array, vdot: Array) -> tuple[Ar
             plant.SetVelocities(context, rate * v[k])
             plant.CalcForceElementsContribution(context, forces)
             efforts[i, k] = plant.CalcInverseDynamics(context, rate**2 * vdot[k], forces)
-    rest, forth, back = efforts
-    return rest, (forth - back) / 2, (forth + back) / 2 - rest
+    static_effort, forward_effort, backward_effort = efforts
+    return static_effort, (forward_effort - backward_effort) / 2, (forward_effort + backward_effort) / 2 - static_effort
 
 
 def _highest_rate(linear: Array, quadratic: Array, margin: Array) -> float:

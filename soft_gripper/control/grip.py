@@ -53,10 +53,10 @@ class GripTorque(ArrayBlock):
 
 def _mean_opening(*torques: Array) -> Array:
     """Mean opening torque, (...) N m, from the torques of each finger, (..., N) N m, positive where they close it."""
-    total = torques[0][..., 0]
+    torque_sum = torques[0][..., 0]
     for torque in torques[1:]:
-        total = total + torque[..., 0]
-    return -total / len(torques)
+        torque_sum = torque_sum + torque[..., 0]
+    return -torque_sum / len(torques)
 
 
 class GripForce(ArrayBlock):
@@ -81,10 +81,10 @@ class GripForce(ArrayBlock):
 
 def _mean_closing(*forces: Array) -> Array:
     """Mean closing force, (...) N, from the forces on the fingers, (..., 3) N in the frames of their bases."""
-    total = forces[0]
+    force_sum = forces[0]
     for force in forces[1:]:
-        total = total + force
-    return np.asarray(total @ CLOSING / len(forces))
+        force_sum = force_sum + force
+    return np.asarray(force_sum @ CLOSING / len(forces))
 
 
 class GripForceBound(LeafSystem):

@@ -95,7 +95,7 @@ class PidController(ArrayBlock):
         self.put_out("output", lambda step: step.memory[3], "step")
 
     def step(self, before: Array, set_points: Array, measurements: Array) -> PidStep:
-        """The result of a sample, from the memory of the one before, (4,), and both inputs, (1,)."""
+        """Computes a sample's result from the previous memory, (4,), and both inputs, (1,)."""
         memory = before.tolist()
         integral, derivative, last, last_output = memory
         (set_point,), (measurement,) = set_points.tolist(), measurements.tolist()

@@ -74,9 +74,9 @@ class Arcs(NamedTuple):
 
 def chord(theta: Array, length: Array, heading: Array) -> Planar:
     """Vector from the beginning to the end of an arc; exact for every angle, zero included."""
-    half = theta / 2 + _TINY
-    direction: Planar = np.exp(1j * (heading + half))
-    return length * (np.sin(half) / half) * direction
+    half_angle = theta / 2 + _TINY
+    direction: Planar = np.exp(1j * (heading + half_angle))
+    return length * (np.sin(half_angle) / half_angle) * direction
 
 
 def join_arcs(theta: Array, length: Array) -> Arcs:

@@ -206,8 +206,8 @@ class SurfaceContact:
         """Changes of the values by forces in all cells, of a finger that is bent by `q`."""
         surface, posture, links = self.surface, bent.posture, self.mechanics.links
         compliant = (slopes * self.mechanics.compliance(q)[..., None, :])[..., self.mechanics.to_chain]
-        terms = np.swapaxes(compliant, -1, -2)[..., :, None, :] * posture.screws[..., None]  # (..., D, 6, S)
-        sums = np.concatenate([np.zeros_like(terms[..., :1, :, :]), terms.cumsum(axis=-3)], axis=-3)
+        screw_effects = np.swapaxes(compliant, -1, -2)[..., :, None, :] * posture.screws[..., None]  # (..., D, 6, S)
+        sums = np.concatenate([np.zeros_like(screw_effects[..., :1, :, :]), screw_effects.cumsum(axis=-3)], axis=-3)
         moments, forces = np.split(sums[..., links, :, :], 2, axis=-2)
         R = np.swapaxes(posture.rotations[..., links, :, :], -1, -2)
         origins = posture.origins[..., links, :]
@@ -235,8 +235,8 @@ class SurfaceContact:
         rows, links = wrenches.reshape(-1, 6), np.tile(surface.link, len(wrenches))
         blocks = [_sparse(rows, links, len(self.mechanics.links))]
         if self.mechanics.is_planar:
-            link, _, number = surface.pairs
-            blocks.append(_sparse(surface.straddled, number, len(link)))
+            link, _, pair_index = surface.pairs
+            blocks.append(_sparse(surface.straddled, pair_index, len(link)))
         return block_diag(blocks, "csr")
 
     def best_contact(self, fit: SingleForceFit) -> tuple[ContactForce, Array, NDArray[np.int_]]:
@@ -377,9 +377,9 @@ class SurfaceContact:
         noise = np.eye(len(responses)) + friction.T @ friction
         residual = cell_fits.r[k] - responses @ forces
         covariance = _several_covariance(responses, noise, forces, usual_force)
-        total, s = forces.sum(), surface.arc_length[cells]
-        divisor = total if total > 0 else np.nan
-        center = forces @ s / divisor
+        total_force, arc_lengths = forces.sum(), surface.arc_length[cells]
+        divisor = total_force if total_force > 0 else np.nan
+        center = forces @ arc_lengths / divisor
         directions = surface.directions[cells, 0]
         frames = self.mechanics.links[surface.link[cells]]
         bent = linearized.bent.posture
@@ -387,13 +387,13 @@ class SurfaceContact:
         posture = Posture(*(np.broadcast_to(part[k], (len(cells), *part.shape[1:])) for part in bent))
         wrenches = forces[:, None] * surface.wrenches[cells, 0]
         vector, vector_covariance = forces @ base_directions, base_directions.T @ covariance @ base_directions
-        (point,) = self._axis_points(bent.frames[k], np.array([center if total > 0 else 0.0]))
+        (point,) = self._axis_points(bent.frames[k], np.array([center if total_force > 0 else 0.0]))
         transverse_direction, transverse = _transverse(vector, point)
         fields = {
             "force": float(-forces @ directions[:, 0]),
             "arc_length": float(center),
             "force_std": float(_sum_std(covariance, directions[:, 0])),
-            "arc_length_std": float(_sum_std(covariance, (s - center) / divisor)),
+            "arc_length_std": float(_sum_std(covariance, (arc_lengths - center) / divisor)),
             "vector": vector,
             "vector_covariance": vector_covariance,
             "transverse_force": transverse,
@@ -414,7 +414,7 @@ class SurfaceContact:
         frames = self.mechanics.links[link]
         transforms = _take_cells(posture.frames, frames)[..., 0, :, :]
         R, origins = transforms[..., :3, :3], transforms[..., :3, 3]
-        moment, force = ((R @ part[..., None])[..., 0] for part in (wrench[..., :3], wrench[..., 3:]))
+        moment, force = ((R @ vector[..., None])[..., 0] for vector in (wrench[..., :3], wrench[..., 3:]))
         base_wrench = np.concatenate([moment + vector_product(origins, force), force], axis=-1)
         is_moved = frames > np.arange(posture.screws.shape[-2])
         torques = is_moved * (posture.screws @ base_wrench[..., None])[..., 0]

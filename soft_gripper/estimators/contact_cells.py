@@ -89,8 +89,8 @@ class SurfaceCells:
     @cached_property
     def pairs(self) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
         """Links and the joints next to them, of all cells, (X) each, and the number of the pair of each cell, (C)."""
-        pairs, number = np.unique(np.stack([self.link, self.nearest_joint], axis=-1), axis=0, return_inverse=True)
-        return pairs[:, 0], pairs[:, 1], number.ravel()
+        pairs, pair_index = np.unique(np.stack([self.link, self.nearest_joint], axis=-1), axis=0, return_inverse=True)
+        return pairs[:, 0], pairs[:, 1], pair_index.ravel()
 
     @property
     def tangents(self) -> int:
@@ -135,13 +135,13 @@ class _Cell(NamedTuple):
 
 def _cells(finger: Finger, deformations: Sequence[str], friction: float) -> Iterator[_Cell]:
     """Yields all cells, by sides and places; if the finger only bends, on the outer face, -1, and the inner one, 1."""
-    count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
-    s = (np.arange(count) + 0.5) / count * finger.length
+    place_count = finger.segments * 2 * math.ceil(_FEWEST_PLACES / (2 * finger.segments))
+    arc_lengths = (np.arange(place_count) + 0.5) / place_count * finger.length
     begins = np.append(0.0, finger.joint_arc_lengths)
-    section, extent = finger.section(s), finger.length / count
-    sizes = np.broadcast_arrays(section.outer_face, section.inner_face, section.width, s)[:3]
+    section, extent = finger.section(arc_lengths), finger.length / place_count
+    sizes = np.broadcast_arrays(section.outer_face, section.inner_face, section.width, arc_lengths)[:3]
     outlines = [_Outline(*size) for size in zip(*sizes, strict=True)]
-    heights, end = s - begins[np.searchsorted(begins, s) - 1], finger.length - begins[-1]
+    heights, end = arc_lengths - begins[np.searchsorted(begins, arc_lengths) - 1], finger.length - begins[-1]
     sides: Iterable[tuple[int, int]]
     if tuple(deformations) == ("bending",):
         sides = ((-1, _CELLS_AROUND // 2), (1, 0))
@@ -154,9 +154,9 @@ def _cells(finger: Finger, deformations: Sequence[str], friction: float) -> Iter
     for side, face in sides:
         for i, outline in enumerate(outlines):
             for probability, surface in make_faces(face, outline, heights[i], extent, friction):
-                yield _Cell(i, side, face, probability, s[i], surface)
+                yield _Cell(i, side, face, probability, arc_lengths[i], surface)
         for probability, surface in make_tips(face, outlines[-1], end, friction):
-            yield _Cell(count - 1, side, face, probability, finger.length, surface)
+            yield _Cell(place_count - 1, side, face, probability, finger.length, surface)
 
 
 class _Outline(NamedTuple):
@@ -168,11 +168,11 @@ class _Outline(NamedTuple):
 
     def patch(self, side: int) -> tuple[Array, Array, float, float]:
         """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
-        normal, across = _normal(side)
+        normal, cross_direction = _normal(side)
         half_sizes = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
         middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])
         point = middle + np.round(normal * math.sqrt(2)).clip(-1, 1) * half_sizes
-        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(across) @ half_sizes)
+        return point, normal, float(np.abs(normal) @ half_sizes), 2 * float(np.abs(cross_direction) @ half_sizes)
 
 
 def _normal(side: int) -> tuple[Array, Array]:
@@ -186,12 +186,12 @@ _Surfaces = Iterator[tuple[float, _Surface]]  # with relative probabilities
 
 def _face_surfaces(face: int, outline: _Outline, height: float, extent: float, friction: float) -> _Surfaces:
     """Yields a face, or the edge between two, at a height above the origin of its link, smooth and rough."""
-    (point, normal, _, reach), across, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
+    (point, normal, _, reach), cross_direction, is_edge = outline.patch(face), _normal(face)[1], face % 2 == 1
     fraction = _EDGE_PROBABILITY if is_edge else (1 - _EDGE_PROBABILITY * _CELLS_AROUND / 2) / (_CELLS_AROUND / 2)
     kinds = (False, SMOOTH_FRICTION, _SMOOTH_PROBABILITY), (True, friction, 1 - _SMOOTH_PROBABILITY)
     for is_rough, friction_std, probability in kinds:
-        tilt_tangent = _Tangent(across, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
-        cross_tangent = tilt_tangent if is_edge else _Tangent(across, reach, friction_std)
+        tilt_tangent = _Tangent(cross_direction, 0.0, math.hypot(friction_std, _EDGE_NORMAL_STD))
+        cross_tangent = tilt_tangent if is_edge else _Tangent(cross_direction, reach, friction_std)
         tangents = _Tangent(_Z_AXIS, extent, friction_std), cross_tangent
         yield probability * fraction, _Surface(point + height * _Z_AXIS, normal, tangents, is_rough=is_rough)
 

@@ -70,7 +70,7 @@ def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Arra
 
 
 def unknown_bend(finger: Finger, shape: Sequence[int] = ()) -> Array:
-    """The bend before anything is estimated, (*shape, B + 1, N) rad: nothing crept, and joint angles not known.
+    """Bend before the first estimate, (*shape, B + 1, N) rad: no creep, and unknown joint angles.
 
     The finger is then taken to bend freely: from straight, an estimator of a finger near ballooning would take the
     stiffness lost to pressure for a load, and might not recover.

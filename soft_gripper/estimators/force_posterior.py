@@ -252,11 +252,15 @@ def contact_posterior(
     def upper_bounds() -> Array:
         masks = is_anywhere, is_beyond
         ranges = (_force_range(fits, chi_squared, mask, _BOUND_CHI_SQUARED, max_force) for mask in masks)
-        one, one_beyond = (ends[..., 1] for ends in ranges)
+        bound_anywhere, bound_beyond = (ends[..., 1] for ends in ranges)
         is_allowed = cells_of_several.place >= cells.place[is_beyond].min()
-        total = _sum_bound(r, cells_of_several, is_allowed, noise_threshold, max_force)
-        total = np.maximum(total, np.where(is_explained, one_beyond, 0.0))
-        columns = np.where(is_explained, one, max_force), np.where(is_explained, one_beyond, total), total
+        sum_bound = _sum_bound(r, cells_of_several, is_allowed, noise_threshold, max_force)
+        sum_bound = np.maximum(sum_bound, np.where(is_explained, bound_beyond, 0.0))
+        columns = (
+            np.where(is_explained, bound_anywhere, max_force),
+            np.where(is_explained, bound_beyond, sum_bound),
+            sum_bound,
+        )
         bounds = np.stack(columns, axis=-1)
         return np.where(bounds < max_force, bounds, np.nan)
 
@@ -302,8 +306,8 @@ def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
     products = [[_dot(vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)]
     if not refines:
         return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, max_force), max_force)
-    first = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)
-    return _fit(products, np.clip(first.force, 0, max_force), max_force)
+    first_fits = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)
+    return _fit(products, np.clip(first_fits.force, 0, max_force), max_force)
 
 
 def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
@@ -381,7 +385,7 @@ def _sum_bound(r: Array, cells: Cells, mask: NDArray[np.bool_], noise_threshold:
 def _largest_sum(
     columns: Array, is_active: NDArray[np.bool_], r: Array, level: float, max_force: float
 ) -> tuple[float, NDArray[np.bool_]]:
-    """The largest sum of forces with a misfit of up to `level`, N, not more than `max_force`, and which are above zero.
+    """Finds the largest sum, N, up to `max_force`, of forces with a misfit up to `level`, and the mask of active ones.
 
     Drawn to a larger sum, with a multiplier m, forces leave  e = r - C f  with  C^T e <= -m , and equality for those
     above zero. While these are the same, e is linear in m, and the level gives m. Which are above zero is found by
@@ -415,11 +419,11 @@ def _sum_at_level(columns: Array, active_columns: Array, r: Array, level: float)
     right_sides = np.ones((active_columns.shape[1], 2))
     right_sides[:, 0] = r @ active_columns
     solutions = _solve(active_columns.T @ active_columns, right_sides)
-    first, slope = solutions.T
+    fitted_forces, slope = solutions.T
     fit, slope_residual = (active_columns @ solutions).T
     min_residual = r - fit
     m = math.sqrt(max(level - min_residual @ min_residual, 0.0) / max(slope_residual @ slope_residual, _TINY))
-    forces, gradients = first + m * slope, columns.T @ (min_residual - m * slope_residual) + m
+    forces, gradients = fitted_forces + m * slope, columns.T @ (min_residual - m * slope_residual) + m
     is_largest = (forces >= 0).all() and gradients.max() <= _GRADIENT_TOLERANCE * m
     return m, float(forces.sum()), bool(is_largest)
 
@@ -470,8 +474,10 @@ def _extend_piece(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_], wraps:
 
 def _connect_toward_base(piece: NDArray[np.bool_], is_likely: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Likely places connected to a piece toward the base."""
-    number = np.arange(1, piece.shape[-1] + 1)
-    last_piece, last_gap = (np.maximum.accumulate(number * mask, axis=-1) for mask in (piece & is_likely, ~is_likely))
+    place_number = np.arange(1, piece.shape[-1] + 1)
+    last_piece, last_gap = (
+        np.maximum.accumulate(place_number * mask, axis=-1) for mask in (piece & is_likely, ~is_likely)
+    )
     return np.asarray(last_piece > last_gap)
 
 

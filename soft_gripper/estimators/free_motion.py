@@ -81,8 +81,8 @@ class FreeMotion:
         q = np.where(is_first, mechanics.positions_under(driving), equilibrium + distance)
         bent = mechanics.bent_finger(q)
         weights = mechanics.weight(bent, np.stack([apparent_gravity, gravity]))
-        equilibrium, rest = mechanics.positions_under(driving + weights)
-        return np.stack(np.broadcast_arrays(np.where(is_first, rest, q), rate, equilibrium, rest), axis=-2)
+        equilibrium, rest_q = mechanics.positions_under(driving + weights)
+        return np.stack(np.broadcast_arrays(np.where(is_first, rest_q, q), rate, equilibrium, rest_q), axis=-2)
 
     def motion_over_time(self, driving: Array, gravity: Array, apparent_gravity: Array, first: int = 0) -> Array:
         """Motion at all samples of a recording, (T, ..., 4, D); samples before the `first` leave no trace."""

@@ -132,9 +132,11 @@ class Mechanics:
         return np.asarray((bent.motions * products.reshape(*products.shape[:-2], 12)).sum(axis=-1))
 
     def load_covariance(self, bent: BentFinger, q: Array) -> Array:
-        """The covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
-        half = self._planar_forces.covariance(bent.directions) if self.is_planar else self._inner_covariance(bent)
-        covariance = np.where(self._is_inner, half, np.swapaxes(half, -1, -2))
+        """Covariance of the joints due to a load, C T C, in the posture of `q`, (..., D, D)."""
+        inner_covariance = (
+            self._planar_forces.covariance(bent.directions) if self.is_planar else self._inner_covariance(bent)
+        )
+        covariance = np.where(self._is_inner, inner_covariance, np.swapaxes(inner_covariance, -1, -2))
         return np.asarray(outer(self.compliance(q)) * covariance)
 
     def _inner_covariance(self, bent: BentFinger) -> Array:
@@ -195,7 +197,7 @@ class Mechanics:
         stds, forces_of_modes, variances = np.sqrt(self._forces.weights), [], []
         for axis in range(3):
             L = straight[..., axis, :] * stds
-            values, modes = (part[..., ::-1][..., ranks] for part in np.linalg.eigh(L @ L.T))
+            values, modes = (array[..., ::-1][..., ranks] for array in np.linalg.eigh(L @ L.T))
             is_kept = values > _MIN_VARIANCE_RATIO * self._forces.weights.max() * self.layout.finger.length**2
             forces = np.zeros((3, len(stds), int(is_kept.sum())))
             forces[axis] = stds[:, None] * (L.T @ modes[:, is_kept]) / values[is_kept]

@@ -275,7 +275,7 @@ class RecursiveShape:
     def _explain(
         self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
     ) -> tuple[SingleForceFit, Array]:
-        """The forces in all cells, and the Jacobian of the joints with respect to the states."""
+        """Fits forces in all cells; also returns the Jacobian of the joints by the states."""
         linearized, joint_jacobian = self._linearize(q, mean, covariance, extrapolation, driving)
         return self.contact.explain(linearized), joint_jacobian
 
@@ -310,7 +310,7 @@ class RecursiveShape:
     def _linearize(
         self, q: Array, mean: Array, covariance: Array, extrapolation: Array, driving: Array
     ) -> tuple[LinearizedResidual, Array]:
-        """The change of the values by the load, and the Jacobian of the joints with respect to the states.
+        """Computes the load's change of the values, and the Jacobian of the joints by the states.
 
         The stiffness may be as wrong as the bend per driving torque still is: then a share of all values is.
         """
@@ -320,15 +320,17 @@ class RecursiveShape:
         load_covariance = load_jacobian @ covariance[..., :M, :M] @ np.swapaxes(load_jacobian, -1, -2)
         load_covariance = load_covariance + A @ self.mechanics.deviations @ np.swapaxes(A, -1, -2)
         stiffness_changes = np.sqrt(covariance[..., M, M])[..., None] * values
-        total = load_covariance + np.diag(_RESIDUAL_NOISE_RATIO**2 * self._noise)
-        explained_count = np.trace(np.linalg.solve(total, load_covariance), axis1=-2, axis2=-1)
+        residual_covariance = load_covariance + np.diag(_RESIDUAL_NOISE_RATIO**2 * self._noise)
+        explained_count = np.trace(np.linalg.solve(residual_covariance, load_covariance), axis1=-2, axis2=-1)
         residual = (load_jacobian @ mean[..., :M, None])[..., 0]
         read_count = np.maximum(explained_count, self.contact.min_read_count)
-        total = total + outer(stiffness_changes)
+        residual_covariance = residual_covariance + outer(stiffness_changes)
         if self.layout.calibrated is not None:
             drive_changes = (A @ self._drive_std(q, extrapolation)[..., None])[..., 0]
-            total = total + outer(drive_changes) + extrapolation[..., None, 1:] ** 2 * np.eye(self._values)
-        return LinearizedResidual(q, bent, A, read_count, residual, total), joint_jacobian
+            residual_covariance = (
+                residual_covariance + outer(drive_changes) + extrapolation[..., None, 1:] ** 2 * np.eye(self._values)
+            )
+        return LinearizedResidual(q, bent, A, read_count, residual, residual_covariance), joint_jacobian
 
     @cached_property
     def _noise(self) -> Array:
@@ -346,8 +348,8 @@ class RecursiveShape:
         std = np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
         M = self._modes
         gains, offsets = (slice(M + 2 + begin, M + 2 + begin + readings) for begin in (0, readings))
-        parts = M, M + 1, gains, offsets
-        return Changes(*(values[..., part] for part in parts for values in (state.mean, std)))
+        state_indices = M, M + 1, gains, offsets
+        return Changes(*(values[..., index] for index in state_indices for values in (state.mean, std)))
 
     def effective_driving(self, drive: Array, driving: Array) -> Array:
         """The driving torque of the nominal finger at the pressure that drives it, (..., D), by r and d, (..., 2)."""

@@ -239,7 +239,7 @@ class Finger:
 
     @property
     def thinnest(self) -> CrossSection:
-        """Thinnest of the cross-sections that are given."""
+        """Thinnest of the specified cross-sections."""
         return min(self.cross_sections, key=lambda section: section.thickness)
 
     @cached_property

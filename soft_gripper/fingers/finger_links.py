@@ -354,7 +354,7 @@ def _link_between(joint: _Joint) -> ET.Element:
 
 
 def _springs(joint: _Joint) -> list[ET.Element]:
-    """The springs of a joint; those of one that slides are linear, and of one that turns almost.
+    """Lists the springs of a joint: linear if it slides, almost linear if it turns.
 
     A spring along the slide is attached a finger's length away, out of reach.
 

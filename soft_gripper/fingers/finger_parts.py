@@ -42,10 +42,10 @@ NO_PRESSURE = 1.0  # Pa, minimum at which the ratio of a pressure law is evaluat
 
 def _curve_violations(law: Any, columns: Sequence[str]) -> Iterator[Violation]:
     """Yields columns of a law that are not increasing numbers, as many as in the first."""
-    count = len(getattr(law, columns[0]))
+    row_count = len(getattr(law, columns[0]))
     for column in columns:
         values = getattr(law, column)
-        if len(values) < 2 or len(values) != count or not np.all(np.diff(values) > 0):
+        if len(values) < 2 or len(values) != row_count or not np.all(np.diff(values) > 0):
             yield column, values, "must be increasing numbers, as many in each list, two or more"
 
 

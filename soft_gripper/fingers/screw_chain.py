@@ -38,9 +38,9 @@ class ScrewChain(NamedTuple):
         shift, poses = 0.0, []
         for home, begin, end in zip(self.homes, [0, *self.joints_before], self.joints_before, strict=False):
             for joint in range(begin, end):  # one at a time stays in the processor's cache
-                terms = self.moves[joint].T @ rotation
-                shift = shift + (terms[:, 6:] * shifts[joint]).sum(axis=1)
-                rotation = rotation + (terms[:, :3] * sines[joint] + terms[:, 3:6] * versines[joint])
+                rotated_moves = self.moves[joint].T @ rotation
+                shift = shift + (rotated_moves[:, 6:] * shifts[joint]).sum(axis=1)
+                rotation = rotation + (rotated_moves[:, :3] * sines[joint] + rotated_moves[:, 3:6] * versines[joint])
             pose = home.T @ rotation
             pose[:, 3] += shift
             poses.append(pose)
@@ -48,7 +48,7 @@ class ScrewChain(NamedTuple):
 
 
 def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
-    """The chain from the first to the last of some frames of a finalized plant, and to all those between them."""
+    """Builds the chain of a finalized plant from the first of `frames` through all others."""
     context, base = plant.CreateDefaultContext(), frames[0]
     positions = [_moving_positions(plant, context, frame, base) for frame in frames]
     angles = plant.GetPositions(context)

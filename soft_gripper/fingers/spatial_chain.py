@@ -55,12 +55,12 @@ class SpatialChain:
         """
         axes, is_turn = self.axes[..., None], self.turns[:, None, None]
         cross = cross_matrices(self.axes)
-        rest = np.zeros((len(self.deformations), 4, 4)) + np.eye(4)
-        rest[:, 2, 3] = self.heights
+        rest_transforms = np.zeros((len(self.deformations), 4, 4)) + np.eye(4)
+        rest_transforms[:, 2, 3] = self.heights
         changes = np.zeros((len(self.deformations), 3, 4, 4))
         changes[:, 0, :3, :3], changes[:, 1, :3, :3] = -cross @ cross * is_turn, cross * is_turn
         changes[:, 2, :3, 3:] = axes * ~is_turn
-        return rest.reshape(-1, 16), changes.reshape(-1, 3, 16)
+        return rest_transforms.reshape(-1, 16), changes.reshape(-1, 3, 16)
 
     @cached_property
     def is_planar(self) -> bool:
@@ -292,9 +292,9 @@ def resting_positions(chain: SpatialChain, stiffness: Array, driving: Array, loa
     for fraction in np.arange(1, _LOAD_STEPS + 1) / _LOAD_STEPS:
         for _ in range(_MAX_ITERATIONS):
             bent = posture(chain, q)
-            part = loads.times(fraction)
-            missing = driving + torques(bent, part) - stiffness * q
-            step = np.linalg.solve(np.diag(stiffness) - torque_slopes(bent, part), missing[..., None])[..., 0]
+            step_loads = loads.times(fraction)
+            residual = driving + torques(bent, step_loads) - stiffness * q
+            step = np.linalg.solve(np.diag(stiffness) - torque_slopes(bent, step_loads), residual[..., None])[..., 0]
             q = q + step
             if np.abs(step).max() < _POSITION_TOLERANCE:
                 break

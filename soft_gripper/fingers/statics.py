@@ -70,8 +70,8 @@ def resting_angles(
     q = bend_factor * bends(driving)
     for _ in range(_MAX_ITERATIONS):
         press_torque = 0.0 if press is None else press.torque(finger, q)
-        last, q = q, bend_factor * bends(driving + gravity_torque(finger, q, gravity) + press_torque)
-        if np.abs(q - last).max(initial=0.0) < _ANGLE_TOLERANCE:
+        last_q, q = q, bend_factor * bends(driving + gravity_torque(finger, q, gravity) + press_torque)
+        if np.abs(q - last_q).max(initial=0.0) < _ANGLE_TOLERANCE:
             break
     return q
 

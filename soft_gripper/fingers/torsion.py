@@ -71,8 +71,8 @@ def _grid_lines(edges: Sequence[float], size: float) -> Array:
 
 
 def _crowded_fractions(length: float) -> Array:
-    count = max(round(_SECTION_ELEMENTS * length), _MIN_ELEMENTS_PER_GAP)
-    return (1 - np.cos(np.pi * np.arange(1, count + 1) / count)) / 2
+    line_count = max(round(_SECTION_ELEMENTS * length), _MIN_ELEMENTS_PER_GAP)
+    return (1 - np.cos(np.pi * np.arange(1, line_count + 1) / line_count)) / 2
 
 
 def _grid_moduli(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:

@@ -122,9 +122,11 @@ class TorqueBalance:
         tangents = (z @ cos + x @ sin)[..., 0, :]
         normals = (x @ cos - z @ sin)[..., 0, :]
         base = np.add.reduce(frames, axis=-2)
-        moving = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
+        first_joint_acceleration = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
         normal_levers, tangent_levers = self._inertia
-        inertia = normals @ normal_levers + tangents @ tangent_levers + moving[..., None] * self._moments
+        inertia = (
+            normals @ normal_levers + tangents @ tangent_levers + first_joint_acceleration[..., None] * self._moments
+        )
         weight = (plane @ gravity)[..., None] * self._moments
         torques = as_points(rotated(np.array([inertia, weight]), -headings[..., DELAY, :]))[..., 0]
         # Sums over each joint and all beyond it.

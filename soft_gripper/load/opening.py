@@ -144,8 +144,8 @@ def narrowest(curves: Sequence[Array]) -> Array:
     shape = curves[0].shape[:-2]
     batches = [curve.reshape(-1, *curve.shape[-2:]) for curve in curves]
     if len(curves) == 2:
-        parts = range(0, len(batches[0]), _SAMPLES_PER_BATCH)
-        gaps = [_gap(*(curve[first : first + _SAMPLES_PER_BATCH] for curve in batches)) for first in parts]
+        batch_starts = range(0, len(batches[0]), _SAMPLES_PER_BATCH)
+        gaps = [_gap(*(curve[start : start + _SAMPLES_PER_BATCH] for curve in batches)) for start in batch_starts]
         return np.concatenate([np.empty(0), *gaps]).reshape(shape)
     return np.array([_narrowest_of_many(sample_curves) for sample_curves in zip(*batches, strict=True)]).reshape(shape)
 
@@ -203,8 +203,8 @@ class ObjectWidth(ArrayBlock):
 
     def _width(self, *inputs: Array) -> Array:
         """Width, (...) m, from the joint angles of all fingers, (..., N) rad, and then their contacts, (..., 1)."""
-        count = len(self._surfaces)
-        angles, contacts = inputs[:count], np.concatenate(inputs[count:], axis=-1)
+        finger_count = len(self._surfaces)
+        angles, contacts = inputs[:finger_count], np.concatenate(inputs[finger_count:], axis=-1)
         is_held = contacts.all(axis=-1) & np.logical_and.reduce([np.isfinite(q).all(axis=-1) for q in angles])
         held_points = (surface.points(q[is_held]) for surface, q in zip(self._surfaces, angles, strict=True))
         curves = [self._gripper.curve(i, points) for i, points in enumerate(held_points)]

@@ -67,11 +67,11 @@ class CalibratedStates:
         is_read = np.isfinite(strains)
         filled = np.where(is_read, strains, 0.0)
         columns = self._columns
-        near = [
+        section_distance_columns = [
             np.where(is_read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
             for readings, states_of_section in columns
         ]
-        section_distances = np.maximum(np.stack(near, axis=-1) - self.noise, 0.0)
+        section_distances = np.maximum(np.stack(section_distance_columns, axis=-1) - self.noise, 0.0)
         are_usable = is_read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
         shape = np.broadcast_shapes(filled.shape[:-1], drive.shape[:-1])
         states = [np.broadcast_to(part, (*shape, part.shape[-1])) for part in (filled, drive)]
@@ -113,7 +113,7 @@ class CalibratedStates:
 
     @cached_property
     def _columns(self) -> list[tuple[NDArray[np.int_], FittedStates]]:
-        """The readings of every section, and their states."""
+        """Lists the readings of every section with their states."""
         readings = np.arange(self.paths * self.sections).reshape(-1, self.sections).T
         return [(section_readings, self.fitted.part(section_readings)) for section_readings in readings]
 

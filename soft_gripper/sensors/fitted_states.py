@@ -102,11 +102,11 @@ class FittedStates:
         min_distances = np.full(len(scaled), np.inf)
         region, centers = np.zeros(len(scaled), int), []
         center = int(np.argmin(np.linalg.norm(scaled - scaled.mean(axis=0), axis=-1)))
-        for number in range(max_count):
+        for region_index in range(max_count):
             centers.append(center)
             distance = np.linalg.norm(scaled - scaled[center], axis=-1)
             is_closer = distance < min_distances
-            region[is_closer], min_distances[is_closer] = number, distance[is_closer]
+            region[is_closer], min_distances[is_closer] = region_index, distance[is_closer]
             center = int(np.argmax(min_distances))
             if min_distances[center] == 0:
                 break

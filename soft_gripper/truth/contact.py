@@ -134,10 +134,10 @@ class OwnLink(NamedTuple):
 
 
 def links_by_geometry(fingers: Sequence[TouchedLinks]) -> dict[int, OwnLink]:
-    """The links of fingers by their geometries."""
+    """Maps the geometries of fingers to their links."""
     return {
-        geometry: OwnLink(number, link, finger.begins[link], finger.bodies[link], finger.bodies[0])
-        for number, finger in enumerate(fingers)
+        geometry: OwnLink(finger_index, link, finger.begins[link], finger.bodies[link], finger.bodies[0])
+        for finger_index, finger in enumerate(fingers)
         for geometry, link in finger.link_of.items()
     }
 
@@ -481,7 +481,7 @@ class TrueContact(ArrayBlock):
             self.put_out(f"{name}.{signal}", itemgetter(signal), name, unit=unit, **axes)
 
     def _collect(self, context: Context) -> Array:
-        """The table of patches; without columns at samples that are left out."""
+        """Collects the table of patches, without columns at omitted samples."""
         intervals = 0.0 if self._interval is None else self._run_time(context) / self._interval
         if abs(intervals - round(intervals)) > _TIME_TOLERANCE:
             return _LEFT_OUT
