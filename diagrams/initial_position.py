@@ -48,7 +48,7 @@ def set_initial_position(
         if len(position) != len(low):
             raise InputError(where, f"initial_position.{name}", [*position], f"give {len(low)} numbers, in a list")
         if not np.all((low <= position) & (position <= high)):
-            limits = " and ".join(f"{least:g} to {most:g}" for least, most in zip(low, high, strict=True))
+            limits = " and ".join(f"{minimum:g} to {maximum:g}" for minimum, maximum in zip(low, high, strict=True))
             follows = f"; it follows '{following[name]}'" if name in following else ""
             expected = f"must be within the limits of the joint, {limits}{follows}"
             raise InputError(where, f"initial_position.{name}", [*position], expected)

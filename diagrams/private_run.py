@@ -81,22 +81,22 @@ def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dic
                 sources[wire_names[leaf, name]] = feed.input
     ports: dict[str, OutputPort] = {}  # outputs of parts that others read
     readers: list[tuple[InputPort, str]] = []
-    for (target, i), (source, number) in root.wires.items():
+    for (target, i), (source, output_index) in root.wires.items():
         if source in parts and target not in parts:
-            port = source.get_output_port(number)
+            port = source.get_output_port(output_index)
             ports[wire(port)] = port
             readers.append((target.get_input_port(i), wire(port)))
     block = FusedBlock([leaf for leaf, _ in own_feeds], sources, wire_names, ports)
     builder.AddNamedSystem(LOOP, block)
     for name, port in sources.items():
         builder.ConnectToSame(port, block.GetInputPort(name))
-    rest = {name: port for name, port in signals.items() if port.get_system() not in parts or wire(port) in ports}
-    fused = {name: wire(port) for name, port in rest.items() if port.get_system() in parts}
+    kept_ports = {name: port for name, port in signals.items() if port.get_system() not in parts or wire(port) in ports}
+    fused = {name: wire(port) for name, port in kept_ports.items() if port.get_system() in parts}
     for part in parts:
         builder.RemoveSystem(part)
     for reader, output in readers:
         builder.Connect(block.GetOutputPort(output), reader)
-    return rest | {name: block.GetOutputPort(output) for name, output in fused.items()}
+    return kept_ports | {name: block.GetOutputPort(output) for name, output in fused.items()}
 
 
 def _open_feeds(leaf: LeafSystem, level: Level) -> dict[str, Feed]:

@@ -49,5 +49,5 @@ def provenance(scenario: Scenario, sensor: str, estimator: str, notes: Iterable[
         "estimator": estimator,
         "versions": _versions(),
         "frames": FRAMES,
-        **({"notes": said} if (said := as_text(notes)) else {}),
+        **({"notes": note_text} if (note_text := as_text(notes)) else {}),
     }

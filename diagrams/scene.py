@@ -365,9 +365,12 @@ def check_starts_apart(diagram: Diagram, scene_graph: SceneGraph, context: Conte
     deep_pairs = [(s.id_M(), s.id_N()) for s in surfaces if _depth(inspector, s) > MAX_RELATIVE_DEPTH]
     deep_pairs += [(pair.id_A, pair.id_B) for pair in point_pairs if pair.depth > MAX_RIGID_DEPTH]
     for pair in deep_pairs:
-        one, other = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
+        first_name, second_name = (inspector.GetName(inspector.GetFrameId(id)) for id in pair)
         raise InputError(
-            "models", "X_PC", one, f"begins inside '{other}'; move one of them away, or exclude links with `without`"
+            "models",
+            "X_PC",
+            first_name,
+            f"begins inside '{second_name}'; move one of them away, or exclude links with `without`",
         )
 
 

@@ -70,12 +70,12 @@ class SignalLogs(Diagram):
         multiplexer = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
         self._sink = builder.AddNamedSystem("log", VectorLogSink(multiplexer.get_output_port().size(), period))
         builder.Connect(multiplexer.get_output_port(), self._sink.get_input_port())
-        for i, number in enumerate(self._sizes):
-            builder.ExportInput(multiplexer.get_input_port(i), names[number])
-        for number, name in names.items():
-            if number not in self._sizes:
-                self._values[number] = builder.AddNamedSystem(name, ValueLog(period))
-                builder.ExportInput(self._values[number].get_input_port(), name)
+        for i, port_number in enumerate(self._sizes):
+            builder.ExportInput(multiplexer.get_input_port(i), names[port_number])
+        for port_number, name in names.items():
+            if port_number not in self._sizes:
+                self._values[port_number] = builder.AddNamedSystem(name, ValueLog(period))
+                builder.ExportInput(self._values[port_number].get_input_port(), name)
         builder.BuildInto(self)
 
     @cached_property
@@ -93,7 +93,7 @@ class SignalLogs(Diagram):
         log = self._sink.FindLog(root_context)
         ends = np.cumsum([*self._sizes.values()])
         vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
-        values = {number: [*sink.values(root_context)] for number, sink in self._values.items()}
+        values = {port_number: [*sink.values(root_context)] for port_number, sink in self._values.items()}
         return self.make_samples(log.sample_times().copy(), vectors | values)
 
     def make_samples(self, time: Array, logged: Mapping[int, Any]) -> Samples:
@@ -118,8 +118,8 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
-    for i, number in enumerate(logs.port_numbers):
-        port = sources.ports[number]
+    for i, port_number in enumerate(logs.port_numbers):
+        port = sources.ports[port_number]
         connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
         connect(port, logs.get_input_port(i))
     return logs

@@ -143,13 +143,13 @@ def check_paths(
     for i, phase in enumerate(phases):
         postures = _postures(phase)
         positions = _positions(plant, arm, task, tool, postures, _place(models, task, i), begin)
-        held = {body.index() for body in _object_bodies(plant, task)} if phase.holds else set()
-        collision = first_collision(root, plant, scene_graph, robot | held, positions)
+        held_bodies = {body.index() for body in _object_bodies(plant, task)} if phase.holds else set()
+        collision = first_collision(root, plant, scene_graph, robot | held_bodies, positions)
         if collision is not None:
             failed = next((k for k, other in enumerate(phases) if other.rescue in range(i - 2, i + 1)), i)
             where = f"task.phases[{failed if i >= len(task.phases) else i}]"
-            part = collision.index / (len(postures) - 1)
-            raise InputError(where, "name", phase.name, f"collides: {part:.0%} along its path, {collision}")
+            fraction = collision.index / (len(postures) - 1)
+            raise InputError(where, "name", phase.name, f"collides: {fraction:.0%} along its path, {collision}")
 
 
 def _object_bodies(plant: MultibodyPlant, task: TaskConfig) -> list[RigidBody]:
@@ -168,14 +168,14 @@ def _postures(phase: Phase) -> Array:
     return np.array([np.interp(even_travel, travel, joint) for joint in dense_postures.T]).T
 
 
-def _place(models: Sequence[ModelConfig], task: TaskConfig, number: int) -> RigidTransform | None:
+def _place(models: Sequence[ModelConfig], task: TaskConfig, phase_index: int) -> RigidTransform | None:
     """The assumed pose of the object in a phase; None: in the fingers."""
     configs = task.phases
-    if number >= len(configs) or task.object is None:
+    if phase_index >= len(configs) or task.object is None:
         return OUT_OF_THE_WAY
-    if configs[number].holds:
+    if configs[phase_index].holds:
         return None
-    if any(config.holds for config in configs[:number]):
+    if any(config.holds for config in configs[:phase_index]):
         return task.X_WGoal.GetDeterministicValue()
     return reported_pose(task, models)
 

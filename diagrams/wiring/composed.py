@@ -75,31 +75,31 @@ class BatchedBlock(ArrayBlock):
     def __init__(self, block: ArrayBlock, fingers: Sequence[str]):
         """`block` is the block of one finger."""
         super().__init__(block.period)
-        self._one, self._fingers = block, fingers
-        number = len(fingers)
+        self._finger_block, self._fingers = block, fingers
+        finger_count = len(fingers)
         for name in inputs(block):
             port_names = [f"{finger}.{name}" for finger in fingers]
             for port in port_names:
                 self.take(port, block.GetInputPort(name).size())
             self.derive(name, _stacked, *port_names)
-        self.add(_SHARED_TIME, Step(lambda time: np.broadcast_to(time, (number, 1)), (TIME,)), kept=False)
-        steps = block.steps.stacked(number)
+        self.add(_SHARED_TIME, Step(lambda time: np.broadcast_to(time, (finger_count, 1)), (TIME,)), kept=False)
+        steps = block.steps.stacked(finger_count)
         finger_steps = {name: step.renamed(_shared_name) for name, step in steps.items() if step.function is not None}
         _add_all(self, Steps(finger_steps, block.outputs))
         for name, (function, sources) in block.outputs.items():
             port = block.GetOutputPort(name)
             stacked_name = f"{name} of all"
-            self.derive(stacked_name, _reshaped(function, (number, port.size())), *sources)
+            self.derive(stacked_name, _reshaped(function, (finger_count, port.size())), *sources)
             for i, finger in enumerate(fingers):
                 self.put_out(f"{finger}.{name}", partial(_row, i), stacked_name, **_port_labels(port))
 
     def follows(self, output: str, period: float) -> bool:
-        return self._one.follows(_split_port(output)[1], period)
+        return self._finger_block.follows(_split_port(output)[1], period)
 
     def leaves(self, output: str) -> list[str]:
         finger, name = _split_port(output)
         fingers = self._fingers if self._loops(name) else [finger]
-        return [f"{finger}.{leaf}" for finger in fingers for leaf in self._one.leaves(name)]
+        return [f"{finger}.{leaf}" for finger in fingers for leaf in self._finger_block.leaves(name)]
 
     def output_over_time(self, output: str, step_values: dict[str, Any]) -> Array:
         """Computes an output as ArrayBlock does; each finger has its own steps."""
@@ -110,16 +110,16 @@ class BatchedBlock(ArrayBlock):
         for loop in loops:
             if loop not in fingers[finger]:
                 self._run_loop(loop, [*fingers.values()])
-        return self._one.output_over_time(output_name, fingers[finger])
+        return self._finger_block.output_over_time(output_name, fingers[finger])
 
     def _loops(self, output: str) -> list[str]:
         """Steps of an output that are loops over a recording, each after its sources."""
-        steps = self._one.steps
+        steps = self._finger_block.steps
         return [name for name, step in _needed_steps(steps, {output: steps.outputs[output]}).items() if step.loops]
 
     def _run_loop(self, name: str, fingers: Sequence[dict[str, Any]]) -> None:
         """Computes a step over a recording of all fingers."""
-        recorded = self._one.steps.recorded
+        recorded = self._finger_block.steps.recorded
         rows = ([recorded.value(source, steps) for steps in fingers] for source in recorded[name].sources)
         function = recorded[name].function
         assert function is not None

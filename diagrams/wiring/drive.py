@@ -232,8 +232,8 @@ def _add_block(builder: DiagramBuilder, fingers: Sequence[PlantFinger], config: 
 def _hold_straight(builder: DiagramBuilder, finger: PlantFinger) -> None:
     """Gives the actuators that are springs of a model the straight finger as their desired state."""
     desired = finger.plant.get_desired_state_input_port(finger.model)
-    rest = builder.AddNamedSystem(f"{finger.model_name}.straight", ConstantVectorSource(np.zeros(desired.size())))
-    builder.Connect(rest.get_output_port(), desired)
+    source = builder.AddNamedSystem(f"{finger.model_name}.straight", ConstantVectorSource(np.zeros(desired.size())))
+    builder.Connect(source.get_output_port(), desired)
 
 
 def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:

@@ -107,7 +107,7 @@ def add_sensing(
     )
     for finger in fingers:
         name = finger.name
-        truth = {one: signals[f"{name}.{one}"] for one in (TRUE_JOINTS, TRUE_TIP) if is_scored}
+        truth = {true_signal: signals[f"{name}.{true_signal}"] for true_signal in (TRUE_JOINTS, TRUE_TIP) if is_scored}
         finger_signals = _with_truth(builder, finger, layouts[name], measurements[name], estimated[name], truth, config)
         signals |= {f"{name}.{signal}": port for signal, port in {**driving[name], **finger_signals}.items()}
     true_width = _add_true_contact(builder, fingers, config, signals)

@@ -19,9 +19,9 @@ def main(arguments: Sequence[str] | None = None, program: "Program | None" = Non
         os.environ["MPLBACKEND"] = "agg"  # figures only go to files, and matplotlib rejects unknown backend names
         with waiting():
             from soft_gripper.commands.dispatch import dispatch
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            if signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
-                signal.signal(number, _end)
+        for signal_number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(signal_number) != signal.SIG_IGN:  # ignored under nohup
+                signal.signal(signal_number, _end)
         return dispatch(arguments, *([program] if program else []))
     except KeyboardInterrupt:
         name = program.name if program else "soft-gripper"
@@ -34,13 +34,13 @@ def _replace_closed_streams() -> None:
 
     Printing to standard output is then reported as an error; text for standard error is lost.
     """
-    for number, (name, flags, mode) in enumerate(
+    for descriptor, (name, flags, mode) in enumerate(
         (("stdin", os.O_RDONLY, "r"), ("stdout", os.O_RDONLY, "w"), ("stderr", os.O_WRONLY, "w"))
     ):
         if getattr(sys, name) is None:
-            os.dup2(os.open(os.devnull, flags), number)
-            os.set_inheritable(number, True)
-            setattr(sys, name, os.fdopen(number, mode, closefd=False))
+            os.dup2(os.open(os.devnull, flags), descriptor)
+            os.set_inheritable(descriptor, True)
+            setattr(sys, name, os.fdopen(descriptor, mode, closefd=False))
 
 
 def _end(number: int, frame: object) -> None:

@@ -1,4 +1,4 @@
-"""Commands and their options, as they are declared; nothing here imports Drake or numpy."""
+"""Declarations of commands and their options; this module imports neither Drake nor numpy."""
 
 import argparse
 import os

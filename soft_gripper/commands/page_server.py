@@ -281,7 +281,7 @@ class _PageServer:
 
 
 class _Connection(ServerConnection):
-    """One of a limited number, which is closed unless its request arrives in time."""
+    """A connection that is closed if there are too many, or if its request does not arrive in time."""
 
     def __init__(self, others: "set[_Connection]", *arguments: Any, **options: Any):
         super().__init__(*arguments, **options)

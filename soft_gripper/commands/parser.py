@@ -166,7 +166,7 @@ SOFT_GRIPPER = Program(PROGRAM, "Soft, sensing grippers simulated in Drake.", tu
 
 
 def _columns() -> int:
-    """The columns of a help: those of the terminal, but a hundred at most."""
+    """The width of a help text in columns: that of the terminal, at most 100."""
     return min(shutil.get_terminal_size().columns, 100)
 
 

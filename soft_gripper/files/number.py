@@ -29,7 +29,7 @@ CHANGE = 'or a change such as "+10 %"'  # for messages
 
 
 def changed(text: str, old_value: float) -> float:
-    """The number after a change of the one before, such as "+10 %" with its sign; or the number in a text.
+    """Computes a number from a signed change of the old value, such as "+10 %", or reads it from the text.
 
     Raises:
         ValueError: if the text is neither a number nor a change of one, or not finite.

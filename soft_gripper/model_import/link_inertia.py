@@ -1,4 +1,4 @@
-"""Inertias of links: those that no body can have become possible ones."""
+"""Replaces impossible inertias of links by possible ones."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Collection

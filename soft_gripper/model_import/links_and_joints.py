@@ -261,7 +261,7 @@ def _mesh_name(mesh: ET.Element) -> str:
 
 
 def _find(model: ModelFile, shape: ET.Element, mesh: ET.Element) -> tuple[Path, Path]:
-    """Gives a mesh of a shape a file that Drake reads, and returns it and the one that the model names."""
+    """Gives a mesh a file that Drake reads; returns its path and that of the file that the model names."""
     from soft_gripper.model_import.mesh_files import convert_to_obj, outward
 
     file = origin = mesh_file(_mesh_name(mesh), model.path)

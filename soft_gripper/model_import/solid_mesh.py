@@ -170,17 +170,17 @@ def _is_inside(part: trimesh.Trimesh, triangles: Array) -> bool:
 
 def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
     low, high = np.array([part.bounds for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
-    one, other = np.triu_indices(len(parts), 1)
-    is_near = (np.minimum(high[one], high[other]) > np.maximum(low[one], low[other])).all(axis=1)
-    pairs = [*zip(one[is_near].tolist(), other[is_near].tolist(), strict=True)]
+    first, second = np.triu_indices(len(parts), 1)
+    is_near = (np.minimum(high[first], high[second]) > np.maximum(low[first], low[second])).all(axis=1)
+    pairs = [*zip(first[is_near].tolist(), second[is_near].tolist(), strict=True)]
     if len(pairs) > _MAX_PAIRS:
         file.note(READ, "overlaps of parts", f"{len(pairs)} pairs", f"only {_MAX_PAIRS} pairs are searched for them")
-    for one, other in pairs[:_MAX_PAIRS]:
-        pair = parts[one], parts[other]
-        count = _MAX_RAY_TESTS // (len(pairs) * sum(len(part.faces) for part in pair))
-        points = _overlap_grid(*pair, int(np.clip(count, 27, _MAX_SEARCH_POINTS)))
+    for first, second in pairs[:_MAX_PAIRS]:
+        pair = parts[first], parts[second]
+        point_count = _MAX_RAY_TESTS // (len(pairs) * sum(len(part.faces) for part in pair))
+        points = _overlap_grid(*pair, int(np.clip(point_count, 27, _MAX_SEARCH_POINTS)))
         if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
-            file.note(READ, f"parts {one} and {other}", "", "they overlap: density counts twice there")
+            file.note(READ, f"parts {first} and {second}", "", "they overlap: density counts twice there")
 
 
 def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:

@@ -88,8 +88,8 @@ class Film:
     def _phase(self, data: xr.Dataset) -> str:
         """The phase of the task, or its outcome after the last phase or a failure."""
         assert self._scenario.task is not None
-        phases, number = self._scenario.task.phases, int(data["task.phase"])
-        return phases[number].name if number < len(phases) else Outcome(int(data["task.outcome"])).words
+        phases, phase_index = self._scenario.task.phases, int(data["task.phase"])
+        return phases[phase_index].name if phase_index < len(phases) else Outcome(int(data["task.outcome"])).words
 
 
 def _leave_planes(recording: Recording) -> bool:

@@ -105,7 +105,7 @@ POLICIES: dict[str, Callable[[Hour, NDArray[np.int_]], PolicyEstimates]] = {
 
 @dataclass(frozen=True)
 class PolicyRow:
-    """One policy in the SPAN before `minute`; of several parts the mean, weighted by their samples."""
+    """Errors of one policy in the SPAN before `minute`, or their means over parts, weighted by samples."""
 
     policy: str
     minute: int
@@ -127,7 +127,7 @@ class _Part:
 
 @dataclass(frozen=True)
 class DriftRow(PolicyRow, _Part):
-    """One set of grasps and sensors; `part` is the first column."""
+    """Errors of one policy for one set of grasps and sensors; `part` is the first column."""
 
 
 def drift_rows(part: int, seed: int) -> list[DriftRow]:

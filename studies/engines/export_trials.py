@@ -48,7 +48,7 @@ class Lift:
 
 @dataclass(frozen=True)
 class Row(Lift, TrialVariation):
-    """One trial and its random draw."""
+    """Lifts of one trial in both simulators, with its random draw."""
 
 
 def run(options: argparse.Namespace) -> int:

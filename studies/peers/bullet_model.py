@@ -26,17 +26,17 @@ class BulletGripper(NamedTuple):
 
 
 def add_scene(client: BulletClient, task: PeerTask, setting: Setting) -> tuple[list[BulletGripper], int | None]:
-    """Adds all of a task; returns the grippers and the free body, if there is one."""
-    grippers = [_add_gripper(client, task, number, setting) for number in range(len(task.grippers))]
+    """Adds the grippers and bodies of a task; returns the grippers and the id of the free body, or None."""
+    grippers = [_add_gripper(client, task, i, setting) for i in range(len(task.grippers))]
     grasped = None
     for body in task.bodies:
-        number = _add_body(client, task, body)
-        grasped = number if body.is_free else grasped
+        body_id = _add_body(client, task, body)
+        grasped = body_id if body.is_free else grasped
     return grippers, grasped
 
 
-def _add_gripper(client: BulletClient, task: PeerTask, number: int, setting: Setting) -> BulletGripper:
-    model, expanded = task.grippers[number]
+def _add_gripper(client: BulletClient, task: PeerTask, gripper_index: int, setting: Setting) -> BulletGripper:
+    model, expanded = task.grippers[gripper_index]
     X = model.X_PC.GetDeterministicValue()
     with TemporaryDirectory() as folder:
         path = Path(folder) / "gripper.urdf"
@@ -65,7 +65,7 @@ def _finger_friction(task: PeerTask) -> float:
 
 def _add_body(client: BulletClient, task: PeerTask, body: Body) -> int:
     position, turn = _pose(body.X_BG)
-    number = client.createMultiBody(
+    body_id = client.createMultiBody(
         body.mass if body.is_free else 0.0,
         client.createCollisionShape(
             **_shape(client, body), collisionFramePosition=position, collisionFrameOrientation=turn
@@ -76,10 +76,10 @@ def _add_body(client: BulletClient, task: PeerTask, body: Body) -> int:
     friction = body.friction
     if task.grasped_body is not None and not body.is_free:
         friction = combined_friction(task.grasped_body.friction, body.friction) / task.grasped_body.friction
-    client.changeDynamics(number, -1, lateralFriction=friction, **_UNDAMPED)
+    client.changeDynamics(body_id, -1, lateralFriction=friction, **_UNDAMPED)
     if body.is_free:
-        client.changeDynamics(number, -1, localInertiaDiagonal=body.inertia.diagonal().tolist())
-    return number
+        client.changeDynamics(body_id, -1, localInertiaDiagonal=body.inertia.diagonal().tolist())
+    return body_id
 
 
 def _shape(client: BulletClient, body: Body) -> dict[str, object]:

@@ -67,10 +67,10 @@ def compare(name: str, config: dict[str, Any], simulators: Iterable[str], rounds
             runs += [(simulator, setting, _make(simulator, name, config, setting)) for setting in settings["settings"]]
     task = load_task(config["tasks"][name])
     rounds_ = [[run() for _, _, run in runs] for _ in range(rounds)]
-    seconds = np.array([[trial.seconds for trial in turn] for turn in rounds_]).T / task.scenario.duration
+    costs = np.array([[trial.seconds for trial in turn] for turn in rounds_]).T / task.scenario.duration
     return [
         _result(task, name, simulator, setting, trial, references[simulator], cost)
-        for (simulator, setting, _), trial, cost in zip(runs, rounds_[0], seconds, strict=True)
+        for (simulator, setting, _), trial, cost in zip(runs, rounds_[0], costs, strict=True)
     ]
 
 
@@ -79,10 +79,10 @@ def _make(simulator: str, name: str, config: dict[str, Any], setting: Setting) -
 
 
 def _result(
-    task: PeerTask, name: str, simulator: str, setting: Setting, trial: PeerTrial, reference: PeerTrial, seconds: Array
+    task: PeerTask, name: str, simulator: str, setting: Setting, trial: PeerTrial, reference: PeerTrial, costs: Array
 ) -> Result:
     error = tip_error(task, trial, reference)
-    return Result(name, simulator, setting, seconds, error, creep(task, trial), holds(task, trial))
+    return Result(name, simulator, setting, costs, error, creep(task, trial), holds(task, trial))
 
 
 def chosen_results(results: list[Result]) -> list[Result]:

@@ -1,4 +1,4 @@
-"""MJCF files as they are found, made ready for Drake: one text, meshes that Drake reads, possible masses, motors."""
+"""Prepares MJCF files for Drake: one text, meshes that Drake reads, possible masses, motors."""
 
 import math
 import os

@@ -39,8 +39,8 @@ def seen_from(X: Array, p: Array) -> Array:
 def grip_at(context: Context, finger: PlantFinger, X_WO: RigidTransform, p_WC: Array) -> Grip:
     """The grip of a finger on an object at a point in the world, on the link with the nearest centre."""
     X_WL = np.array([link.EvalPoseInWorld(context).GetAsMatrix34() for link in finger.links])
-    number, on_link = nearest_link(finger, X_WL, p_WC)
-    return Grip(finger.links[int(number)], on_link, X_WO.inverse() @ p_WC)
+    link_index, on_link = nearest_link(finger, X_WL, p_WC)
+    return Grip(finger.links[int(link_index)], on_link, X_WO.inverse() @ p_WC)
 
 
 def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.int_], Array]:

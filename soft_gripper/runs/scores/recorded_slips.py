@@ -108,5 +108,5 @@ def _phase(item: RecordedObject, sample: int) -> str:
     """The name of the phase of a sample; "" without a task, and after its end."""
     if item.station.task is None:
         return ""
-    number, phases = int(item.phases[sample]), item.station.task.phases
-    return phases[number].name if number < len(phases) else ""
+    phase_index, phases = int(item.phases[sample]), item.station.task.phases
+    return phases[phase_index].name if phase_index < len(phases) else ""
