@@ -341,10 +341,10 @@ def pressure_steps(config: PressureConfig, finger: str) -> Array:
 def check_steps(where: str, steps: Steps, commands: Commands) -> None:
     """Raises an InputError if steps name a finger, a chamber or a tendon that does not exist."""
     paths = [
-        f"{finger}{PATH_SEPARATOR}{path}"
+        f"{finger}{PATH_SEPARATOR}{name}"
         for finger, axes in commands.axes.items()
         for names in axes.values()
-        for path in names
+        for name in names
     ]
     valid_names = [*commands.axes, *paths, COMMON]
     for name, values in steps.items():

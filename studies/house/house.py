@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from studies import ROOT
-from studies.house.words import AIM, words
+from studies.house.words import AIM, word_counts
 
 PRODUCT = "soft_gripper", "diagrams", "models"
 EXTRAS = ROOT / "soft_gripper" / "extras"
@@ -65,7 +65,7 @@ def measures() -> Iterator[tuple[str, object, str]]:
     yield "  of these outside extras", lines(core), "23,000"
     yield "lines of studies", lines(files("studies")), "7,000"
     yield "lines of tests", lines(files("tests")), "38,000"
-    yield "words of documentation", sum(words().values()), f"{AIM:,}"
+    yield "words of documentation", sum(word_counts().values()), f"{AIM:,}"
     yield "estimator blocks", matches(BLOCK_PATTERN, core), "2"
     yield "implementations of contact, gaussian, recursive", matches(SHAPE_PATTERN, product), "3"
     yield "files with planar complex arithmetic", sum(bool(matches(PLANAR_PATTERN, [path])) for path in planar), "10"

@@ -67,9 +67,9 @@ def estimator_errors(
     """
     function = estimator_function(estimator, layout, uncertainty, resting.period)
     rows = resting.samples
-    seeds = (1, readings.shape[1])
-    pressure = np.tile(gain * resting.pressure[:, None], seeds)
-    gravity = np.tile(resting.gravity[:, None], (*seeds, 1))
+    repeats = (1, readings.shape[1])
+    pressure = np.tile(gain * resting.pressure[:, None], repeats)
+    gravity = np.tile(resting.gravity[:, None], (*repeats, 1))
     finger = layout.finger
     driving = recorded_driving(function, finger, readings, pressure, gravity, resting.period)
     estimate = estimates_at(function, rows, readings, driving, gravity)

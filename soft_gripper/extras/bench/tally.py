@@ -63,7 +63,7 @@ class _FingerTally:
         return not self._past or bool(np.ptp(np.array(self._past), axis=0).max() <= limit)
 
     def __str__(self) -> str:
-        rest_text, motion_text = (self._contact_text(rest_text) for rest_text in (True, False))
+        rest_text, motion_text = (self._contact_text(is_at_rest) for is_at_rest in (True, False))
         lags = " (a finger that moves lags behind its drive)" if self.contacts[False] else ""
         return f"{self.name}: while its drive rested {rest_text}; while that changed {motion_text}{lags}"
 

@@ -217,7 +217,7 @@ class HealthFilter:
 
     def _is_absurd(self, mean: Array, covariance: Array) -> NDArray[np.bool_]:
         """Mask of hypotheses whose parameter almost surely has the wrong sign, (K,)."""
-        f = self._values + self.layout.readings
+        f = self._value_count + self.layout.readings
         sign = self.hypotheses.sign
         is_absurd: NDArray[np.bool_] = sign * mean[:, f] < -_ABSURD_DEVIATIONS * np.sqrt(covariance[:, f, f])
         return is_absurd & (sign != 0)
@@ -258,7 +258,7 @@ class HealthFilter:
 
     def _predict(self, mean: Array, covariance: Array, change: Array, drive: float, age: Array) -> tuple[Array, Array]:
         """Predicts states a window later, (2, B, K, ...), for a load that follows the drive and one that jumps."""
-        values = self._values
+        value_count = self._value_count
         readings = self.layout.readings
         hypotheses = self.hypotheses
         uncertainty = self.uncertainty
@@ -270,17 +270,19 @@ class HealthFilter:
         steady_rates = _LOAD_RATE_CHANGE * drive_size, _LOAD_RATE_CHANGE * min(drive_size / dt, 1)
         rate_changes = steady_rates, (max(drive_size, 0.2), 1.0)
         for load, (bend_rate, slope_rate) in enumerate(rate_changes):
-            walk[load, :, :values, :values] = bend_rate**2 * load_covariance + (_BEND_WALK**2) * np.eye(values)
-            walk[load, :, -values:, -values:] = slope_rate**2 * load_covariance
+            walk[load, :, :value_count, :value_count] = bend_rate**2 * load_covariance + (_BEND_WALK**2) * np.eye(
+                value_count
+            )
+            walk[load, :, -value_count:, -value_count:] = slope_rate**2 * load_covariance
         strain_changes = hypotheses.load_response @ change
         error_walk = (_OFFSET_WALK * uncertainty.reading) ** 2 + (uncertainty.gain * strain_changes) ** 2
         error_walk = error_walk + uncertainty.drift**2 * dt
-        bends = np.arange(values)
+        bends = np.arange(value_count)
         cut_hypotheses = hypotheses.indices_of("cut")[:, None]
         walk[:, cut_hypotheses, bends, bends] += (_CUT_CHANGE_ERROR * change) ** 2
-        i = np.arange(values, values + readings)
+        i = np.arange(value_count, value_count + readings)
         walk[:, :, i, i] += error_walk
-        f = values + readings
+        f = value_count + readings
         response_squares = (hypotheses.load_response**2).sum(axis=-1)
         variance = (_OFFSET_WALK * uncertainty.reading) ** 2 + _BEND_WALK**2 * response_squares
         for name in ("dead", "saturated"):
@@ -294,19 +296,19 @@ class HealthFilter:
         walk[:, k, f + 1, f + 1] += (0.02 * size[k, 1]) ** 2
         F = np.eye(self._states)
         F[f, f + 1] = dt
-        F[:values, -values:] = drive * np.eye(values)
+        F[:value_count, -value_count:] = drive * np.eye(value_count)
         covariance = F @ covariance @ F.T
         return mean @ F.T, covariance[None] + walk[:, None]
 
     def _observation(self, mean: Array, window: "_Window", q: Array, state_map: Array) -> "_Observation":
         """Observation of a window, linearised at the means of the states of every hypothesis, (B, K, n)."""
         hypotheses = self.hypotheses
-        values = self._values
+        value_count = self._value_count
         B = self.hypotheses.load_response
-        f = values + self.layout.readings
+        f = value_count + self.layout.readings
         bends = mean @ state_map.T
         H = np.tile(B @ state_map, (*mean.shape[:-1], 1, 1))
-        H[..., values:f] = np.eye(self.layout.readings)
+        H[..., value_count:f] = np.eye(self.layout.readings)
         z = np.tile(np.where(window.read, window.measured - window.expected, 0.0), (*mean.shape[:-1], 1))
         lag_strains = B @ window.free_change
         white_variance = self.uncertainty.reading**2 / window.distinct
@@ -346,10 +348,10 @@ class HealthFilter:
 
     def _bend_map(self, q: Array, driving: Array) -> Array:
         """Matrix from states to bends beyond those of the nominal free finger, rad, (S, n)."""
-        state_map = np.zeros((self._values, self._states))
-        state_map[:, : self._values] = np.eye(self._values)
+        state_map = np.zeros((self._value_count, self._states))
+        state_map[:, : self._value_count] = np.eye(self._value_count)
         drive_bends = self.layout.matrix @ (self._mechanics.compliance(q) * driving)
-        state_map[:, self._values + self.layout.readings + 2] = drive_bends
+        state_map[:, self._value_count + self.layout.readings + 2] = drive_bends
         return state_map
 
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
@@ -377,20 +379,20 @@ class HealthFilter:
 
     def _contact_evidence(self, mean: Array, covariance: Array, q: Array, evidence: Array) -> Array:
         """Evidence against every hypothesis from its load, relative to the healthy one, (K,)."""
-        values = self._values
+        value_count = self._value_count
         is_likely = evidence > _MIN_EVIDENCE
         is_likely[0] = True
-        load = mean[is_likely, :values]
+        load = mean[is_likely, :value_count]
         size = (load**2).sum(axis=-1)[:, None, None]
         shape = q + load[0] @ self._angle_map.T
         floor = (_UNEVEN_BEND_STD * (self.layout.matrix @ q)) ** 2 + 1e-6
-        cut = (self.hypotheses.joint >= 0)[:, None] * mean[:, values + self.layout.readings, None]
+        cut = (self.hypotheses.joint >= 0)[:, None] * mean[:, value_count + self.layout.readings, None]
         bend = _CUT_WEIGHT_ERROR * self.hypotheses.full_scale / np.abs(self.hypotheses.load_response).max()
         bend = bend * np.clip(cut[is_likely], 0, 1)
         cut = (_CUT_CHANGE_ERROR * cut[is_likely] * (self.layout.matrix @ q)) ** 2 + bend**2
-        load_covariance = covariance[is_likely, :values, :values]
+        load_covariance = covariance[is_likely, :value_count, :value_count]
         load_covariance = load_covariance + (_EXTENDED_CONTACT_STD**2 * size + (floor + cut)[..., None]) * np.eye(
-            values
+            value_count
         )
         cells = self._contact.cells(shape, self._mechanics.bent_finger(shape), self.layout.matrix)
         X = np.zeros_like(evidence)
@@ -404,7 +406,7 @@ class HealthFilter:
     def _onset_states(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
         """States of every hypothesis at its onset, from those of the healthy finger."""
         average, std = self.hypotheses.onset_prior
-        f = self._values + self.layout.readings
+        f = self._value_count + self.layout.readings
         count = len(average)
         means, covariances = np.tile(mean, (count, 1)), np.tile(covariance, (count, 1, 1))
         means[:, f : f + 2] = average
@@ -412,12 +414,12 @@ class HealthFilter:
         return means, covariances
 
     @property
-    def _values(self) -> int:
+    def _value_count(self) -> int:
         return len(self.layout.matrix)
 
     @property
     def _states(self) -> int:
-        return 2 * self._values + self.layout.readings + 3
+        return 2 * self._value_count + self.layout.readings + 3
 
     def _pressures(self, torque: Array) -> float:
         """Driving torque over the torque of the usual load pressure."""

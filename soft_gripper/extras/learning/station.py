@@ -129,8 +129,8 @@ def _joint_motion(gain: Array, middle: Array, home: Array, time: float, period: 
     count = len(home)
     middle = np.where(gain.any(axis=1), middle, home)
     rate_matrix = np.array([[0.0, 1.0, 0.0], [-1 / time**2, -2 / time, 1 / time**2], [0.0, 0.0, 0.0]])
-    step = np.kron(expm(rate_matrix * period)[:2], np.eye(count))
-    A, to_set_point = step[:, : 2 * count], step[:, 2 * count :]
+    transition = np.kron(expm(rate_matrix * period)[:2], np.eye(count))
+    A, to_set_point = transition[:, : 2 * count], transition[:, 2 * count :]
     begin = np.concatenate([home, np.zeros(count)])
     return AffineSystem(
         A=A, B=to_set_point @ gain, f0=to_set_point @ (middle - home), C=np.eye(2 * count), y0=begin, time_period=period

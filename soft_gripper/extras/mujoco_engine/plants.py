@@ -106,7 +106,7 @@ _DISABLE_SENSORS = 1 << 13  # mjDSBL_SENSOR
 class _Arm(NamedTuple):
     """The position actuators of an arm, in the order of Drake's actuators."""
 
-    ctrl: NDArray[np.int_]
+    ctrl_indices: NDArray[np.int_]
     stiffness: Array
     damping: Array
 
@@ -275,8 +275,8 @@ class Plants:
         if self.station.parts.arm is None or model != self.station.parts.arm.model:
             self._applied[:, self._dofs(model)] = torques
         elif arm is not None and desired is not None:
-            position, velocity = desired[:, : len(arm.ctrl)], desired[:, len(arm.ctrl) :]
-            self._ctrl[:, arm.ctrl] = position + (torques + arm.damping * velocity) / arm.stiffness
+            position, velocity = desired[:, : len(arm.ctrl_indices)], desired[:, len(arm.ctrl_indices) :]
+            self._ctrl[:, arm.ctrl_indices] = position + (torques + arm.damping * velocity) / arm.stiffness
 
     def schedule(self) -> None:
         """Schedules a step of Drake's plant, driven as now."""

@@ -100,14 +100,14 @@ def _tool_command(arm: Arm) -> SliderCommand:
     foot = arm.plant.get_body(arm.plant.GetBodyIndices(arm.plant.GetModelInstanceByName(arm.name))[0])
     start = X_WTool.translation()
     reach = _JOG_RANGE * float(np.linalg.norm(start - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
-    places = (
+    sliders = (
         Slider(
             f"tool {axis} [mm]", *_whole(1e3 * (center - reach), 1e3 * (center + reach)), _TOOL_STEP, 1e3 * center, keys
         )
         for axis, center, keys in zip("xyz", start, TOOL_KEYS, strict=False)
     )
     yaw = Slider("tool yaw [deg]", -180.0, 180.0, _YAW_STEP, 0.0, TOOL_KEYS[3])
-    return SliderCommand(f"{arm.name}.X_WTool", (*places, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
+    return SliderCommand(f"{arm.name}.X_WTool", (*sliders, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
 
 
 def _whole(low: float, high: float) -> tuple[float, float]:

@@ -145,15 +145,15 @@ def with_sections(
 
 
 def external_torque_again(
-    station: Station, recording: Recording, finger: PlantFinger, again: ReadAgain, estimator: str = "arcs"
+    station: Station, recording: Recording, finger: PlantFinger, readings: ReadAgain, estimator: str = "arcs"
 ) -> Array:
     """The external torque for these readings at every time of the recording, N m, (T, N); NaN until there are five."""
-    shape, X_WB = again.estimate(estimator), recording.samples(f"{finger.name}.X_WB")
+    shape, X_WB = readings.estimate(estimator), recording.samples(f"{finger.name}.X_WB")
     torque = shape.external_torque
     if torque is None:
-        motion = Motion(*map(windows, (shape.q, again.driving(estimator), X_WB)))
-        gravity, period = compensated_gravity(station.scenario), again.period
-        balance = TorqueBalance(again.layout.finger).external_torque(motion, gravity, period).torque
+        motion = Motion(*map(windows, (shape.q, readings.driving(estimator), X_WB)))
+        gravity, period = compensated_gravity(station.scenario), readings.period
+        balance = TorqueBalance(readings.layout.finger).external_torque(motion, gravity, period).torque
         torque = np.concatenate([np.full((SAMPLES - 1, shape.q.shape[-1]), np.nan), balance])
     return torque[recording.sample_numbers]
 
