@@ -167,7 +167,7 @@ class _Outline(NamedTuple):
     width: float  # m
 
     def patch(self, side: int) -> tuple[Array, Array, float, float]:
-        """Middle of a face or edge, the outward normal, the depth behind it, and its extent across, m."""
+        """Middle of a face or edge, (3,) m, its outward normal, (3,), the depth behind it and its extent across, m."""
         normal, cross_direction = _normal(side)
         half_sizes = np.array([(self.inner - self.outer) / 2, self.width / 2, 0.0])
         middle = np.array([(self.inner + self.outer) / 2, 0.0, 0.0])

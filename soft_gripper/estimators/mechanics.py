@@ -206,7 +206,7 @@ class Mechanics:
         return np.concatenate(variances), np.concatenate(forces_of_modes, axis=-1)
 
     def _unit_torques(self, bent: BentFinger) -> Array:
-        """Torques at the joints of forces of 1 N along x, y and z of the links at all places, (..., D, 3, K)."""
+        """Torques at the joints of forces of 1 N along x, y and z of the links at all places, (..., D, 3, K) N m."""
         frames, points = self._forces.frames, self._forces.positions(bent.posture)
         axes = np.moveaxis(bent.posture.rotations[..., frames, :, :], -1, -3)  # (..., 3, K, 3)
         forces = (axes[..., None] * points[..., None, :, None, :]).reshape(*axes.shape[:-3], 3 * len(frames), 12)

@@ -175,7 +175,7 @@ class _Block(NamedTuple):
         return min(self.thickness, self.width, self.length)
 
     def box(self, origin: float | None = None) -> tuple[ET.Element, ET.Element]:
-        """Origin and geometry, in a frame at an arc length, m; None: where it begins."""
+        """XML elements of the origin and the geometry, in a frame at an arc length, m; None: where the block begins."""
         height = (0.0 if origin is None else self.begin - origin) + self.length / 2
         size = _text(self.thickness, self.width, self.length)
         return _element("origin", xyz=_text(self.middle, 0, height)), _element("geometry", _element("box", size=size))

@@ -74,7 +74,7 @@ def patches(results: ContactResults, geometries: Container[int]) -> Iterator[Pat
 
 
 def _area(surface: ContactSurface | PolygonSurfaceMesh) -> Array:
-    """Area-weighted sum of the face normals of a surface."""
+    """Sum of the face normals of a surface, weighted by their areas, (3,) m^2."""
     faces = range(surface.num_faces())
     normals = np.concatenate([*map(surface.face_normal, faces)]).reshape(-1, 3)
     area: Array = np.array([*map(surface.area, faces)]) @ normals

@@ -187,7 +187,7 @@ def _row(grasps: Grasps, sections: int, material: str) -> SoftnessRow:
 
 
 def _realistic(grasps: Grasps, set: str, sections: int, material: str) -> Array:
-    """Compliances of a material with every draw of the sensors."""
+    """Estimated compliances of a material, m/N, with every draw of the sensors, (N,)."""
     draws = [grasp[sections].realistic for (part, _, name), grasp in grasps.items() if (part, name) == (set, material)]
     return np.concatenate(draws)
 

@@ -87,7 +87,7 @@ class Recorder:
         self._thread.start()
 
     def take(self, count: float, device_time: float) -> None:
-        """Records the last sample of the bench; number and time of its reading, NaN if it is missing."""
+        """Records the last sample of the bench, with number and time, s, of its reading; NaN if that is missing."""
         self._put(np.concatenate([*self._bench.read(self._layout.signals).values(), [count], [device_time]]))
 
     def pass_over(self, samples: int) -> None:

@@ -275,7 +275,7 @@ class Contexts:
         self._give(read)
 
     def commit(self) -> None:
-        """See Block; inputs are still those of the update."""
+        """Advances the contexts, whose inputs are still those of the update; see Block."""
         for i, run in enumerate(self._runs):
             self._updates[i] += 1
             if not self._updates[i]:

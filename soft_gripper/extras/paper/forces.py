@@ -29,7 +29,7 @@ _TRUE_SIGNALS = ("true_contact_force", "true_contact_total", "normal_force")
 
 @dataclass(frozen=True)
 class ContactForceRow(HeldStep):
-    """Averages over one held step; see `ContactForce` and `TrueContact`. Locations are NaN without contact."""
+    """Contact forces and locations of a finger, averaged over a held step; locations are NaN without contact."""
 
     borders: str  # mm from the base, where the sections meet
     estimated_n: float  # across the finger, positive on the inner side

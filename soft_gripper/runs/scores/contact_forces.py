@@ -123,7 +123,7 @@ def _estimated(
 def _contact_inputs(
     station: Station, recording: Recording, finger: PlantFinger, rows: NDArray[np.int_]
 ) -> tuple[ContactShape, tuple[Any, ...]] | None:
-    """`contact` for a finger, and its arguments at samples (M) of a recording; None as above."""
+    """Estimator `contact` of a finger, and its arguments at samples (M) of a recording; None without readings."""
     recorded = read_recorded(station, recording, finger)
     if recorded is None:
         return None

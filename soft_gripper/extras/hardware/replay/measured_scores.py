@@ -380,7 +380,7 @@ def _quantile(errors: Array, share: float) -> float:
 
 
 def _fit_ratio(measured: Array, estimated: Array) -> tuple[float, float]:
-    """Least-squares ratio of measured to estimated values, and its standard deviation."""
+    """Least-squares ratio of measured to estimated values, (N,) each, and its standard deviation."""
     size = float(estimated @ estimated)
     if len(measured) < 2 or size == 0:
         return np.nan, np.nan
