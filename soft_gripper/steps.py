@@ -52,9 +52,7 @@ class Step:
     memory: Memory | None = None
     over_time: Callable[..., Any] | None = same  # the function over a recording; None: known only during a run
     sources_over_time: tuple[str, ...] = ()
-    loops: bool = (
-        False  # this is a loop over the samples, of arrays (T, ..., size) with free axes: take several at once
-    )
+    loops: bool = False  # `over_time` loops over samples, (T, ..., size): several fingers share one loop
 
     def renamed(self, rename: Rename) -> "Step":
         """A copy with other names of its sources."""

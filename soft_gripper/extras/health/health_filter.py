@@ -269,10 +269,9 @@ class HealthFilter:
         drive_size = abs(drive)
         steady_rates = _LOAD_RATE_CHANGE * drive_size, _LOAD_RATE_CHANGE * min(drive_size / dt, 1)
         rate_changes = steady_rates, (max(drive_size, 0.2), 1.0)
+        bend_walk = _BEND_WALK**2 * np.eye(value_count)
         for load, (bend_rate, slope_rate) in enumerate(rate_changes):
-            walk[load, :, :value_count, :value_count] = bend_rate**2 * load_covariance + (_BEND_WALK**2) * np.eye(
-                value_count
-            )
+            walk[load, :, :value_count, :value_count] = bend_rate**2 * load_covariance + bend_walk
             walk[load, :, -value_count:, -value_count:] = slope_rate**2 * load_covariance
         strain_changes = hypotheses.load_response @ change
         error_walk = (_OFFSET_WALK * uncertainty.reading) ** 2 + (uncertainty.gain * strain_changes) ** 2
