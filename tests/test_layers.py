@@ -36,7 +36,7 @@ LISTED: dict[str, set[str]] = {
     "export": set(),
     "foxglove": set(),
     "grasps": set(),
-    "hardware": set(),
+    "hardware": {"page"},
     "health": set(),
     "learning": {"mujoco_engine"},
     "mujoco_engine": {"export"},

@@ -44,7 +44,14 @@ from soft_gripper.commands.options import (
 )
 from soft_gripper.errors import InputError, shortened, single_line, suggestion
 from soft_gripper.extras import command_modules
+from soft_gripper.registry import registered
 from soft_gripper.scenario.shipped import scenario_names
+
+
+def _check_run(options: argparse.Namespace) -> None:
+    if options.meshcat and not registered("VIEWERS"):
+        expected = "no installed extra shows a run in a browser; --html FILE writes an animation"
+        raise InputError("run", "--meshcat", True, expected)
 
 
 def _check_sweep(options: argparse.Namespace) -> None:
@@ -80,6 +87,7 @@ CORE = (
             option("--video", "write a video: .mp4, .gif, .webp or .png", "FILE", path),
             MCAP,
         ),
+        _check_run,
         group=Group.START,
     ),
     Command(

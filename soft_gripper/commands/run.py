@@ -4,7 +4,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
@@ -73,17 +73,9 @@ def run(options: argparse.Namespace) -> int:
 
         meshcat = hidden_meshcat()
         station = make_private_station(scenario, meshcat)
-    with _viewer(options, meshcat):
+    with registered("VIEWERS")["meshcat"](meshcat, options.host) if options.meshcat else nullcontext():
         recording = _run_and_write(options, name, station, meshcat, out)
     return 0 if station.task is None or outcome(recording) == Outcome.DONE else 1
-
-
-def _viewer(options: argparse.Namespace, meshcat: Meshcat | None) -> AbstractContextManager[None]:
-    if meshcat is None or not options.meshcat:
-        return nullcontext()
-    from soft_gripper.commands.viewing import show_meshcat
-
-    return show_meshcat(meshcat, options.host)
 
 
 def _run_and_write(

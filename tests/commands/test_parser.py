@@ -49,6 +49,12 @@ def test_mistakes_name_the_option(line, field):
     assert error.value.field == field
 
 
+def test_a_view_that_no_extra_shows_is_refused(monkeypatch):
+    monkeypatch.setattr("soft_gripper.commands.parser.registered", lambda kind: {})
+    with pytest.raises(InputError, match="no installed extra shows a run in a browser"):
+        parse_options(["run", "box_grasp", "--meshcat"])
+
+
 def test_a_wrong_command_is_answered_with_the_right_one():
     with pytest.raises(InputError, match="did you mean 'expand'"):
         parse_options(["expnd", "a.urdf"])

@@ -17,7 +17,6 @@ import pytest
 from command_line import soft_gripper
 
 from soft_gripper.commands import main
-from soft_gripper.commands.viewing import wait_for_viewer
 from soft_gripper.errors import SimulationDivergedError, WorkerDiedError
 from soft_gripper.files.output import lock_folder
 from soft_gripper.library_messages import printed_as_notes
@@ -67,23 +66,6 @@ def test_a_terminal_that_cannot_show_a_character(tmp_path: Path) -> None:
     found = subprocess.run(command, capture_output=True, env=environment, check=False)
     assert (found.returncode, found.stderr) == (0, b"")
     assert b"5 \\xb0" in found.stdout
-
-
-@pytest.mark.parametrize("stdin", [None, io.StringIO("")])
-def test_no_terminal_to_wait_at(stdin: io.StringIO | None, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(sys, "stdin", stdin)
-    wait_for_viewer()
-    assert "no terminal" in capsys.readouterr().out
-
-
-def test_the_end_of_input_ends_waiting(monkeypatch, capsys) -> None:
-    class AtEnd(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    monkeypatch.setattr(sys, "stdin", AtEnd(""))
-    wait_for_viewer()
-    assert "Press Enter" in capsys.readouterr().out
 
 
 def test_complaints_of_libraries_become_notes(capsys) -> None:

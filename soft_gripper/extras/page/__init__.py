@@ -1,1 +1,1 @@
-"""The live page: plots, sliders and buttons around the scene, in a browser."""
+"""A scene in a browser, alone or with plots, sliders and buttons around it."""

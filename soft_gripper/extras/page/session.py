@@ -15,9 +15,9 @@ from typing import Any, Protocol
 from pydrake.systems.framework import OutputPort
 
 from soft_gripper.arrays import Array
-from soft_gripper.commands.page_server import page_server
 from soft_gripper.errors import InputError
 from soft_gripper.extras.page.live_page import SessionPage, page_contents
+from soft_gripper.extras.page.page_server import page_server
 from soft_gripper.extras.page.panel import Button, Panel
 from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.files.output import next_folder

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from soft_gripper.commands.viewing import show_meshcat
 from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat, write_animation
 from soft_gripper.extras.hardware.commands.printing import print_measured, print_replay
 from soft_gripper.extras.hardware.finger_logs import load_log, read_finger_logs
@@ -13,6 +12,7 @@ from soft_gripper.extras.hardware.recordings import find_recordings, recording_p
 from soft_gripper.extras.hardware.replay.held_out import ArmReplay, drawn_rows, replay, replay_figure
 from soft_gripper.extras.hardware.replay.measured_scores import measured_figure, replay_measured
 from soft_gripper.extras.hardware.replay.view import show_replays
+from soft_gripper.extras.page.viewing import show_meshcat
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file, lock_folder
 from soft_gripper.files.row_table import write_csv

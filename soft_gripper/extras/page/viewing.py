@@ -6,7 +6,7 @@ from contextlib import contextmanager, suppress
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.commands.page_server import page_server
+from soft_gripper.extras.page.page_server import page_server
 
 _END_PROMPT = "The animation is in Meshcat. Press Enter to end. "
 _NO_TERMINAL_NOTE = "There is no terminal to wait at, so Meshcat closes now; use --html FILE to keep the animation."

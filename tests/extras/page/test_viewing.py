@@ -1,0 +1,34 @@
+"""A run whose scene is shown in a browser, and the wait at its end."""
+
+import io
+import sys
+
+import pytest
+from command_line import short, soft_gripper
+
+from soft_gripper.extras.page.viewing import wait_for_viewer
+
+
+def test_a_run_is_shown_while_it_lasts(monkeypatch, tmp_path) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    outcome = soft_gripper("run", "free_bending", *short(), "--meshcat", "--out", tmp_path)
+    assert outcome.code == 0
+    assert outcome.err.startswith("Open http://")
+    assert "so Meshcat closes now" in outcome.out
+
+
+@pytest.mark.parametrize("stdin", [None, io.StringIO("")])
+def test_no_terminal_to_wait_at(stdin: io.StringIO | None, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, "stdin", stdin)
+    wait_for_viewer()
+    assert "no terminal" in capsys.readouterr().out
+
+
+def test_the_end_of_input_ends_waiting(monkeypatch, capsys) -> None:
+    class AtEnd(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setattr(sys, "stdin", AtEnd(""))
+    wait_for_viewer()
+    assert "Press Enter" in capsys.readouterr().out
