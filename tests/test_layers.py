@@ -32,10 +32,10 @@ PARTS = (
 # Each extra may import from all of the core, and from these extras.
 LISTED: dict[str, set[str]] = {
     "bench": {"hardware", "page"},
-    "design": {"grasps"},
+    "design": {"grasps", "sweeps"},
     "export": set(),
     "foxglove": set(),
-    "grasps": set(),
+    "grasps": {"sweeps"},
     "hardware": {"page"},
     "health": set(),
     "learning": {"mujoco_engine"},
@@ -44,6 +44,7 @@ LISTED: dict[str, set[str]] = {
     "paper": set(),
     "play": {"page"},
     "soft": set(),
+    "sweeps": set(),
 }
 EXTRAS = {name: used for name, used in LISTED.items() if (PACKAGE / "extras" / name).is_dir()}  # any may be deleted
 LINKED = ROOT / "diagrams", ROOT / "models"

@@ -1,18 +1,15 @@
-"""Prints results of runs to the terminal: grasps, slips, phases, truth and agreement."""
+"""Prints results of runs to the terminal: grasps, slips, phases and truth."""
 
 import math
 import textwrap
 from collections.abc import Sequence
 from itertools import groupby
 from operator import attrgetter
-from pathlib import Path
 
 import numpy as np
 
-from soft_gripper.commands.console import Console
 from soft_gripper.control.task import Outcome
 from soft_gripper.files.row_table import UNKNOWN, headings, print_rows, print_table
-from soft_gripper.runs.agreement import Agreement
 from soft_gripper.runs.scores.grasp import HELD, NEVER_TOUCHED, RESTING
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_grasps import ObjectGrasp, ObjectGrip
@@ -131,18 +128,3 @@ def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig, l
     timeout = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     truth = f"; in truth: {', '.join(lost)}" if lost else ""
     print(f"\nOutcome, as estimated: {outcome.words}{timeout}{truth}")
-
-
-AGREEMENT = "agreement.csv"
-
-
-def print_agreement(rows: Sequence[Agreement], console: Console, out: Path) -> None:
-    """Prints and writes how runs of another engine agree with the same runs in Drake."""
-    console.table("agreement", rows, out / AGREEMENT)
-    print(f"\n{max(row.runs for row in rows)} of the runs repeated in Drake:")
-    for row in rows:
-        if math.isfinite(row.alike):
-            print(f"  {row.measure} alike in {row.alike:.0f} of {row.runs}")
-    numbers = [row for row in rows if not math.isfinite(row.alike)]
-    if numbers:
-        print_rows(numbers, "Sizes of the differences", ("alike",))

@@ -1,4 +1,4 @@
-"""Many runs: the executor, sweeps and tuning, and the scores of one."""
+"""Scores and measures of a run, and the executor of many."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Many runs: the executor, sweeps and tuning, and the scores of one."""
+"""Scores and measures of a run, and the executor of many."""
 
 from .executor import open_executor as open_executor
 from .scores.poses import held_samples as held_samples
@@ -13,11 +13,3 @@ from .scores.steps import phase_table as phase_table
 from .scores.steps import step_figure as step_figure
 from .scores.steps import step_table as step_table
 from .scores.steps import true_opening as true_opening
-from .sweep.axes import Range as Range
-from .sweep.axes import Values as Values
-from .sweep.axes import sweep_points as sweep_points
-from .sweep.measured_runs import run_and_measure as run_and_measure
-from .sweep.run_sweep import run_sweep as run_sweep
-from .tuning import gains_from_step_response as gains_from_step_response
-from .tuning import step_response as step_response
-from .tuning import tune as tune

@@ -6,8 +6,8 @@ from typing import Any
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.runs.measures import kind_of, measure, names_of
 from soft_gripper.runs.scores.recorded_task import Judged, TaskCriterion, TaskRun, task_criteria
-from soft_gripper.runs.sweep.measures import kind_of, measure, names_of
 from soft_gripper.scenario.criterion import Criterion, read_criterion
 from soft_gripper.scenario.schema import Scenario
 
@@ -62,7 +62,7 @@ def _judged_criteria(scenario: Scenario) -> list[TaskCriterion]:
 
 
 def _own_criteria(scenario: Scenario) -> list[Criterion]:
-    measures = names_of(kind_of(scenario), ())
+    measures = names_of(kind_of(scenario))
     criteria = [criterion for text in scenario.success if (criterion := read_criterion(text)) is not None]
     for i, criterion in enumerate(criteria):
         if criterion.measure not in measures:

@@ -1,6 +1,6 @@
 """A criterion of success of a scenario, as text: "slid_mm at most 1", "grasp is held".
 
-Criteria compare the measures of `runs.sweep.measures`: another measure there can be named in one.
+Criteria compare the measures of `runs.measures`: another measure there can be named in one.
 """
 
 import math

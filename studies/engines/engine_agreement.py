@@ -27,15 +27,15 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import Run, run_many
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, shortened
+from soft_gripper.extras.sweeps.axes import Range, sweep_points
+from soft_gripper.extras.sweeps.measured_runs import run_and_measure
+from soft_gripper.extras.sweeps.sweep import run_sweep
 from soft_gripper.files.row_table import print_rows, read_csv, write_csv
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.grasp import SLIDES, SUPPORTED, WINDOW, last
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.runs.scores.steps import outcome
-from soft_gripper.runs.sweep.axes import Range, sweep_points
-from soft_gripper.runs.sweep.measured_runs import run_and_measure
-from soft_gripper.runs.sweep.run_sweep import run_sweep
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE
 from soft_gripper.scenario.shipped import scenario_names

@@ -3,6 +3,7 @@
 import csv
 import shutil
 import xml.etree.ElementTree as ET
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.models import DIRECTORY
 from soft_gripper.pictures import phases
+from soft_gripper.runs.scores.steps import StepRow
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.shipped import SHIPPED, scenario_names
 
@@ -137,3 +139,21 @@ def test_run_finds_models_beside_the_scenario_file() -> None:
     assert soft_gripper("run", "mine/own.yaml", *short()).code == 0
     assert {row["finger"] for row in table("results/own/metrics.csv")} == {"only"}
     assert soft_gripper("run", "results/own/scenario.yaml", "--out", "again").code == 0
+
+
+def test_run_writes_the_table_of_steps(tmp_path):
+    columns = "step,from_mm,to_mm,overshoot_percent,crossings,settling_s,steady_error_estimated_mm,steady_error_true_mm"
+    steps = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")
+    outcome = soft_gripper("run", "tip_distance_steps", *steps, "--out", tmp_path)
+    assert outcome.code == 0
+    assert ",".join(field.name for field in fields(StepRow)) == columns
+    with open(tmp_path / "steps.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert ",".join(rows[0]) == columns
+    assert [float(row["to_mm"]) for row in rows] == pytest.approx([80, 60])
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "recording.nc",
+        "scenario.yaml",
+        "steps.csv",
+        "success.csv",
+    ]

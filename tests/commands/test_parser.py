@@ -39,8 +39,6 @@ def test_no_number_from_zero(text):
         ("run nowhere", "name"),
         ("frob", "COMMAND"),
         ("run nowhere.yaml", "scenario"),
-        ("sweep free_bending --vary sensor.seed=1,2 --method sobol --out x", "--method"),
-        ("sweep free_bending --vary sensor.seed=1,2 --method grid --sample 4 --out x", "--method"),
     ],
 )
 def test_mistakes_name_the_option(line, field):
@@ -60,10 +58,10 @@ def test_a_wrong_command_is_answered_with_the_right_one():
         parse_options(["expnd", "a.urdf"])
 
 
-BY_ARGPARSE = ["", "run", "run box_grasp --frob", "sweep x --sample few", "sweep x --out"]
+BY_ARGPARSE = ["", "run", "run box_grasp --frob", "run box_grasp --out"]
 
 
-@pytest.mark.parametrize("line", [*BY_ARGPARSE, f"sweep x --method {'y' * 50_000} \x1b[2J"], ids=lambda line: line[:20])
+@pytest.mark.parametrize("line", [*BY_ARGPARSE, f"run --{'y' * 50_000} \x1b[2J"], ids=lambda line: line[:20])
 def test_mistakes_that_argparse_finds_are_one_line(line):
     said = complaint(line)
     assert len(said) < 2000
@@ -81,8 +79,7 @@ QUICK = [
     ["frob"],
     ["run", "nowhere"],
     ["run", "nowhere.yaml"],
-    ["tune", "--evaluations", "0"],
-    ["sweep", "box_grasp", "--vary", "sensor.seed=1,2", "--method", "sobol", "--out", "x"],
+    ["expand", "a.urdf", "--segments", "0"],
 ]
 RUN_ALL = """
 import contextlib, io, json, sys

@@ -80,6 +80,7 @@ designs: 3
 """
 RUN = ["mine.yaml", *short(), "--out", "out/run"]
 JOBS = ["--jobs", "2"]
+SWEEP = ["mine.yaml", *short(), "--vary", "sensor.seed=1,2", *JOBS, "--out", "out/swept"]
 IDENTIFY_MOTION = ["swing.csv", "--as", "swing.yaml", "--finger", "beam.urdf"]
 LONG = {
     "run": RUN,
@@ -94,6 +95,8 @@ LONG = {
     "replay": ["swing.csv", "--as", "swing.yaml", "--out", "out/replayed"],
     "study grasp-trials": ["--trials", "1", *JOBS, "--out", "out/trials"],
     "study health": ["--runs", "1", *JOBS, "--out", "out/health"],
+    "sweep": SWEEP,
+    "tune": ["--evaluations", "5"],
     "weigh": IDENTIFY_MOTION,
 }
 
@@ -108,6 +111,11 @@ def folder(tmp_path):
 @pytest.mark.skipif(find_spec("mujoco") is None, reason="the extra `mujoco` is not installed")
 def test_the_engine_mujoco_runs_no_module_of_the_current_folder(folder):
     assert run_in(folder, {"run": ["run", *RUN, "--engine", "mujoco"]}) == {"run": [0, []]}
+
+
+def test_workers_of_a_sweep_run_no_module_of_the_current_folder(folder):
+    assert run_in(folder, {"sweep": ["sweep", *SWEEP]}) == {"sweep": [0, []]}
+    assert (folder / "out/swept/sweep.png").exists()
 
 
 @pytest.mark.slow

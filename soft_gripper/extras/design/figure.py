@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_tables import SHARE_HELD, sensitivity_rows, short_names
+from soft_gripper.extras.sweeps.axes import Range
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
-from soft_gripper.runs.sweep.axes import Range
 
 ALLOWED, LOST, BEST, SHIPPED = "#2166ac", "#b9b9b9", "#b2182b", "#111111"
 _FIGURE_WIDTH = 10.0  # inches

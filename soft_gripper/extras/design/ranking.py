@@ -13,9 +13,9 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.study_file import LEAST, MEAN, EndConfig, LimitConfig
+from soft_gripper.extras.sweeps.cells import numbers_in
+from soft_gripper.extras.sweeps.measured_runs import GRASP
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.sweep.cells import numbers_in
-from soft_gripper.runs.sweep.measures import GRASP
 
 Row = Mapping[str, str]  # cells of a run by column
 

@@ -24,12 +24,13 @@ from soft_gripper.extras.design.mould import least_wall
 from soft_gripper.extras.design.ranking import Design, DesignScore, Row, costs, find_best, pareto_front, score
 from soft_gripper.extras.design.search import Designs, searched_designs
 from soft_gripper.extras.design.study_file import DesignStudy, fix_ranges
+from soft_gripper.extras.sweeps.axes import Axis, Range
+from soft_gripper.extras.sweeps.measured_runs import ERROR, GRASP, engine_step_of
+from soft_gripper.extras.sweeps.own_measures import column_of, columns_of
+from soft_gripper.extras.sweeps.scenario_runs import ScenarioRuns
 from soft_gripper.registry import Registry
+from soft_gripper.runs.measures import kind_of, names_of
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.sweep.axes import Axis, Range
-from soft_gripper.runs.sweep.measured_runs import ERROR, engine_step_of
-from soft_gripper.runs.sweep.measures import GRASP, column_of, kind_of, names_of
-from soft_gripper.runs.sweep.scenario_runs import ScenarioRuns
 from soft_gripper.scenario.model_files import mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario
 
@@ -150,7 +151,8 @@ class _Runs(ScenarioRuns):
         self._study, self._executor, self._report = study, executor, report
         self._searched, self._tested = _all_cases(study)
         self._own = own_measures(study)
-        measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), list(self._own.values()))
+        kind = kind_of(changed_scenario(study.scenario, study.fixed))
+        measures = [*names_of(kind), *columns_of(list(self._own.values()))]
         _check_measures(study, measures)
         drawn_keys = (key for changes in (*self._searched.values(), *self._tested.values()) for key in changes)
         varied_keys = dict.fromkeys((*(axis.key for axis in study.axes), *drawn_keys))

@@ -12,7 +12,7 @@ from typing import Any
 from soft_gripper.errors import InputError
 from soft_gripper.extras.design.ranking import Design, DesignScore
 from soft_gripper.extras.design.study_file import LEAST, DesignConfig
-from soft_gripper.runs.sweep.axes import Axis, Range
+from soft_gripper.extras.sweeps.axes import Axis, Range
 
 STARTS = 4  # random designs for each variable, before the search learns
 Designs = Mapping[int, Mapping[str, Any]]  # values by dotted keys, by the numbers of designs

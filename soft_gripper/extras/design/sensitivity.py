@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from soft_gripper.arrays import Array
-from soft_gripper.runs.sweep.cells import numbers_in
+from soft_gripper.extras.sweeps.cells import numbers_in
 
 
 @dataclass(frozen=True)

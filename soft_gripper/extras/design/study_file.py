@@ -22,10 +22,10 @@ from typing import Any
 from soft_gripper.diagrams.simulation import check_closed
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.sweeps.axes import Axis, Range, Values, read_axis
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.quantity import Violation, is_name, quantity
-from soft_gripper.runs.sweep.axes import Axis, Range, Values, read_axis
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 LEAST, MOST = TOWARDS = ("least", "most")

@@ -10,8 +10,8 @@ from scipy.stats import binomtest
 from soft_gripper.extras.design.ranking import summarize_runs
 from soft_gripper.extras.design.run_design import DESIGN, OBJECT, DesignResult
 from soft_gripper.extras.design.sensitivity import Sensitivity, sensitivities
+from soft_gripper.extras.sweeps.cells import cell
 from soft_gripper.files.row_table import columns, write_rows
-from soft_gripper.runs.sweep.cells import cell
 
 DESIGNS, SENSITIVITY, TESTS = "designs.csv", "sensitivity.csv", "tests.csv"
 _SHORT_WORD = 5  # letters of a word that needs the word before it

@@ -9,8 +9,8 @@ from command_line import soft_gripper
 from csv_rows import csv_rows
 from refusals import refusal
 
+from soft_gripper.extras.sweeps.measured_runs import run_and_measure
 from soft_gripper.fingers.urdf import expand_urdf
-from soft_gripper.runs.sweep.measured_runs import run_and_measure
 
 LENGTH, PRESSURE = "models.gripper.fingers.all.length", "pressure.steps.all.0"
 STUDY = {

@@ -11,9 +11,9 @@ from stand_in import FRICTION, GAIN, LENGTH, PRESSURE, WEIGHT, grasped
 from soft_gripper.errors import InputError
 from soft_gripper.extras.design.run_design import TABLE, most_runs, run_design
 from soft_gripper.extras.design.study_file import load_design_study
+from soft_gripper.extras.sweeps import scenario_runs
 from soft_gripper.files.output import release_folders
 from soft_gripper.models import DIRECTORY
-from soft_gripper.runs.sweep import scenario_runs
 
 STUDY = {
     "scenario": "bottle_grasp",

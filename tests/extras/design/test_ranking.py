@@ -9,7 +9,7 @@ from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.sensitivity import sensitivities
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig, LimitConfig
 from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, write_tables
-from soft_gripper.runs.sweep.axes import Range, Values
+from soft_gripper.extras.sweeps.axes import Range, Values
 
 FORCE = EndConfig("force", "least", "mean")
 NAN = float("nan")

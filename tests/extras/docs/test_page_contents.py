@@ -14,8 +14,8 @@ from scenario_pages import STORED, stored_criteria
 from schema_page import field_names, scenario_classes, schema_page
 
 import soft_gripper as sg
+from soft_gripper.extras.sweeps.measured_runs import run_and_measure
 from soft_gripper.runs.success import success_criteria, success_rows
-from soft_gripper.runs.sweep.measured_runs import run_and_measure
 from soft_gripper.truth.contact import combined_friction
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -13,7 +13,7 @@ from soft_gripper.diagrams.simulation import run_many, simulate
 from soft_gripper.errors import InputError
 from soft_gripper.extras.mujoco_engine import engine, plants
 from soft_gripper.extras.mujoco_engine.engine import _change, _End
-from soft_gripper.runs.sweep.measured_runs import measured_runs
+from soft_gripper.extras.sweeps.measured_runs import measured_runs
 from soft_gripper.scenario.scenario_file import changed_scenario, load_scenario
 
 pytest.importorskip("mujoco")

@@ -13,7 +13,7 @@ from soft_gripper.extras.mujoco_engine.engine import _net_forces
 from soft_gripper.extras.mujoco_engine.library import load_mujoco
 from soft_gripper.extras.mujoco_engine.lockstep import simulate_network
 from soft_gripper.extras.mujoco_engine.network import Network
-from soft_gripper.runs.sweep.measured_runs import engine_step_of
+from soft_gripper.extras.sweeps.measured_runs import engine_step_of
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.truth.contact import COLUMNS
 

@@ -5,7 +5,6 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.extras.design.figure import design_figure
 from soft_gripper.extras.design.files import design_files, write_design
 from soft_gripper.extras.design.run_design import SHIPPED, TABLE, DesignResult, most_runs, own_measures, run_design
@@ -19,10 +18,10 @@ from soft_gripper.extras.design.study_tables import (
     test_rows,
     write_tables,
 )
+from soft_gripper.extras.sweeps.agreement import AGREEMENT, agreement_with_drake, print_agreement
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, print_table
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.agreement import agreement_with_drake
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read
 

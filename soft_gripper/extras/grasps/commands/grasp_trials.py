@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
-from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.extras.grasps.trial import Trial
 from soft_gripper.extras.grasps.trials import (
     ABOUT,
@@ -23,8 +22,8 @@ from soft_gripper.extras.grasps.trials import (
     run_trials,
     trials_together,
 )
+from soft_gripper.extras.sweeps.agreement import AGREEMENT, Agreement, agreement, draw_indices, print_agreement
 from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
-from soft_gripper.runs.agreement import Agreement, agreement, draw_indices
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario

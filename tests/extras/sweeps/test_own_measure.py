@@ -8,7 +8,7 @@ import pytest
 from command_line import short, soft_gripper
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.measured_runs import run_and_measure
+from soft_gripper.extras.sweeps.measured_runs import run_and_measure
 
 DOCS = Path(__file__).parents[3] / "docs" / "sweeps.md"
 NAME = "largest_bend_rate_deg_s"

@@ -3,20 +3,25 @@
 Drake is the judge: a random part of the runs is repeated there, and their measures are compared.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 
+from soft_gripper.commands.console import Console
+from soft_gripper.extras.sweeps.cells import cell
+from soft_gripper.extras.sweeps.measured_runs import ENGINE_STEP, ERROR, measured_runs
 from soft_gripper.files.number import number
+from soft_gripper.files.row_table import print_rows
 from soft_gripper.runs.study import results
-from soft_gripper.runs.sweep.cells import cell
-from soft_gripper.runs.sweep.measured_runs import ENGINE_STEP, ERROR, measured_runs
 from soft_gripper.scenario.schema import DRAKE
 
 NAN = float("nan")
+AGREEMENT = "agreement.csv"
 
 
 @dataclass(frozen=True)
@@ -104,3 +109,15 @@ def _number(cell: str) -> float:
 
 def _is_word(cell: str) -> bool:
     return bool(cell) and cell != "nan" and np.isnan(_number(cell))
+
+
+def print_agreement(rows: Sequence[Agreement], console: Console, out: Path) -> None:
+    """Prints and writes how runs of another engine agree with the same runs in Drake."""
+    console.table("agreement", rows, out / AGREEMENT)
+    print(f"\n{max(row.runs for row in rows)} of the runs repeated in Drake:")
+    for row in rows:
+        if math.isfinite(row.alike):
+            print(f"  {row.measure} alike in {row.alike:.0f} of {row.runs}")
+    numbers = [row for row in rows if not math.isfinite(row.alike)]
+    if numbers:
+        print_rows(numbers, "Sizes of the differences", ("alike",))

@@ -9,10 +9,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.sweeps.cells import Column, numbers_in
+from soft_gripper.extras.sweeps.measured_runs import GRASP
 from soft_gripper.pictures.style import STYLE
 from soft_gripper.runs.scores.grasp import HELD
-from soft_gripper.runs.sweep.cells import Column, numbers_in
-from soft_gripper.runs.sweep.measures import GRASP
 
 PANELS = 4  # maximum number of measures drawn
 _MAX_TICKS = 9  # values of a key that each have a tick

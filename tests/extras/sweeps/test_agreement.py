@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from soft_gripper.runs.agreement import agreement, draw_indices
+from soft_gripper.extras.sweeps.agreement import agreement, draw_indices
 
 
 def test_words_are_counted_and_numbers_compared():

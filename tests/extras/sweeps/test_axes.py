@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.axes import Range, Values, read_axis, sweep_points
+from soft_gripper.extras.sweeps.axes import Range, Values, read_axis, sweep_points
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,13 @@ import csv
 import signal
 import subprocess
 import time
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
-from command_line import LISTENING, short, soft_gripper
+from command_line import LISTENING, complaint, short, soft_gripper
 
-from soft_gripper.runs.scores.steps import StepRow
+from soft_gripper.commands.parser import parse_options
+from soft_gripper.errors import InputError
 
 NOISY = [*short("pressure.settle=0.1"), "--set", "sensor.errors.preset=realistic"]
 VARY = ["--vary", "models.0.fingers.all.youngs_modulus=-10..10 %:2", "--vary", "sensor.seed=0..3:4"]
@@ -64,7 +64,6 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
 
 
-COLUMNS = "step,from_mm,to_mm,overshoot_percent,crossings,settling_s,steady_error_estimated_mm,steady_error_true_mm"
 SHORT = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")
 
 
@@ -79,17 +78,15 @@ def test_tune_prints_the_table_and_the_gains():
     assert "5/5" in outcome.err
 
 
-def test_run_writes_the_table_of_steps(tmp_path):
-    outcome = soft_gripper("run", "tip_distance_steps", *SHORT, "--out", tmp_path)
-    assert outcome.code == 0
-    assert ",".join(field.name for field in fields(StepRow)) == COLUMNS
-    with open(tmp_path / "steps.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert ",".join(rows[0]) == COLUMNS
-    assert [float(row["to_mm"]) for row in rows] == pytest.approx([80, 60])
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "recording.nc",
-        "scenario.yaml",
-        "steps.csv",
-        "success.csv",
-    ]
+@pytest.mark.parametrize("choice", ["--method sobol", "--method grid --sample 4"])
+def test_a_method_without_its_sample_or_with_it_is_named(choice):
+    with pytest.raises(InputError) as error:
+        parse_options(f"sweep free_bending --vary sensor.seed=1,2 {choice} --out x".split())
+    assert error.value.field == "--method"
+
+
+@pytest.mark.parametrize("line", ["sweep x --sample few", "sweep x --out", f"sweep x --method {'y' * 50_000} \x1b[2J"])
+def test_mistakes_that_argparse_finds_are_one_line(line):
+    said = complaint(line)
+    assert len(said) < 2000
+    assert "\x1b" not in said

@@ -8,10 +8,11 @@ from typing import Any
 from soft_gripper.diagrams.simulation import check_closed
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError
-from soft_gripper.runs.sweep.axes import SweepPoint
-from soft_gripper.runs.sweep.measured_runs import DEPENDS, ENGINE_STEP, ERROR, STEP, engine_step_of
-from soft_gripper.runs.sweep.measures import OPTION, column_of, kind_of, names_of
-from soft_gripper.runs.sweep.scenario_runs import ScenarioRuns
+from soft_gripper.extras.sweeps.axes import SweepPoint
+from soft_gripper.extras.sweeps.measured_runs import DEPENDS, ENGINE_STEP, ERROR, STEP, engine_step_of
+from soft_gripper.extras.sweeps.own_measures import OPTION, column_of, columns_of
+from soft_gripper.extras.sweeps.scenario_runs import ScenarioRuns
+from soft_gripper.runs.measures import kind_of, names_of
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE
 
@@ -81,7 +82,7 @@ def run_sweep(
     if scenario.endswith((".yaml", ".yml")):
         scenario = str(Path(scenario).resolve())  # workers may have other working folders
     base = changed_scenario(scenario, fixed)
-    names = names_of(kind_of(base), own)
+    names = [*names_of(kind_of(base)), *columns_of(own)]
     if check_step and base.plant_config.time_step == 0:
         raise InputError("sweep", STEP, 0.0, "give a time step above 0, which --check-step can halve")
     checked = [DEPENDS] if check_step else []

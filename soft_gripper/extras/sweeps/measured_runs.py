@@ -7,12 +7,14 @@ from typing import Any
 
 from soft_gripper.diagrams.simulation import Run, engine_step, run_many
 from soft_gripper.errors import InputError
+from soft_gripper.extras.sweeps.own_measures import own_measures
+from soft_gripper.runs.measures import measure
 from soft_gripper.runs.study import describe
-from soft_gripper.runs.sweep.measures import measure
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE, Scenario
 
 DEPENDS, ERROR = "depends_on_step", "error"  # what a run tells beside its measures
+GRASP = "grasp"  # the measure that tells whether an object is held
 STEP, ENGINE_STEP = "plant_config.time_step", "engine_step"
 _DIFFERENT, _NEGLIGIBLE = 0.05, 0.01  # share of a measure, and in its unit, that a time step may change
 
@@ -96,7 +98,7 @@ def _measures(run: Run, own: Sequence[str]) -> dict[str, Any]:
     if not run.station.fingers:
         models = [model.file for model in run.station.scenario.models]
         raise InputError("sweep", "models", models, "there is no <finger> in them")
-    return measure(run.station, run.recording, own)
+    return measure(run.station, run.recording) | own_measures(own, run.station, run.recording)
 
 
 def _compared(measures: dict[str, Any] | Exception, halved: dict[str, Any] | Exception) -> dict[str, Any] | Exception:

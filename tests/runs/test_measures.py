@@ -1,4 +1,4 @@
-"""Measures of a run: what they are, and that a sweep takes them."""
+"""Measures of a run: what they are."""
 
 import math
 from dataclasses import fields, replace
@@ -6,13 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from refusals import refused
 
+from soft_gripper.runs import measures as module
+from soft_gripper.runs.measures import kind_of, measure
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.steps import StepRow
-from soft_gripper.runs.sweep import measures as module
-from soft_gripper.runs.sweep.measured_runs import run_and_measure
-from soft_gripper.runs.sweep.measures import kind_of, measure
 from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = [  # step, from, to, overshoot, crossings, settling, steady errors estimated and true
@@ -65,20 +63,3 @@ def test_no_measure_hides_another_of_its_name():
     for name in ("bottle_grasp", "box_grasp", "tip_distance_steps", "pick_and_place_box"):
         names = [each.name for kind in kind_of(load_scenario(name)) for each in fields(kind)]
         assert {each for each in names if names.count(each) > 1} <= {"duration_s"}, name
-
-
-@pytest.mark.slow
-def test_tasks_and_closed_loops_have_measures_of_their_own():
-    steps = run_and_measure("tip_distance_steps", {"control.set_points": [0.06], "control.hold": 1.0})
-    assert 0 < steps["mean_settling_s"] < 1
-    task = run_and_measure("arm_motion", {"task.time_limit": 0.5})
-    assert task == {"outcome": "running", "duration_s": 0.5}
-    held = run_and_measure("pick_and_place_box", {"task.time_limit": 0.5})
-    assert (held["success"], held["cause"][:8]) == (False, "not over")
-
-
-def test_a_scenario_without_fingers_has_nothing_to_be_measured():
-    with refused("models", ["package://soft_gripper/objects/table.sdf"]):
-        run_and_measure(
-            "box_grasp", {"models": [{"name": "table", "file": "package://soft_gripper/objects/table.sdf"}]}
-        )

@@ -1,23 +1,14 @@
-"""The measures of a run in a sweep, by the kind of its scenario, and user measures.
-
-A measure of your own is a function of a station and its recording. It returns one value, a number, a boolean or a
-string, for the column named after the function:
-
-    def peak_bend_deg(station: Station, recording: Recording) -> float
-"""
+"""The measures of a run, by the kind of its scenario."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.errors import InputError
 from soft_gripper.files.row_table import columns
-from soft_gripper.registry import OWN, blamed_on
 from soft_gripper.runs.scores.grasp import Grasp
 from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
@@ -27,9 +18,6 @@ from soft_gripper.runs.scores.recorded_task import Judged, judged
 from soft_gripper.runs.scores.slipping import Slip
 from soft_gripper.runs.scores.steps import outcome, step_table
 from soft_gripper.scenario.schema import Scenario
-
-OPTION = "--measure"
-GRASP = "grasp"  # the measure that tells whether an object is held
 
 
 @dataclass(frozen=True)
@@ -82,23 +70,13 @@ def kind_of(scenario: Scenario) -> tuple[type[Any], ...]:
     return (*grasp, OpenLoop) if scenario.control.set_points is None else (*grasp, ClosedLoop)
 
 
-def names_of(kind: Sequence[type[Any]], own: Sequence[str]) -> list[str]:
-    """The names of the measures of a kind of scenario, then those of user measures, each given as "module:function".
-
-    Raises:
-        InputError: if a user measure cannot be imported.
-    """
-    for name in own:
-        OWN.find(name, OPTION, "sweep")
-    return [*dict.fromkeys(name for part in kind for name in columns(part)), *map(column_of, own)]
+def names_of(kind: Sequence[type[Any]]) -> list[str]:
+    """The names of the measures of a kind of scenario."""
+    return list(dict.fromkeys(name for part in kind for name in columns(part)))
 
 
-def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> dict[str, Any]:
-    """The values of the measures of a run, by name.
-
-    Raises:
-        InputError: if a user measure fails, or does not return a single value.
-    """
+def measure(station: Station, recording: Recording) -> dict[str, Any]:
+    """The values of the measures of a run, by name."""
     # The object of the task, or the first free model.
     items = [RecordedObject(station, recording, name) for name in objects_of(station)[:1]]
     makers: dict[type[Any], Callable[[], Any]] = {
@@ -112,22 +90,7 @@ def measure(station: Station, recording: Recording, own: Sequence[str] = ()) -> 
     values: dict[str, Any] = {}
     for kind in kind_of(station.scenario):
         values |= asdict(makers[kind]())
-    return values | {column_of(name): _own_measure(name, station, recording) for name in own}
-
-
-def column_of(name: str) -> str:
-    """The column of a user measure, "module:function"."""
-    return name.rpartition(":")[2]
-
-
-def _own_measure(name: str, station: Station, recording: Recording) -> Any:
-    function = OWN.find(name, OPTION, "sweep")
-    with blamed_on(OPTION, name, "sweep"):
-        result = function(station, recording)
-    value = result.item() if isinstance(result, np.generic | np.ndarray) and result.size == 1 else result
-    if not isinstance(value, Real | str):
-        raise InputError("sweep", OPTION, name, f"returned {type(result).__name__}; return a number or a string")
-    return value
+    return values
 
 
 def _open_loop(station: Station, recording: Recording) -> OpenLoop:

@@ -3,15 +3,14 @@
 import argparse
 from pathlib import Path
 
-from soft_gripper.commands.printing import AGREEMENT, print_agreement
+from soft_gripper.extras.sweeps.agreement import AGREEMENT, agreement_with_drake, print_agreement
+from soft_gripper.extras.sweeps.axes import SweepPoint, read_axis, sweep_points
+from soft_gripper.extras.sweeps.figure import sweep_figure
+from soft_gripper.extras.sweeps.measured_runs import DEPENDS, ERROR
+from soft_gripper.extras.sweeps.sweep import NUMBER, TABLE, run_sweep
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.agreement import agreement_with_drake
 from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.slipping import as_predicted
-from soft_gripper.runs.sweep.axes import SweepPoint, read_axis, sweep_points
-from soft_gripper.runs.sweep.figure import sweep_figure
-from soft_gripper.runs.sweep.measured_runs import DEPENDS, ERROR
-from soft_gripper.runs.sweep.run_sweep import NUMBER, TABLE, run_sweep
 from soft_gripper.scenario.scenario_file import read_override
 
 FIGURE = "sweep"

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.runs import tuning
+from soft_gripper.extras.sweeps import tuning
+from soft_gripper.extras.sweeps.tuning import (
+    UNSETTLED_COST,
+    follow,
+    gains_from_step_response,
+    step_cost,
+    step_response,
+    tune,
+)
 from soft_gripper.runs.scores.steps import StepRow
-from soft_gripper.runs.tuning import UNSETTLED_COST, follow, gains_from_step_response, step_cost, step_response, tune
 from soft_gripper.scenario.scenario_file import load_scenario
 
 

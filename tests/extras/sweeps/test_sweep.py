@@ -10,13 +10,12 @@ from here_executor import HereExecutor
 from refusals import refused
 
 from soft_gripper.errors import InputError, SimulationDivergedError
+from soft_gripper.extras.sweeps import measured_runs, scenario_runs, sweep
+from soft_gripper.extras.sweeps.cells import cell
+from soft_gripper.extras.sweeps.figure import sweep_figure
+from soft_gripper.extras.sweeps.measured_runs import STEP, depends_on_step
+from soft_gripper.extras.sweeps.sweep import ABOUT, TABLE, run_sweep
 from soft_gripper.files.output import release_folders
-from soft_gripper.runs.sweep import measured_runs, scenario_runs
-from soft_gripper.runs.sweep import run_sweep as sweep
-from soft_gripper.runs.sweep.cells import cell
-from soft_gripper.runs.sweep.figure import sweep_figure
-from soft_gripper.runs.sweep.measured_runs import STEP, depends_on_step
-from soft_gripper.runs.sweep.run_sweep import ABOUT, TABLE, run_sweep
 
 MEASURES = {
     "mean_pose_error_mm": 1.0,

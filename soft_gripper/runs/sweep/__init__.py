@@ -1,1 +1,0 @@
-"""Sweeps: a scenario run with many values of its fields, in one table."""
