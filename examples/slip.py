@@ -21,11 +21,11 @@ from soft_gripper.diagrams.simulation import cached_station, run_station
 from soft_gripper.extras.export.folder import export_mjcf
 from soft_gripper.extras.export.run_mjcf import simulate
 from soft_gripper.extras.sweeps.axes import read_axis, sweep_points
+from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.study import results
 from soft_gripper.extras.sweeps.sweep import run_sweep
 from soft_gripper.files.row_table import print_rows, write_csv
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.slipping import as_predicted
-from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import changed_scenario
 
 SCENARIO = "bottle_grasp"

@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.study import StudyTables
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import cells, columns, row_from_cells
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.study import StudyTables
 
 Row = TypeVar("Row")
 Report = Callable[[Any], Any]  # called with each job as it ends, or at once if its rows exist

@@ -1,4 +1,4 @@
-"""Scores and measures of a run, and the executor of many."""
+"""Scores and measures of a run."""
 
 import lazy_loader
 

@@ -1,6 +1,5 @@
-"""Scores and measures of a run, and the executor of many."""
+"""Scores and measures of a run."""
 
-from .executor import open_executor as open_executor
 from .scores.poses import held_samples as held_samples
 from .scores.readings import external_torque_again as external_torque_again
 from .scores.readings import read_again as read_again

@@ -14,9 +14,9 @@ import numpy as np
 from tqdm import tqdm
 
 from soft_gripper.arrays import Array
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.kinematics import as_points, forward_kinematics
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.sensors.sensor_layout import SensorLayout
 from studies.contacts.contacts import Contacts, read_finger
 from studies.contacts.estimates import HELD, contact_readings

@@ -22,14 +22,14 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.grasps.trial import RandomObject
 from soft_gripper.extras.soft.adds import SoftMesh
+from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.study import results
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import forward_kinematics
 from soft_gripper.load.opening import Gripper, InnerSurface
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import held_samples
 from soft_gripper.runs.scores.readings import ReadAgain, external_torque_again, read_again
-from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import strain_errors

@@ -23,8 +23,8 @@ from tqdm import tqdm
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, described
+from soft_gripper.extras.sweeps.executor import begin
 from soft_gripper.registry import OWN
-from soft_gripper.runs.executor import begin
 from studies.benchmark.benchmark_task import Estimator, Predict, Predicted, Question, Recorded
 from studies.benchmark.estimates import check_estimate, mean_and_std
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
-from soft_gripper.runs.executor import open_executor
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
 from studies.contacts.estimates import ESTIMATOR, SETUPS, check_estimator
 from studies.contacts.peg import PLACE, SIDES, RestingContact, contact_arrays, contact_row, run_contacts

@@ -8,10 +8,10 @@ from soft_gripper.extras.hardware.commands.printing import FitProgress, print_id
 from soft_gripper.extras.hardware.identification.identified_finger import Identified, fit_remarks, write_fitted
 from soft_gripper.extras.hardware.replay.held_out import replay
 from soft_gripper.extras.paper.commands.printing import print_claims
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import open_executor
 from studies.hardware.published import (
     ARM,
     BEAM,

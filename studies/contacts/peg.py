@@ -30,10 +30,10 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.diagrams.wiring.drive import add_pressure_drive
 from soft_gripper.diagrams.wiring.scoring import add_true_contact
+from soft_gripper.extras.sweeps.study import results
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.kinematics import as_planar, forward_kinematics, in_space
 from soft_gripper.fingers.statics import resting_angles
-from soft_gripper.runs.study import results
 from soft_gripper.scenario.schema import PressureConfig
 from soft_gripper.truth.contact import touches
 from studies.contacts.contacts import FINGER, INNER, OUTER, Contacts, G, read_finger

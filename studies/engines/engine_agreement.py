@@ -28,10 +28,10 @@ from soft_gripper.diagrams.simulation import Run, run_many
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, shortened
 from soft_gripper.extras.sweeps.axes import Range, sweep_points
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.extras.sweeps.measured_runs import run_and_measure
 from soft_gripper.extras.sweeps.sweep import run_sweep
 from soft_gripper.files.row_table import print_rows, read_csv, write_csv
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.grasp import SLIDES, SUPPORTED, WINDOW, last
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasps
 from soft_gripper.runs.scores.recorded_object import RecordedObject

@@ -18,9 +18,8 @@ from processes import family
 
 from soft_gripper import load_scenario, run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.extras.sweeps import Range, Values, run_sweep, sweep_points
+from soft_gripper.extras.sweeps import Range, Values, open_executor, run_sweep, sweep_points
 from soft_gripper.pictures.style import STYLE, estimator_style, save_figure
-from soft_gripper.runs import open_executor
 from studies import ROOT
 
 FIGURE = ROOT / "docs" / "many_runs"

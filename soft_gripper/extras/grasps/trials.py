@@ -21,6 +21,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import KEYS, NAN, PARTS, Details, Trial, draw, random_numbers, vary
 from soft_gripper.extras.sweeps.measured_runs import engine_step_of
+from soft_gripper.extras.sweeps.study import StudyTables, describe
 from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure
 from soft_gripper.runs.scores.recorded_grasps import objects_of, recorded_grasp
@@ -35,7 +36,6 @@ from soft_gripper.runs.scores.recorded_task import (
     tilt,
     yaw,
 )
-from soft_gripper.runs.study import StudyTables, describe
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 

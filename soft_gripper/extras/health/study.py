@@ -25,9 +25,9 @@ from soft_gripper.estimators.uncertainty import uncertainty_of
 from soft_gripper.extras.health.faults import FAULTS
 from soft_gripper.extras.health.health_filter import WINDOW_SAMPLES, HealthFilter
 from soft_gripper.extras.health.health_monitor import named_fault
+from soft_gripper.extras.sweeps.study import results
 from soft_gripper.pictures.style import COLORS, STYLE
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
-from soft_gripper.runs.study import results
 from soft_gripper.scenario.finger_changes import changed_finger
 from soft_gripper.scenario.model_files import model_path
 from soft_gripper.scenario.scenario_file import load_scenario

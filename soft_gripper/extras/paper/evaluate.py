@@ -34,6 +34,7 @@ from soft_gripper.extras.paper.scenario_run import (
     run_scenario,
 )
 from soft_gripper.extras.paper.scenes_figure import scenes_figure
+from soft_gripper.extras.sweeps.study import run_study
 from soft_gripper.files.output import atomic_folder, read_folder, write_folder
 from soft_gripper.files.row_table import Row, read_csv, write_csv
 from soft_gripper.fingers.finger import Finger
@@ -46,7 +47,6 @@ from soft_gripper.runs.scores.external_torques import ForceRow
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.runs.scores.recorded_task import TaskRun
 from soft_gripper.runs.scores.steps import PhaseRow, outcome, phase_table
-from soft_gripper.runs.study import run_study
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.scenario.sensor_presets import sensor_layout

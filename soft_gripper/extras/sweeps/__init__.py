@@ -1,4 +1,4 @@
-"""Many runs of a scenario: sweeps of its fields, agreement between engines, and tuning of gains."""
+"""Many runs: their executor and tables, sweeps of a scenario, agreement of engines, and tuning of gains."""
 
 import lazy_loader
 

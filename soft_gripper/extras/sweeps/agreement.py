@@ -15,9 +15,9 @@ import numpy as np
 from soft_gripper.commands.console import Console
 from soft_gripper.extras.sweeps.cells import cell
 from soft_gripper.extras.sweeps.measured_runs import ENGINE_STEP, ERROR, measured_runs
+from soft_gripper.extras.sweeps.study import results
 from soft_gripper.files.number import number
 from soft_gripper.files.row_table import print_rows
-from soft_gripper.runs.study import results
 from soft_gripper.scenario.schema import DRAKE
 
 NAN = float("nan")

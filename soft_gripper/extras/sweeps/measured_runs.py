@@ -8,8 +8,8 @@ from typing import Any
 from soft_gripper.diagrams.simulation import Run, engine_step, run_many
 from soft_gripper.errors import InputError
 from soft_gripper.extras.sweeps.own_measures import own_measures
+from soft_gripper.extras.sweeps.study import describe
 from soft_gripper.runs.measures import measure
-from soft_gripper.runs.study import describe
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE, Scenario
 

@@ -10,8 +10,8 @@ from typing import Any
 from soft_gripper.diagrams.simulation import runs_at_once
 from soft_gripper.extras.sweeps.cells import cell
 from soft_gripper.extras.sweeps.measured_runs import ERROR, measured_runs
+from soft_gripper.extras.sweeps.study import StudyTables
 from soft_gripper.files.output import lock_folder
-from soft_gripper.runs.study import StudyTables
 from soft_gripper.scenario.scenario_file import dump_scenario
 from soft_gripper.scenario.schema import Scenario
 

@@ -26,7 +26,9 @@ PAGES = [*sorted((DOCS / "howto").glob("*.md")), DOCS / "start.md", DOCS / "swee
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_what_a_page_shows_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sg.runs, "open_executor", lambda *_, **__: nullcontext(HereExecutor()))  # others test processes
+    monkeypatch.setattr(
+        sg.extras.sweeps, "open_executor", lambda *_, **__: nullcontext(HereExecutor())
+    )  # others test processes
     mpl.use("Agg")
     follow(page)
 

@@ -11,8 +11,8 @@ import pytest
 from command_line import short
 from processes import family
 
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.extras.sweeps.sweep import run_sweep
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.scenario_file import read_override
 
 pytestmark = pytest.mark.slow

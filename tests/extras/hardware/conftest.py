@@ -8,7 +8,7 @@ from hardware_files import DESCRIPTION
 from identified import BEAM, HOLLOW, finger_of
 
 from soft_gripper.extras.hardware.recording_schema import RecordingConfig, load_description
-from soft_gripper.runs.executor import open_executor
+from soft_gripper.extras.sweeps.executor import open_executor
 
 Describe = Callable[..., RecordingConfig]
 

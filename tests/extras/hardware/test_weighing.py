@@ -32,11 +32,11 @@ from soft_gripper.extras.hardware.identification.simulated_motion import Setup
 from soft_gripper.extras.hardware.recording_schema import load_description
 from soft_gripper.extras.hardware.recordings import find_recordings
 from soft_gripper.extras.hardware.weighing import KeptFit, learned_growth, weigh
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.fingers.cross_section import CrossSection
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import TipLoad
 from soft_gripper.fingers.paths import Tendon
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.fitted_states_config import FittedStatesConfig
 from soft_gripper.scenario.model_files import model_path
 

@@ -14,8 +14,8 @@ from command_line import short, soft_gripper
 from refusals import refused
 from waiting import wait_until
 
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.study import run_study
+from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.study import run_study
 
 Client = pytest.importorskip("distributed", reason="Dask is not installed: pip install 'soft-gripper[cluster]'").Client
 

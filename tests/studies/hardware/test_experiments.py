@@ -10,7 +10,7 @@ from soft_gripper.extras.hardware.identification.fit import _settling_share, _ve
 from soft_gripper.extras.hardware.identification.free_parameters import free_parameters
 from soft_gripper.extras.hardware.identification.identified_finger import read_finger
 from soft_gripper.extras.hardware.identification.simulated_motion import simulated_markers
-from soft_gripper.runs.executor import open_executor
+from soft_gripper.extras.sweeps.executor import open_executor
 from studies.hardware import published as experiments
 from studies.hardware.published import BEAM, SEGMENT, identify_published, published_recordings
 

@@ -19,10 +19,10 @@ from soft_gripper.extras.design.study_tables import (
     write_tables,
 )
 from soft_gripper.extras.sweeps.agreement import AGREEMENT, agreement_with_drake, print_agreement
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, print_table
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.scenario_file import changed_scenario, files_read
 
 FIGURE, BEST = "design", "best"

@@ -7,10 +7,10 @@ from pathlib import Path
 from soft_gripper.commands.chosen_station import station_of
 from soft_gripper.diagrams.simulation import check_closed
 from soft_gripper.extras.grasps.strength import LOADS, NOT_HELD, Shake, grasp_strength, held_object, strength_figure
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import open_executor
 
 TABLE, FIGURE = "strength.csv", "strength"
 

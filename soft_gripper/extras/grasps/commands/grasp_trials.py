@@ -23,9 +23,9 @@ from soft_gripper.extras.grasps.trials import (
     trials_together,
 )
 from soft_gripper.extras.sweeps.agreement import AGREEMENT, Agreement, agreement, draw_indices, print_agreement
+from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.study import results
 from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.study import results
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import DRAKE
 

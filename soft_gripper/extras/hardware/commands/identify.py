@@ -36,11 +36,11 @@ from soft_gripper.extras.hardware.identification.settled_states import (
 from soft_gripper.extras.hardware.identification.simulated_motion import measured_motion
 from soft_gripper.extras.hardware.recordings import HardwareRecording, find_recordings, recording_paths
 from soft_gripper.extras.hardware.weighing import learned_growth
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.document import require
 from soft_gripper.files.output import check_file
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.scenario.model_files import model_path
 
 

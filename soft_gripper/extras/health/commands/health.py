@@ -4,10 +4,10 @@ import argparse
 from dataclasses import astuple
 
 from soft_gripper.extras.health.study import health_figure, health_rows, health_runs
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_table
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import open_executor
 
 TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
 _COLUMN_TITLES = ("found [%]", "named right [%]", "false alarms [%]", "median delay [s]", "90 % within [s]")

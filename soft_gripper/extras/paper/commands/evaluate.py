@@ -12,8 +12,8 @@ from soft_gripper.extras.paper.evaluate import RUNS, run_scenarios, summarize, u
 from soft_gripper.extras.paper.page import Evaluation
 from soft_gripper.extras.paper.pose_rows import estimator_rows, mean_errors
 from soft_gripper.extras.paper.scenario_run import SCENARIOS
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.files.output import lock_folder
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.poses import PoseRow
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from soft_gripper.extras.sweeps.agreement import AGREEMENT, agreement_with_drake, print_agreement
 from soft_gripper.extras.sweeps.axes import SweepPoint, read_axis, sweep_points
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.extras.sweeps.figure import sweep_figure
 from soft_gripper.extras.sweeps.measured_runs import DEPENDS, ERROR
 from soft_gripper.extras.sweeps.sweep import NUMBER, TABLE, run_sweep
 from soft_gripper.pictures.style import save_figure
-from soft_gripper.runs.executor import open_executor
 from soft_gripper.runs.scores.slipping import as_predicted
 from soft_gripper.scenario.scenario_file import read_override
 

@@ -5,9 +5,9 @@ import argparse
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.errors import InputError
+from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.extras.sweeps.tuning import follow, tune
 from soft_gripper.files.row_table import print_rows
-from soft_gripper.runs.executor import open_executor
 
 
 def run(options: argparse.Namespace) -> None:

@@ -10,8 +10,8 @@ import pytest
 from here_executor import HereExecutor
 
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.runs.executor import MainScriptError
-from soft_gripper.runs.study import StudyTables, describe, run_study
+from soft_gripper.extras.sweeps.executor import MainScriptError
+from soft_gripper.extras.sweeps.study import StudyTables, describe, run_study
 
 ONE = {"a.csv": ["n", "m", "error"]}
 TWO = {"a.csv": ["n", "m", "error"], "b.csv": ["n", "x"]}
@@ -21,7 +21,7 @@ FULL = """
 import resource, sys
 from pathlib import Path
 from soft_gripper.errors import InputError
-from soft_gripper.runs.study import StudyTables
+from soft_gripper.extras.sweeps.study import StudyTables
 tables = StudyTables(Path(sys.argv[1]), "about", {"a.csv": ["n", "m", "error"]}, 1)
 tables.begin("this", False)
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))

@@ -142,7 +142,7 @@ GROWTH = 300 * 2**20  # bytes by which a process may grow after its first call b
 ATTEMPTS = 2  # at a call, if its process dies
 # Modules that most calls need, imported once by the server from which processes are forked, so that another process
 # takes only a tenth of a second; xarray loads dask.array on first use, if installed.
-_PRELOADED_MODULES = ("soft_gripper.runs.server_folder", "soft_gripper.runs.measures", "dask.array")
+_PRELOADED_MODULES = ("soft_gripper.extras.sweeps.server_folder", "soft_gripper.extras.sweeps.sweep", "dask.array")
 _SERVER_CONTEXT = get_context("forkserver")
 _EXIT_TIMEOUT = 5.0  # s, to wait for a dead process to disappear
 _MAX_PATH_LENGTH = 70  # bytes in the path of the temporary folder; paths of its sockets are limited to 107

@@ -14,8 +14,8 @@ from waiting import LONG, wait_until
 
 from soft_gripper.child_processes import environment
 from soft_gripper.errors import InputError, WorkerDiedError
-from soft_gripper.runs import executor as worker_processes
-from soft_gripper.runs.executor import MainScriptError, WorkerProcesses, open_executor
+from soft_gripper.extras.sweeps import executor as worker_processes
+from soft_gripper.extras.sweeps.executor import MainScriptError, WorkerProcesses, open_executor
 
 TESTS = Path(__file__).parents[2]
 PATHS = [str(TESTS), str(TESTS / "helpers")]
@@ -23,8 +23,8 @@ PATHS = [str(TESTS), str(TESTS / "helpers")]
 PARENT = """
 import sys, time
 sys.path += {paths!r}
-from runs.executor.test_worker_processes import write_and_sleep
-from soft_gripper.runs.executor import WorkerProcesses
+from extras.sweeps.test_worker_processes import write_and_sleep
+from soft_gripper.extras.sweeps.executor import WorkerProcesses
 if __name__ == "__main__":
     with WorkerProcesses(2) as executor:
         calls = [executor.submit(write_and_sleep, {folder!r}) for _ in range(3)]
@@ -109,7 +109,7 @@ def test_processes_run_no_module_of_the_current_folder_and_one_thread(tmp_path):
     script = tmp_path / "elsewhere" / "script.py"
     script.parent.mkdir()
     script.write_text(
-        "import os\nfrom soft_gripper.runs.executor import open_executor\n"
+        "import os\nfrom soft_gripper.extras.sweeps.executor import open_executor\n"
         "def threads(): return os.environ.get('OPENBLAS_NUM_THREADS')\n"
         'if __name__ == "__main__":\n'
         "    with open_executor(1) as executor: print(executor.submit(threads).result(), threads())\n"
@@ -198,9 +198,9 @@ def is_alive(process: int) -> bool:
 UNGUARDED = """
 import sys
 sys.path += {paths!r}
-from runs.executor.test_worker_processes import pid
-from soft_gripper.runs.executor import open_executor
-from soft_gripper.runs.study import run_study
+from extras.sweeps.test_worker_processes import pid
+from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.study import run_study
 print("begins", flush=True)
 with open_executor(1) as executor:
     run_study(executor, pid, {{i: (i,) for i in range(20)}}, print)
@@ -224,7 +224,9 @@ def test_a_script_without_a_guard_is_told_so(tmp_path):
 @pytest.mark.parametrize("guard", ["", 'if __name__ == "__main__": '])
 def test_a_script_on_standard_input_is_refused_before_any_call(guard):
     """No process could import it."""
-    script = f"from soft_gripper.runs.executor import open_executor\n{guard}print(open_executor(1).__enter__())"
+    script = (
+        f"from soft_gripper.extras.sweeps.executor import open_executor\n{guard}print(open_executor(1).__enter__())"
+    )
     ended = subprocess.run(
         [sys.executable, "-"], input=script, capture_output=True, text=True, timeout=LONG, check=False
     )

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from soft_gripper.errors import InputError, SimulationDivergedError, WorkerDiedError
+from soft_gripper.extras.sweeps.executor import MainScriptError
 from soft_gripper.files.output import atomic_file
 from soft_gripper.files.row_table import write_rows
 from soft_gripper.files.text import MAX_BYTES, read_text
 from soft_gripper.interrupts import delayed_signals
-from soft_gripper.runs.executor import MainScriptError
 
 _LOGGER = logging.getLogger(__name__)
 Key = TypeVar("Key")
