@@ -180,18 +180,6 @@ class Run(NamedTuple):
     recording: Recording
 
 
-# Runs per call of an engine other than Drake: more make each faster, but leave processes without work.
-_MIN_RUNS_AT_ONCE, _MAX_RUNS_AT_ONCE, _MIN_CALLS = 16, 128, 4
-
-
-def runs_at_once(scenario: Scenario, count: int) -> int:
-    """Best number of runs per call of `run_many`, for `count` runs of a scenario with changes."""
-    if scenario.engine == DRAKE:
-        return 1
-    calls = max(math.ceil(count / _MAX_RUNS_AT_ONCE), min(_MIN_CALLS, math.ceil(count / _MIN_RUNS_AT_ONCE)), 1)
-    return max(1, math.ceil(count / calls))
-
-
 def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[Run | Exception]:
     """Runs scenarios, each in its engine, which may run many at once; a run that failed gives its error.
 
@@ -202,19 +190,6 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
             yield from (_run(scenario, described) for scenario in engine_scenarios)
         else:
             yield from registered("ENGINES")[engine]([*engine_scenarios], described)
-
-
-def engine_step(scenario: Scenario) -> float | None:
-    """The longest step, s, of the engine that simulates a scenario, for runs of it with changes; None: there is none,
-    or it cannot be run itself.
-
-    Raises:
-        InputError: if the engine cannot simulate the scenario.
-    """
-    if scenario.engine == DRAKE or scenario.engine_step is not None:
-        return scenario.engine_step
-    steps = registered("ENGINE_STEPS")
-    return steps[scenario.engine](scenario) if scenario.engine in steps else None
 
 
 def _run(scenario: Scenario, described: bool) -> Run | Exception:

@@ -1,7 +1,5 @@
 """The scene in Meshcat: the bodies, the estimates drawn over them, a legend and a camera.
 
-Also a Meshcat for this machine only, and cleanup after one has failed.
-
 A Meshcat accepts commands and junk from anyone who can connect: it checks neither Host nor Origin, and one message
 that is not MessagePack ends its thread. Every later call then raises a RuntimeError, and its destructor waits until the
 last client has disconnected.
@@ -9,9 +7,7 @@ last client has disconnected.
 
 import gzip
 import logging
-import os
 import secrets
-import socket
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -19,8 +15,6 @@ from copy import deepcopy
 from ipaddress import IPv4Address
 from itertools import product
 from pathlib import Path
-from stat import S_ISSOCK
-from urllib.parse import urlsplit
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role, SceneGraph
@@ -39,7 +33,7 @@ from soft_gripper.diagrams.view.estimate_visualizer import DrawnFinger, Estimate
 from soft_gripper.diagrams.view.finger_drawing import LENGTH, MIN_FORCE, drawn_signals
 from soft_gripper.diagrams.view.torque_colors import draw_torque_legend, round_limit
 from soft_gripper.diagrams.wiring.named_wires import inputs
-from soft_gripper.errors import InputError, first_line
+from soft_gripper.errors import InputError
 from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
 from soft_gripper.fingers.finger import Finger
@@ -48,20 +42,6 @@ from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, Scenario, TaskConfig
 
 LOOPBACK = "127.0.0.1"
-_MAX_DESCRIPTORS = 4096
-
-
-def open_meshcat() -> Meshcat:
-    """A Meshcat at the first free port of its default range, for this machine only.
-
-    Raises:
-        InputError: if none is free.
-    """
-    try:
-        return Meshcat(MeshcatParams(host=LOOPBACK))
-    except RuntimeError as error:
-        expected = f"no free port at {LOOPBACK}; close other viewers ({first_line(error)})"
-        raise InputError("Meshcat", "port", "7000 to 7099", expected) from None
 
 
 def hidden_meshcat() -> Meshcat:
@@ -79,27 +59,6 @@ def hidden_meshcat() -> Meshcat:
         with suppress(RuntimeError):
             return Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
     raise InputError("Meshcat", "port", "any", f"no free port at {LOOPBACK}")
-
-
-def has_failed(meshcat: Meshcat) -> bool:
-    """Whether the thread that serves a Meshcat has ended."""
-    try:
-        meshcat.web_url()  # unlike other calls, this does not wait for the thread
-    except RuntimeError:
-        return True
-    return False
-
-
-def cut_off(address: str) -> None:
-    """Closes the connections of a failed Meshcat at an address, so that its destructor does not wait for clients."""
-    port = urlsplit(address).port
-    for descriptor in range(3, _MAX_DESCRIPTORS):
-        with suppress(OSError):
-            if not S_ISSOCK(os.fstat(descriptor).st_mode):
-                continue  # a copy of it could not become a socket, and would stay open
-            with socket.socket(fileno=os.dup(descriptor)) as copy:
-                if copy.getsockname()[1:2] == (port,):
-                    copy.shutdown(socket.SHUT_RDWR)
 
 
 _CAMERA_TURN = np.radians(45.0)  # to the right, so that the arm is behind the gripper and does not hide it

@@ -12,7 +12,7 @@ from typing import Any
 
 from soft_gripper.files.number import number as decimal
 from soft_gripper.registry import registered
-from soft_gripper.scenario.shipped import preset_names, scenario_path
+from soft_gripper.scenario.shipped import scenario_path
 
 PROGRAM = "soft-gripper"
 LOOPBACK = "127.0.0.1"
@@ -105,15 +105,6 @@ def scenario_name(text: str) -> str:
     return text
 
 
-def preset(text: str) -> str | None:
-    """Reads the name of a preset of sensor errors; None for ideal sensors."""
-    if text == "ideal":
-        return None
-    if text not in preset_names():
-        raise ValueError(f"known: ideal, {', '.join(preset_names())}")
-    return text
-
-
 def assignment(text: str) -> str:
     """Checks that text has the form KEY=VALUE."""
     if not text.partition("=")[0] or "=" not in text:
@@ -128,20 +119,12 @@ def urdf(text: str) -> Path:
     return path(text)
 
 
-def json_file(text: str) -> Path:
-    """Reads the path of a JSON file to write."""
-    if not text.endswith(".json"):
-        raise ValueError("name a .json; the figure is named after it")
-    return path(text)
-
-
 CONSOLE = (
     flag("-q --quiet", "print errors only"),
     flag("--json", "print tables and file names as one JSON document instead of text"),
     flag("--traceback", "print the traceback if your own sensor or estimator fails"),
 )
 SEED = option("--seed", "random seed (default: %(default)s)", "N", whole(0, 2**32 - 1), default=1)
-RESUME = flag("--resume", "run only what an interrupted run left unfinished")
 HTML = option("--html", "write a 3-D animation that opens offline", "FILE", path)
 HOST = option(
     "--host",
@@ -150,23 +133,10 @@ HOST = option(
     default=LOOPBACK,
 )
 MCAP = option("--mcap", "write an MCAP file, and a layout for Foxglove beside it", "FILE.mcap", mcap_path)
-SCHEDULER = option(
-    "--scheduler",
-    "Dask scheduler whose workers to use instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
-    "URL",
-)
-JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
-EXECUTOR = (JOBS, SCHEDULER)
-DESCRIBED_AS = option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as")
-RECORDINGS = (option("file", "recording; searched for here, then in the data folder", nargs="+"), DESCRIBED_AS)
-DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 
 
 ENGINE = option(
     "--engine", "what simulates: drake, or another engine that is installed (default: that of the scenario)", "NAME"
-)
-CHECK = option(
-    "--check", "repeat N of the runs in Drake, at random, and print how they agree", "N", whole(1), default=0
 )
 _CHANGES_HELP = "change a field, such as pressure.settle=2 or models.box.mass=0.1; may be repeated"
 SET = option("--set", _CHANGES_HELP, "KEY=VALUE", assignment, action="append", default=[])

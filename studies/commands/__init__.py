@@ -6,9 +6,6 @@ from pathlib import Path
 
 from soft_gripper.commands.options import (
     CONSOLE,
-    DATA,
-    EXECUTOR,
-    RESUME,
     SEED,
     Command,
     Option,
@@ -16,13 +13,21 @@ from soft_gripper.commands.options import (
     count,
     flag,
     folder_option,
-    json_file,
     number,
     option,
     path,
     scenario_name,
     whole,
 )
+from soft_gripper.extras.hardware.commands import DATA
+from soft_gripper.extras.sweeps.commands import EXECUTOR, RESUME
+
+
+def json_file(text: str) -> Path:
+    """Reads the path of a JSON file to write."""
+    if not text.endswith(".json"):
+        raise ValueError("name a .json; the figure is named after it")
+    return path(text)
 
 
 class StudyGroup(StrEnum):

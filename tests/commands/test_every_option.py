@@ -20,9 +20,7 @@ REFUSED = {
     "path": ("", "~no_such_user/x"),
     "mcap_path": ("", "a.nc"),
     "urdf": ("", "a.csv"),
-    "json_file": ("", "a.csv"),
     "assignment": ("sensor.sections", "=3"),
-    "preset": ("", "perfect"),
     "scenario_name": ("nowhere.yaml",),
     "scenario_list": ("free_bending,nowhere.yaml",),
 }

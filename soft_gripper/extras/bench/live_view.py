@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import PERIOD, hidden_meshcat
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench
 from soft_gripper.extras.bench.bench_driver import BenchDriver, recorded_signals
@@ -20,6 +20,7 @@ from soft_gripper.extras.bench.live_tables import finger_table, needed_signals, 
 from soft_gripper.extras.bench.recorder import Recorder, recording_layout
 from soft_gripper.extras.hardware.bench_schema import BenchConfig
 from soft_gripper.extras.page.panel import Button, Panel
+from soft_gripper.extras.page.viewing import cut_off, has_failed
 from soft_gripper.scenario.scenario_file import dump_scenario
 
 ZEROING = 2.0  # s for which `zero` collects readings

@@ -14,13 +14,14 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from soft_gripper.diagrams.recording import Recording
-from soft_gripper.diagrams.simulation import Progress, engine_step, run_many, run_station, runs_at_once
+from soft_gripper.diagrams.simulation import Progress, run_many, run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.extras.grasps.adds import Varied
 from soft_gripper.extras.grasps.trial import KEYS, NAN, PARTS, Details, Trial, draw, random_numbers, vary
-from soft_gripper.extras.sweeps.measured_runs import engine_step_of
+from soft_gripper.extras.sweeps.measured_runs import engine_step, engine_step_of
+from soft_gripper.extras.sweeps.scenario_runs import runs_at_once
 from soft_gripper.extras.sweeps.study import StudyTables, describe
 from soft_gripper.files.row_table import columns
 from soft_gripper.pictures.style import STYLE, save_figure

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from gymnasium import Env
 from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import solver_config
-from soft_gripper.diagrams.view.meshcat_view import open_meshcat
+from soft_gripper.diagrams.view.meshcat_view import LOOPBACK
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.extras.learning.agent_inputs import (
     check_options,
@@ -122,6 +123,19 @@ class SoftGripperEnv(Env[Vector, Vector]):
 def _to_scalar(value: Any) -> Any:
     """Converts a number of numpy to one of Python; arrays stay."""
     return value if np.ndim(value) else value.item()
+
+
+def open_meshcat() -> Meshcat:
+    """A Meshcat at the first free port of its default range, for this machine only.
+
+    Raises:
+        InputError: if none is free.
+    """
+    try:
+        return Meshcat(MeshcatParams(host=LOOPBACK))
+    except RuntimeError as error:
+        expected = f"no free port at {LOOPBACK}; close other viewers ({first_line(error)})"
+        raise InputError("Meshcat", "port", "7000 to 7099", expected) from None
 
 
 class DrakeStation:

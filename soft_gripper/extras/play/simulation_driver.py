@@ -12,10 +12,11 @@ from pydrake.systems.framework import Context
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import PERIOD, cut_off, has_failed, hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import PERIOD, hidden_meshcat
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.page.panel import Button
 from soft_gripper.extras.page.session import Driver
+from soft_gripper.extras.page.viewing import cut_off, has_failed
 from soft_gripper.extras.play.control_panel import ControlPanel
 from soft_gripper.extras.play.pacer import Pacer
 from soft_gripper.extras.play.station_recorder import StationRecorder, import_writers

@@ -5,10 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any
 
-from soft_gripper.diagrams.simulation import Run, engine_step, run_many
+from soft_gripper.diagrams.simulation import Run, run_many
 from soft_gripper.errors import InputError
 from soft_gripper.extras.sweeps.own_measures import own_measures
 from soft_gripper.extras.sweeps.study import describe
+from soft_gripper.registry import registered
 from soft_gripper.runs.measures import measure
 from soft_gripper.scenario.scenario_file import changed_scenario
 from soft_gripper.scenario.schema import DRAKE, Scenario
@@ -136,3 +137,16 @@ def engine_step_of(scenario: str, changes: Mapping[str, Any], executor: Executor
 
 def _engine_step(scenario: str, changes: Mapping[str, Any]) -> float | None:
     return engine_step(changed_scenario(scenario, changes))
+
+
+def engine_step(scenario: Scenario) -> float | None:
+    """The longest step, s, of the engine that simulates a scenario, for runs of it with changes; None: there is none,
+    or it cannot be run itself.
+
+    Raises:
+        InputError: if the engine cannot simulate the scenario.
+    """
+    if scenario.engine == DRAKE or scenario.engine_step is not None:
+        return scenario.engine_step
+    steps = registered("ENGINE_STEPS")
+    return steps[scenario.engine](scenario) if scenario.engine in steps else None

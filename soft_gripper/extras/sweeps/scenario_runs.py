@@ -1,19 +1,30 @@
 """Tables of runs of scenarios with changes, which can be resumed."""
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from soft_gripper.diagrams.simulation import runs_at_once
 from soft_gripper.extras.sweeps.cells import cell
 from soft_gripper.extras.sweeps.measured_runs import ERROR, measured_runs
 from soft_gripper.extras.sweeps.study import StudyTables
 from soft_gripper.files.output import lock_folder
 from soft_gripper.scenario.scenario_file import dump_scenario
-from soft_gripper.scenario.schema import Scenario
+from soft_gripper.scenario.schema import DRAKE, Scenario
+
+# Runs per call of an engine other than Drake: more make each faster, but leave processes without work.
+_MIN_RUNS_AT_ONCE, _MAX_RUNS_AT_ONCE, _MIN_CALLS = 16, 128, 4
+
+
+def runs_at_once(scenario: Scenario, count: int) -> int:
+    """Best number of runs per call of `run_many`, for `count` runs of a scenario with changes."""
+    if scenario.engine == DRAKE:
+        return 1
+    calls = max(math.ceil(count / _MAX_RUNS_AT_ONCE), min(_MIN_CALLS, math.ceil(count / _MIN_RUNS_AT_ONCE)), 1)
+    return max(1, math.ceil(count / calls))
 
 
 class ScenarioRuns(StudyTables):

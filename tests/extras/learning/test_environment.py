@@ -1,6 +1,7 @@
 """Environments: files, changes, mistakes, and one that is stepped."""
 
 import warnings
+from urllib.parse import urlsplit
 
 import gymnasium
 import numpy as np
@@ -11,7 +12,7 @@ from refusals import refused
 import soft_gripper.extras.learning  # noqa: F401  registers
 from soft_gripper.errors import InputError
 from soft_gripper.extras.learning.config import environment_names, load_environment
-from soft_gripper.extras.learning.environment import SoftGripperEnv
+from soft_gripper.extras.learning.environment import SoftGripperEnv, open_meshcat
 
 IDS = ("SoftReach-v0", "SoftGrasp-v0", "SoftPickPlace-v0")
 
@@ -135,3 +136,7 @@ def test_mistakes_are_named(changes, field):
     with pytest.raises(InputError) as caught:
         load_environment("soft_grasp", changes)
     assert caught.value.field == field
+
+
+def test_an_environment_is_shown_on_this_machine_alone():
+    assert urlsplit(open_meshcat().web_url()).hostname in ("127.0.0.1", "localhost")

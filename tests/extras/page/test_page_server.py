@@ -17,12 +17,13 @@ from waiting import wait_until
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from soft_gripper.diagrams.view.meshcat_view import has_failed, hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import hidden_meshcat
 from soft_gripper.errors import InputError
 from soft_gripper.extras.page import page_server as module
 from soft_gripper.extras.page.live_page import SessionPage
 from soft_gripper.extras.page.page_server import page_server
 from soft_gripper.extras.page.signal_feed import MAX_UNSEEN, SignalFeed
+from soft_gripper.extras.page.viewing import has_failed
 
 HOST = "127.0.0.1"
 STOP = {"button": "stop"}

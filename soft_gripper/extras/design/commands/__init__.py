@@ -1,17 +1,7 @@
 """Declares the commands of this extra; each calls `run(options)` in the module of its name."""
 
-from soft_gripper.commands.options import (
-    CHECK,
-    CONSOLE,
-    ENGINE,
-    EXECUTOR,
-    RESUME,
-    Command,
-    Group,
-    folder_option,
-    option,
-    path,
-)
+from soft_gripper.commands.options import CONSOLE, ENGINE, Command, Group, folder_option, option, path
+from soft_gripper.extras.sweeps.commands import CHECK, EXECUTOR, RESUME
 
 COMMANDS = (
     Command(

@@ -5,11 +5,8 @@ from collections import Counter
 from pathlib import Path
 
 from soft_gripper.commands.options import (
-    CHECK,
     CONSOLE,
     ENGINE,
-    EXECUTOR,
-    RESUME,
     SEED,
     Command,
     Group,
@@ -22,6 +19,7 @@ from soft_gripper.commands.options import (
     whole,
 )
 from soft_gripper.errors import InputError
+from soft_gripper.extras.sweeps.commands import CHECK, EXECUTOR, RESUME
 
 
 def _check_trials(options: argparse.Namespace) -> None:

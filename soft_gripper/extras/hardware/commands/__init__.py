@@ -2,12 +2,8 @@
 
 from soft_gripper.commands.options import (
     CONSOLE,
-    DATA,
-    DESCRIBED_AS,
-    EXECUTOR,
     HOST,
     HTML,
-    RECORDINGS,
     SEED,
     SET,
     Command,
@@ -20,7 +16,11 @@ from soft_gripper.commands.options import (
     path,
     urdf,
 )
+from soft_gripper.extras.sweeps.commands import EXECUTOR
 
+DESCRIBED_AS = option("--as", "description of the data: shipped, or a YAML file", "NAME", dest="described_as")
+RECORDINGS = (option("file", "recording; searched for here, then in the data folder", nargs="+"), DESCRIBED_AS)
+DATA = option("--data", "data folder (default: $SOFT_GRIPPER_DATA)", "DIR", path)
 BENCH = option("--bench", "YAML file that names the fields of a log, as for `live`", "FILE", path)
 LOGGED = option("--scenario", "scenario with the fingers and sensors of a log", "NAME")
 COMMANDS = (

@@ -1,6 +1,7 @@
 """Declares the commands of this extra; each calls `run(options)` in the module of its name."""
 
-from soft_gripper.commands.options import CONSOLE, EXECUTOR, RESUME, Command, Group, folder_option
+from soft_gripper.commands.options import CONSOLE, Command, Group, folder_option
+from soft_gripper.extras.sweeps.commands import EXECUTOR, RESUME
 
 COMMANDS = (
     Command(

@@ -1,14 +1,14 @@
-"""Declares the commands of this extra; each calls `run(options)` in the module of its name."""
+"""Declares the commands of this extra, and options of others that make many runs.
+
+Each command calls `run(options)` in the module of its name.
+"""
 
 import argparse
+import os
 
 from soft_gripper.commands.options import (
-    CHECK,
     CONSOLE,
     ENGINE,
-    EXECUTOR,
-    RESUME,
-    SCHEDULER,
     SEED,
     Command,
     Group,
@@ -21,6 +21,18 @@ from soft_gripper.commands.options import (
     whole,
 )
 from soft_gripper.errors import InputError
+
+RESUME = flag("--resume", "run only what an interrupted run left unfinished")
+CHECK = option(
+    "--check", "repeat N of the runs in Drake, at random, and print how they agree", "N", whole(1), default=0
+)
+SCHEDULER = option(
+    "--scheduler",
+    "Dask scheduler whose workers to use instead, such as tcp://127.0.0.1:8786; see docs/cluster.md",
+    "URL",
+)
+JOBS = option("--jobs", "number of processes (default: one per core)", "N", whole(1, 256), default=os.cpu_count() or 1)
+EXECUTOR = (JOBS, SCHEDULER)
 
 
 def _check_sweep(options: argparse.Namespace) -> None:
