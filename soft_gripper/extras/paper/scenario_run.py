@@ -16,11 +16,10 @@ from soft_gripper.estimators.uncertainty import EXACT
 from soft_gripper.extras.paper.contact_table import contact_table
 from soft_gripper.extras.paper.forces import LAYOUTS, contact_force_table
 from soft_gripper.extras.paper.scenes_figure import largest_pressure
+from soft_gripper.extras.paper.section_tables import force_table, pose_table
 from soft_gripper.files.output import atomic_folder, is_whole
 from soft_gripper.files.row_table import write_csv
 from soft_gripper.pictures.rendering import SceneRenderer
-from soft_gripper.runs.scores.external_torques import force_table
-from soft_gripper.runs.scores.poses import pose_table
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
 from soft_gripper.scenario.schema import Scenario
 

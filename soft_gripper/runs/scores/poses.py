@@ -1,8 +1,7 @@
-"""Pose errors of a run: those of its estimator, or for several numbers of sensor sections from ONE simulation."""
+"""Pose errors of a run by its own estimator."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass
-from itertools import product
 from typing import Annotated
 
 import numpy as np
@@ -12,13 +11,9 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.drive import steps_of
-from soft_gripper.estimators.estimate import ShapeEstimate
-from soft_gripper.fingers.kinematics import in_space
 from soft_gripper.fingers.plant_finger import PlantFinger
-from soft_gripper.runs.scores.readings import read_again
 from soft_gripper.scenario.nominal_model import describe_nominal_model
 from soft_gripper.scenario.schema import Scenario
-from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP, fingertip_error, pose_error
 
 
 @dataclass(frozen=True)
@@ -81,30 +76,17 @@ class PoseRow(HeldStep):
     twist_angle_deg: Annotated[float, ".2f"] = 0.0
 
 
-def pose_table(
-    name: str, station: Station, recording: Recording, sections: Sequence[int], estimators: Sequence[str] = ("arcs",)
-) -> list[PoseRow]:
-    """A row for each estimator, finger, number of sections and steady state, in this order."""
-    rows: list[PoseRow] = []
-    rows_held = held_rows(station.scenario, recording)
-    for estimator, finger, count in product(estimators, station.fingers, sections):
-        shape = read_again(station, recording, finger, count).shape(estimator, rows_held.ravel())
-        errors = (error.reshape(rows_held.shape) for error in _errors(recording, finger, shape, rows_held.ravel()))
-        rows += _rows(held_steps(name, station, finger, estimator, count), station, recording, finger, *errors)
-    return rows
-
-
 def recorded_pose_table(name: str, station: Station, recording: Recording) -> list[PoseRow]:
     """A row for each finger and steady state, for the estimator of the scenario."""
     rows: list[PoseRow] = []
     for finger in station.fingers:
         signals = (f"{finger.name}.{error}" for error in ("pose_error", "fingertip_error"))
         errors = (held_samples(station.scenario, recording, signal) for signal in signals)
-        rows += _rows(held_steps(name, station, finger), station, recording, finger, *errors)
+        rows += pose_rows(held_steps(name, station, finger), station, recording, finger, *errors)
     return rows
 
 
-def _rows(
+def pose_rows(
     steps: Sequence[HeldStep], station: Station, recording: Recording, finger: PlantFinger, pose: Array, tip: Array
 ) -> Iterator[PoseRow]:
     """The rows of one finger from its errors at the held samples, m, (steps, hold_samples)."""
@@ -122,12 +104,3 @@ def _mean_turn(scenario: Scenario, recording: Recording, signal: str) -> Array:
         return np.zeros(scenario.steps)
     turn: Array = np.degrees(held_samples(scenario, recording, signal).sum(axis=-1).mean(axis=-1))
     return turn
-
-
-def _errors(
-    recording: Recording, finger: PlantFinger, shape: ShapeEstimate, samples: NDArray[np.int_]
-) -> tuple[Array, Array]:
-    """Pose and fingertip error of the shape at some samples, m, (M)."""
-    joints, tip = (recording.values(f"{finger.name}.{name}")[samples] for name in (TRUE_JOINTS, TRUE_TIP))
-    points = in_space(shape.points(finger.finger))
-    return pose_error(joints, points[..., :-1, :]), fingertip_error(tip, points[..., -1, :])

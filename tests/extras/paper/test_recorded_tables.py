@@ -12,9 +12,10 @@ from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
+from soft_gripper.extras.paper.section_tables import force_table, pose_table
 from soft_gripper.fingers.kinematics import forward_kinematics
-from soft_gripper.runs.scores.external_torques import force_table, recorded_force_table
-from soft_gripper.runs.scores.poses import held_samples, pose_table, recorded_pose_table
+from soft_gripper.runs.scores.external_torques import recorded_force_table
+from soft_gripper.runs.scores.poses import held_samples, recorded_pose_table
 from soft_gripper.scenario.scenario_file import load_scenario
 
 STEPS = ["pressure.steps.all=[60e3, -30e3, 120e3]", "pressure.settle=0.5", "pressure.hold_samples=10"]
