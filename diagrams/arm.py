@@ -17,6 +17,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.arm_motion import GravityCompensation
 from soft_gripper.control.couplings import Couplings, couplings
 from soft_gripper.diagrams.scene import add_model, arm_joints, find_frame, own_frame
+from soft_gripper.diagrams.wiring.named_wires import add_stage
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig
@@ -122,16 +123,18 @@ def add_arm_control(builder: DiagramBuilder, plant: MultibodyPlant, arm: Arm) ->
         the input port of the desired state, positions and then velocities in the order of the joints, (2 n).
     """
     _set_gains(plant, arm)
-    compensation = builder.AddNamedSystem(f"{arm.name}.gravity_compensation", GravityCompensation(arm.plant))
-    builder.Connect(plant.get_state_output_port(arm.model), compensation.get_input_port())
+    compensation = GravityCompensation(arm.plant)
+    state = plant.get_state_output_port(arm.model)
+    weight = add_stage(builder, f"{arm.name}.gravity_compensation", compensation, state)
     actuator_rows = _actuator_rows(plant, arm)
     leader_map = np.eye(len(arm.couplings.offset))[arm.couplings.leads]
-    torque = builder.AddNamedSystem(f"{arm.name}.torque", MatrixGain(actuator_rows @ arm.couplings.matrix.T))
-    builder.Connect(compensation.get_output_port(), torque.get_input_port())
-    builder.Connect(torque.get_output_port(), plant.get_actuation_input_port(arm.model))
-    desired = builder.AddNamedSystem(
-        f"{arm.name}.desired", MatrixGain(np.kron(_position_map(arm.config), actuator_rows @ leader_map))
-    )
+    torque = add_stage(builder, f"{arm.name}.torque", MatrixGain(actuator_rows @ arm.couplings.matrix.T), weight)
+    builder.Connect(torque, plant.get_actuation_input_port(arm.model))
+    # Drake's cenic (1.51 and 1.58) applies a desired velocity with the wrong sign: it is 0, and the desired position is
+    # the one that gives the same PD torque.
+    position_map = [[1.0, arm.config.damping_ratio / (np.pi * arm.config.frequency)], [0.0, 0.0]]
+    gain = MatrixGain(np.kron(position_map, actuator_rows @ leader_map))
+    desired = builder.AddNamedSystem(f"{arm.name}.desired", gain)
     builder.Connect(desired.get_output_port(), plant.get_desired_state_input_port(arm.model))
     return desired.get_input_port()
 
@@ -157,15 +160,6 @@ def _set_gains(plant: MultibodyPlant, arm: Arm) -> None:
     for index in plant.GetJointActuatorIndices(arm.model):
         actuator = plant.get_joint_actuator(index)
         actuator.set_controller_gains(gains[actuator.joint().name()])
-
-
-def _position_map(arm: ArmConfig) -> Array:
-    """Matrix from desired position and velocity to the position alone that gives the same PD torque, (2, 2).
-
-    Drake's cenic (1.51 and 1.58) applies a desired velocity with the wrong sign, so the desired velocity is zero.
-    """
-    angular_frequency = 2 * np.pi * arm.frequency
-    return np.array([[1.0, 2 * arm.damping_ratio / angular_frequency], [0.0, 0.0]])
 
 
 def _actuator_rows(plant: MultibodyPlant, arm: Arm) -> Array:

@@ -60,10 +60,7 @@ def grip_supply(scenario: Scenario, gripper: Sequence[PlantFinger], gripping: st
 
     Negative commands of what only pushes, or pulls, go to the chambers, or tendons, that open the fingers.
 
-    Args:
-        scenario: has the limits of the supply, or of the winches.
-        gripper: its fingers.
-        gripping: the part of the scenario that closes them, "pressure" or "tendons".
+    `gripping` is the part of the scenario that closes the fingers, "pressure" or "tendons".
 
     Raises:
         InputError: if the winches have no limit.

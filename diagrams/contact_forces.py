@@ -130,7 +130,7 @@ def contact_forces(data: "xr.Dataset") -> ContactForces:
     import xarray as xr
 
     kinds = _TRUE_FORCE, _ESTIMATED_FORCE
-    owners = dict.fromkeys(str(name).rpartition(".")[0] for name in data if _signal_kind(name) in kinds)
+    owners = dict.fromkeys(str(name).rpartition(".")[0] for name in data if str(name).rpartition(".")[2] in kinds)
     fingers = [owner for owner in owners if "." not in owner]  # others are further estimates, of `alongside`
     if not fingers:
         raise InputError("recording", "signal", f"{_TRUE_FORCE} or {_ESTIMATED_FORCE}", _NO_FORCE)
@@ -145,10 +145,6 @@ def contact_forces(data: "xr.Dataset") -> ContactForces:
 _FORCE_NAMES = "true_transverse", "transverse", "least", "most", "true_closing", "closing", "true_normal", "normal"
 _VARIABLE_UNITS = dict.fromkeys(_FORCE_NAMES, "N")
 _VARIABLE_UNITS |= dict.fromkeys(("true_location", "location"), "m")
-
-
-def _signal_kind(name: object) -> str:
-    return str(name).rpartition(".")[2]
 
 
 def _finger_forces(data: "xr.Dataset", finger: str) -> dict[str, Array]:

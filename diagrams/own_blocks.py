@@ -66,13 +66,7 @@ def _find_system(station: Station, part: str, name: str) -> tuple[System, bool]:
 
 
 def user_block_error(station: Station, context: Context, failure: BaseException) -> InputError | None:
-    """A failure of a run, or of reading its logs, as an error of a user block; None if no user block caused it.
-
-    Args:
-        station: the station that failed.
-        context: the context of its diagram, at the time of the failure.
-        failure: the exception from Drake or from a block.
-    """
+    """A failure of a run, or of reading its logs, as an error of a user block; None if no user block caused it."""
     for block in (block for block in user_blocks(station) if block.runs):
         for port in vector_outputs(block.system):
             error = _failure_of(block, port, context)

@@ -29,13 +29,7 @@ _HYDROELASTIC_GROUP = "hydroelastic"
 
 
 def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins: Iterable[GeometryId]) -> None:
-    """Makes all bodies of a plant fit to be touched by the points of fingers, before it is finalized.
-
-    Args:
-        plant: with all its models.
-        scene_graph: of the plant.
-        skins: the collision geometries of the fingers.
-    """
+    """Makes all bodies of a plant fit to be touched by the points of fingers, whose geometries are `skins`."""
     inspector = scene_graph.model_inspector()
     compliant = set(skins)
     rigid = [geometry for geometry in inspector.GetAllGeometryIds(Role.kProximity) if geometry not in compliant]
@@ -44,7 +38,11 @@ def prepare_point_contact(plant: MultibodyPlant, scene_graph: SceneGraph, skins:
         if isinstance(shape, Mesh) and not isinstance(shape, Convex):
             _add_parts(plant, scene_graph, geometry, shape, compliant)
         else:
-            _make_rigid(plant, scene_graph, geometry)
+            properties = _properties(scene_graph, geometry)
+            if properties.HasGroup(
+                _HYDROELASTIC_GROUP
+            ):  # others touch at points already, with a stiffness of their own
+                scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def _properties(scene_graph: SceneGraph, geometry: GeometryId) -> ProximityProperties:
@@ -52,12 +50,6 @@ def _properties(scene_graph: SceneGraph, geometry: GeometryId) -> ProximityPrope
     properties = ProximityProperties(scene_graph.model_inspector().GetProximityProperties(geometry))
     properties.UpdateProperty(_MATERIAL_GROUP, _STIFFNESS_PROPERTY, _RIGID_STIFFNESS)
     return properties
-
-
-def _make_rigid(plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId) -> None:
-    properties = _properties(scene_graph, geometry)
-    if properties.HasGroup(_HYDROELASTIC_GROUP):  # others touch in point contact already, with a stiffness of their own
-        scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def _add_parts(

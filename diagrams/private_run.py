@@ -31,12 +31,7 @@ class Pruning(NamedTuple):
 
 
 def remove_unread_blocks(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> Pruning:
-    """Removes unread blocks from a complete diagram, logs included.
-
-    Args:
-        builder: of a diagram that nobody reads from outside.
-        signals: ports of the diagram.
-    """
+    """Removes unread blocks from a complete diagram, logs included, which nobody reads from outside."""
     root = Level.root(builder)
     parts = {system: [*leaf_systems(system, root)] for system in builder.GetSystems()}
     leaf_parts = {leaf: part for part, leaves in parts.items() for leaf, _ in leaves}
@@ -57,12 +52,7 @@ LOOP = "loop"  # name of the fused block
 def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dict[str, OutputPort]:
     """Fuses composed parts and the grip control into one block, with the outputs that others read.
 
-    Args:
-        builder: of a diagram that nobody reads from outside, without unread blocks.
-        signals: ports of the diagram.
-
-    Returns:
-        the signals that are still computed.
+    Returns the signals that are still computed. Nobody reads the diagram from outside.
     """
     root = Level.root(builder)
     leaves = {part: [*leaf_systems(part, root)] for part in builder.GetSystems() if isinstance(part, _FUSED)}

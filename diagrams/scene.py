@@ -20,12 +20,11 @@ from pydrake.geometry import (
 )
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant
-from pydrake.multibody.tree import ForceElementIndex, Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
+from pydrake.multibody.tree import Frame, Joint, ModelInstanceIndex, RigidBody, world_model_instance
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.couplings import Couplings, couplings
-from soft_gripper.diagrams.initial_position import set_initial_position
 from soft_gripper.diagrams.loaded_model import LoadedModel, load_model
 from soft_gripper.diagrams.point_contact import prepare_point_contact
 from soft_gripper.errors import InputError
@@ -115,6 +114,44 @@ def add_model(
     return loaded_model
 
 
+def set_initial_position(
+    plant: MultibodyPlant,
+    model: ModelInstanceIndex,
+    positions: Mapping[str, Sequence[float]],
+    mimics: Sequence[Mimic],
+    where: str,
+) -> None:
+    """Sets default positions of joints of a model, rad or m by their names; joints that follow others go along.
+
+    Raises:
+        InputError: for a joint that is unknown, does not move or follows another, or a position beyond its limits.
+    """
+    joints = {joint.name(): joint for joint in map(plant.get_joint, plant.GetJointIndices(model))}
+    following = {mimic.joint: mimic.leader for mimic in mimics}
+    joint_positions = {name: np.array(position) for name, position in positions.items()}
+    for name, position in joint_positions.items():
+        if name in following:
+            raise InputError(where, f"initial_position.{name}", [*position], f"leave it out: follows {following[name]}")
+    for mimic in mimics:
+        if mimic.leader in joint_positions:
+            joint_positions[mimic.joint] = mimic.multiplier * joint_positions[mimic.leader] + mimic.offset
+    for name, position in joint_positions.items():
+        joint = joints.get(name)
+        if joint is None or joint.num_positions() == 0:
+            movable_names = (name for name, joint in joints.items() if joint.num_positions() and name not in following)
+            expected = f"no joint that moves has this name; known: {', '.join(movable_names) or 'none'}"
+            raise InputError(where, f"initial_position.{name}", [*position], expected)
+        low, high = joint.position_lower_limits(), joint.position_upper_limits()
+        if len(position) != len(low):
+            raise InputError(where, f"initial_position.{name}", [*position], f"give {len(low)} numbers, in a list")
+        if not np.all((low <= position) & (position <= high)):
+            limits = " and ".join(f"{minimum:g} to {maximum:g}" for minimum, maximum in zip(low, high, strict=True))
+            follows = f"; it follows '{following[name]}'" if name in following else ""
+            expected = f"must be within the limits of the joint, {limits}{follows}"
+            raise InputError(where, f"initial_position.{name}", [*position], expected)
+        joint.set_default_positions(position)
+
+
 def _is_joined(plant: MultibodyPlant, model: ModelInstanceIndex) -> bool:
     """Whether the joints of a model that has not been placed join it to the world."""
     joints = (plant.get_joint(index) for index in plant.GetJointIndices(model))
@@ -194,10 +231,7 @@ class Scene(NamedTuple):
 def add_plant(builder: DiagramBuilder, scenario: Scenario, visuals: bool = True) -> Scene:
     """Adds a finalized plant named "plant" and its SceneGraph, with all models of a scenario placed.
 
-    Args:
-        builder: builder of the diagram.
-        scenario: of which the plant, its models, directives and gravity, the arm and the kind of contact are read.
-        visuals: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
+    `visuals`: whether Meshcat or a camera is to see the fingers; where nothing looks, their shapes only cost time.
 
     Raises:
         InputError: if a directive, a model or a finger in it is invalid.
@@ -238,10 +272,7 @@ def add_plant(builder: DiagramBuilder, scenario: Scenario, visuals: bool = True)
 def add_copy(builder: DiagramBuilder, scene: Scene, models: Sequence[ModelConfig]) -> Scene:
     """Adds a copy of a scene of rigid bodies, in a twentieth of the time that its files take to read.
 
-    Args:
-        builder: builder of the diagram.
-        scene: added to another one by `add_plant`.
-        models: from which it was made; their free ones may have other poses.
+    Its free `models` may have other poses than in `scene`.
     """
     plant = builder.AddNamedSystem("plant", scene.plant.Clone())
     scene_graph = builder.AddNamedSystem("scene_graph", scene.scene_graph.Clone())
@@ -253,15 +284,11 @@ def add_copy(builder: DiagramBuilder, scene: Scene, models: Sequence[ModelConfig
     plant.SetDefaultPositions(scene.plant.GetDefaultPositions())  # which are not copied
     for model in (candidate for candidate in models if candidate.free):
         plant.SetDefaultFloatingBaseBodyPose(first_body(plant, model.name), model.X_PC.GetDeterministicValue())
-    fingers = [
-        replace(finger, plant=plant, torsion_springs=tuple(map(plant.get_force_element, _indices(finger))))
-        for finger in scene.fingers
-    ]
+    fingers = []
+    for finger in scene.fingers:
+        springs = (plant.get_force_element(spring.index()) for spring in finger.torsion_springs)
+        fingers.append(replace(finger, plant=plant, torsion_springs=tuple(springs)))
     return scene._replace(plant=plant, scene_graph=scene_graph, fingers=fingers)
-
-
-def _indices(finger: PlantFinger) -> list[ForceElementIndex]:
-    return [spring.index() for spring in finger.torsion_springs]
 
 
 def make_half_space(plant: MultibodyPlant, scene_graph: SceneGraph, config: ModelConfig, where: str) -> None:

@@ -326,7 +326,10 @@ def advance(simulator: Simulator, station: Station, time: float) -> bool:
     _blame(station, context, failure, has_diverged=len(bad) > 0)
     if failure is not None and not isinstance(failure, RuntimeError):
         raise failure
-    if failure is not None and _is_from_python(failure) and not len(bad) and _has_contact(station.plant, plant_context):
+    traceback = failure.__traceback__ if failure is not None else None
+    # It passed through a Python block, which is at fault or has evaluated a diverged plant.
+    is_from_python = traceback is not None and traceback.tb_next is not None
+    if failure is not None and is_from_python and not len(bad) and _has_contact(station.plant, plant_context):
         raise failure
     reason = str(failure).strip().splitlines()[0] if failure is not None else ""
     names = station.plant.GetStateNames()
@@ -351,11 +354,6 @@ def _blame(station: Station, context: Context, failure: BaseException | None, ha
     except (Exception, SystemExit):  # raised by a function that cannot handle NaN
         return
     check_values(blocks, recording)
-
-
-def _is_from_python(failure: RuntimeError) -> bool:
-    """Whether the error passed through a Python block, which is at fault or has evaluated a diverged plant."""
-    return failure.__traceback__ is not None and failure.__traceback__.tb_next is not None
 
 
 def _has_contact(plant: MultibodyPlant, context: Context) -> bool:

@@ -62,22 +62,13 @@ def first_collision(
     scene_graph: SceneGraph,
     robot: Collection[BodyIndex],
     positions: Array,
-    allowed: float = TOUCH_DEPTH,
 ) -> Collision | None:
     """Steps through positions of the whole plant, (K, nq), until the robot collides.
 
     Meshes count as their convex hulls. Bodies welded to the same body, and pairs filtered by a model, never collide.
 
-    Args:
-        root: context of a diagram that contains plant and scene_graph; the plant's positions in it change.
-        plant: the plant.
-        scene_graph: its geometry.
-        robot: its bodies, including its payload; they may touch each other.
-        positions: rad and m; nothing in between is checked.
-        allowed: penetration that still counts as a touch, m.
-
-    Returns:
-        The deepest collision at the first positions with a collision; None if there is none.
+    Returns the deepest collision at the first positions with one, None if there is none; nothing in between is checked.
+    The bodies of the robot, and its payload, may touch each other. Positions in `root` change.
     """
     context = plant.GetMyMutableContextFromRoot(root)
     scene_context = scene_graph.GetMyContextFromRoot(root)
@@ -87,7 +78,7 @@ def first_collision(
         query = scene_graph.get_query_output_port().Eval(scene_context)
         for pair in sorted(query.ComputePointPairPenetration(), key=lambda pair: -pair.depth):
             bodies = _bodies(plant, query.inspector(), pair)
-            if pair.depth > allowed and len(bodies & robot_bodies) == 1:
+            if pair.depth > TOUCH_DEPTH and len(bodies & robot_bodies) == 1:
                 (body,), (obstacle,) = bodies & robot_bodies, bodies - robot_bodies
                 return Collision(index, _name(plant, body), _name(plant, obstacle), pair.depth)
     return None
@@ -352,16 +343,9 @@ def add_task(
     desired_state: InputPort,
     grip: tuple[InputPort, OutputPort, OutputPort] | None,
 ) -> tuple[TaskMachine, dict[str, OutputPort]]:
-    """Adds `task`; returns it and the signals.
+    """Adds `task`, which commands the `desired_state` of the arm every `period` s; returns it and the signals.
 
-    Args:
-        builder: builder of a diagram with the arm's plant.
-        task: the `task` part of a scenario.
-        models: the `models` part, with the object to be handled.
-        arm: the arm that moves.
-        period: sampling period, s.
-        desired_state: desired state of the arm, the input port that `add_arm_control` returns.
-        grip: set point, opening and torque of the grip control, if the task commands the gripper.
+    `grip` are the set point, opening and torque of the grip control, if the task commands the gripper.
 
     Raises:
         InputError: if the arm cannot reach the goal of a phase.

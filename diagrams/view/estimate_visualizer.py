@@ -116,18 +116,14 @@ def _place_pieces(
 
 def widen_ribbon(meshcat: Meshcat, drawn: DrawnFinger, std: Array, time: float) -> None:
     """Scales the pieces by the standard deviations of joints and tip, (N + 1) m; hides unknown ones."""
-    for i, width in enumerate(2 * STDS * _link_std(std)):
+    ends = np.concatenate([[0.0], std])
+    link_std = (ends[:-1] + ends[1:]) / 2  # m, at mid-link
+    for i, width in enumerate(2 * STDS * link_std):
         for side in _SIDE_SIGNS:
             path = f"{BAND}/{drawn.name}/{i}/{side}"
             meshcat.SetProperty(path, "visible", bool(np.isfinite(width)), time)
             if np.isfinite(width):
                 meshcat.SetProperty(path, "scale", [max(rounded(width), _MIN_WIDTH), 1.0, 1.0], time)
-
-
-def _link_std(std: Array) -> Array:
-    """Standard deviations at mid-link, (N + 1) m, from those at joints and tip, (N + 1) m."""
-    ends = np.concatenate([[0.0], std])
-    return (ends[:-1] + ends[1:]) / 2
 
 
 CONTACT = "/drake/estimate/contact"

@@ -104,14 +104,7 @@ def points_on_links(corners: Array, s: Array) -> tuple[Array, Array]:
 
 
 def pressed_point(finger: Finger, corners: Array, s: float, side: float) -> Array:
-    """Surface point at an arc length, m, and an angle around the section, rad: (3) m in B.
-
-    Args:
-        finger: that is pressed.
-        corners: (N + 2, 3) m.
-        s: from the base.
-        side: as of a Contact.
-    """
+    """Surface point of a finger at an arc length s, m, and an angle around the section, rad: (3) m in B."""
     section = finger.section(s)
     half = np.array([section.inner_face - section.outer_face, section.width]) / 2
     toward = np.array([np.cos(side), np.sin(side)])

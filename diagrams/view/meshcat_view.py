@@ -145,12 +145,8 @@ def add_meshcat_view(
 ) -> None:
     """Adds the visualizers of bodies, true contact forces and estimates, and sets up camera, light and legend.
 
-    Args:
-        builder: builder of a diagram with the scene.
-        scene: the simulated scene.
-        signals: see `add_estimates`.
-        meshcat: the Meshcat to draw in.
-        scenario: its whole workspace is kept in view, and its pressures determine the torque scale.
+    The whole workspace of the scenario is kept in view, and its pressures determine the torque scale. `signals`: see
+    `add_estimates`.
     """
     visualization = scenario.visualization
     add_estimates(builder, scene, signals, meshcat, scenario.pressure)
@@ -202,7 +198,9 @@ def set_up_view(scene: Scene, meshcat: Meshcat, scenario: Scenario) -> None:
     direction = viewing_direction(scenario.arm, scene.plant, scene.fingers, _DEFAULT_DIRECTION)
     _set_scene(meshcat)
     if scenario.arm is not None:
-        _light_from_camera(meshcat, direction)
+        # A brighter light next to the camera; Meshcat's own lights suit the view of fingers without an arm.
+        meshcat.SetProperty("/Lights/FillLight/<object>", "position", [*upright_view(direction) @ _FILL_LIGHT])
+        meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", _FILL_INTENSITY)
     _aim_camera(meshcat, _landmarks(scene, scenario.models, scenario.arm, scenario.task), direction)
     draw_torque_legend(meshcat, torque_limit(scenario.pressure, scene.fingers), FIELD_OF_VIEW)
 
@@ -293,12 +291,6 @@ def _aim_camera(meshcat: Meshcat, points: Array, direction: Array) -> None:
     middle = (np.min(points, axis=0) + np.max(points, axis=0)) / 2
     view_axis = view.matrix()[:, 2]
     meshcat.SetCameraPose(eye, eye + ((middle - eye) @ view_axis) * view_axis)
-
-
-def _light_from_camera(meshcat: Meshcat, direction: Array) -> None:
-    """Adds a brighter light next to the camera; Meshcat's own lights suit the view of fingers without an arm."""
-    meshcat.SetProperty("/Lights/FillLight/<object>", "position", [*upright_view(direction) @ _FILL_LIGHT])
-    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", _FILL_INTENSITY)
 
 
 _PAGE_TEMPLATE = """<!DOCTYPE html>

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import BarycentricMesh
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort, System
 from pydrake.systems.primitives import (
     Adder,
     BarycentricMeshSystem,
@@ -17,7 +17,7 @@ from pydrake.systems.primitives import (
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.wiring.named_wires import Ports
+from soft_gripper.diagrams.wiring.named_wires import Ports, add_stage
 from soft_gripper.errors import InputError, suggestion
 from soft_gripper.fingers.creep import CreepTorque, PressureSoftening, SoftenedProduct, shares
 from soft_gripper.fingers.path_drive import BentChambers, TendonDrive
@@ -96,7 +96,8 @@ def add_pressure_drive(
             if finger.finger.elastic_law is not None:
                 torques.append(_add_elastic_law(builder, finger))
             if finger.finger.takes_stiffness:
-                torques.append(_add_taken_stiffness(builder, finger, drive.pressures[finger.name]))
+                block = TakenStiffness(finger)
+                torques.append(_add_shape_torque(builder, "taken_stiffness", block, drive, finger))
             if finger.finger.creep:
                 torques.append(_add_creep(builder, finger, drive.pressures.get(finger.name)))
         if any(finger.has_implicit_springs for finger in group):
@@ -137,8 +138,19 @@ def _add_chambers(
         drive.commands[finger.name] = block.GetInputPort(f"{finger.name}.pressure_command")
         pressure = drive.pressures[finger.name] = block.GetOutputPort(f"{finger.name}.pressure")
         describe(pressure, "Pa", **finger.finger.chamber_axis)
-    bent = [_add_bent_chambers(builder, finger, drive) for finger in fingers if chambers_turn(finger)]
+    turned = [finger for finger in fingers if chambers_turn(finger)]
+    bent = [_add_shape_torque(builder, "bent_chambers", BentChambers(finger), drive, finger) for finger in turned]
     return [block.GetOutputPort("actuation"), *bent]
+
+
+def _add_shape_torque(
+    builder: DiagramBuilder, name: str, block: System, drive: Drive, finger: PlantFinger
+) -> OutputPort:
+    """Torque of the pressures that depends on the shape of a finger, as actuation of its model."""
+    builder.AddNamedSystem(f"{finger.name}.{name}", block)
+    builder.Connect(finger.plant.get_state_output_port(), block.GetInputPort("state"))
+    builder.Connect(drive.pressures[finger.name], block.GetInputPort("pressure"))
+    return block.GetOutputPort("actuation")
 
 
 def _acts_by_shape(finger: PlantFinger) -> bool:
@@ -152,13 +164,6 @@ def chambers_turn(finger: PlantFinger) -> bool:
     return bool(finger.finger.chambers) and (is_slanted or "twist" in finger.finger.yields)
 
 
-def _add_bent_chambers(builder: DiagramBuilder, finger: PlantFinger, drive: Drive) -> OutputPort:
-    block = builder.AddNamedSystem(f"{finger.name}.bent_chambers", BentChambers(finger))
-    builder.Connect(finger.plant.get_state_output_port(), block.GetInputPort("state"))
-    builder.Connect(drive.pressures[finger.name], block.GetInputPort("pressure"))
-    return block.GetOutputPort("actuation")
-
-
 def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonConfig, drive: Drive) -> OutputPort:
     """The torque of the tendons of a finger; their ports become part of the drive.
 
@@ -166,7 +171,6 @@ def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonCon
         InputError: if they are commanded in length, and one has no stiffness.
     """
     tendons = finger.finger.tendons
-    time_step = finger.plant.time_step()
     for tendon in tendons:
         if config.command == "pull" and tendon.stiffness == 0:
             expected = f"tendon '{tendon.name}' of finger '{finger.name}' has no stiffness: give it, or command tension"
@@ -177,9 +181,8 @@ def _add_tendons(builder: DiagramBuilder, finger: PlantFinger, config: TendonCon
     limits = builder.AddNamedSystem(f"{finger.name}.tendon_limits", Saturation(np.zeros(count), max_tensions))
     command = limits.get_output_port()
     if config.time_constant > 0:
-        winches = builder.AddNamedSystem(f"{finger.name}.winches", lag(config.time_constant, time_step, count))
-        builder.Connect(command, winches.get_input_port())
-        command = winches.get_output_port()
+        winches = lag(config.time_constant, finger.plant.time_step(), count)
+        command = add_stage(builder, f"{finger.name}.winches", winches, command)
     builder.Connect(finger.plant.get_state_output_port(), block.GetInputPort("state"))
     builder.Connect(command, block.GetInputPort(f"{config.command}_command"))
     drive.tendon_commands[finger.name] = limits.get_input_port()
@@ -238,33 +241,20 @@ def _hold_straight(builder: DiagramBuilder, finger: PlantFinger) -> None:
 
 def _add_elastic_law(builder: DiagramBuilder, finger: PlantFinger) -> OutputPort:
     """The torque that the elastic law adds to the linear springs of the finger, as actuation of its model."""
-    angles = builder.AddNamedSystem(f"{finger.name}.bent_angles", MatrixGain(finger.position_selector()))
-    law = builder.AddNamedSystem(f"{finger.name}.elastic_law", elastic_law_block(finger.finger))
+    selector = MatrixGain(finger.position_selector())
+    angles = add_stage(builder, f"{finger.name}.bent_angles", selector, finger.plant.get_state_output_port())
+    torque = add_stage(builder, f"{finger.name}.elastic_law", elastic_law_block(finger.finger), angles)
     rows = np.ascontiguousarray(finger.actuator_selector().T)
-    torque_map = builder.AddNamedSystem(f"{finger.name}.elastic_torque", MatrixGain(rows))
-    builder.Connect(finger.plant.get_state_output_port(), angles.get_input_port())
-    builder.Connect(angles.get_output_port(), law.get_input_port())
-    builder.Connect(law.get_output_port(), torque_map.get_input_port())
-    return torque_map.get_output_port()
-
-
-def _add_taken_stiffness(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort) -> OutputPort:
-    """Torque of the stiffness lost to pressure, as actuation of the finger's model."""
-    taken_torque = builder.AddNamedSystem(f"{finger.name}.taken_stiffness", TakenStiffness(finger))
-    builder.Connect(finger.plant.get_state_output_port(), taken_torque.GetInputPort("state"))
-    builder.Connect(pressure, taken_torque.GetInputPort("pressure"))
-    return taken_torque.GetOutputPort("actuation")
+    return add_stage(builder, f"{finger.name}.elastic_torque", MatrixGain(rows), torque)
 
 
 def _add_creep(builder: DiagramBuilder, finger: PlantFinger, pressure: OutputPort | None) -> OutputPort:
     """The creep (memory) torque of the finger, as actuation of its model."""
-    creep = CreepTorque(finger)
     state = finger.plant.get_state_output_port()
-    builder.AddNamedSystem(f"{finger.name}.creep", creep)
     law = finger.finger.pressure_law
     if law is None or pressure is None or not law.widens:
-        builder.Connect(state, creep.get_input_port())
-        return creep.get_output_port()
+        return add_stage(builder, f"{finger.name}.creep", CreepTorque(finger), state)
+    creep = builder.AddNamedSystem(f"{finger.name}.creep", CreepTorque(finger))
     softening = builder.AddNamedSystem(f"{finger.name}.softening", PressureSoftening(law))
     unsoftened = builder.AddNamedSystem(f"{finger.name}.unsoftened", SoftenedProduct(state.size(), divides=True))
     softened = builder.AddNamedSystem(
@@ -313,11 +303,8 @@ Steps = Mapping[str, Sequence[float]]
 def steps_of(where: str, steps: Steps, finger: str, paths: Sequence[str] = ()) -> Array:
     """Commands to a finger at each step, (steps, C); a short list repeats its last value.
 
-    Args:
-        where: the part of the scenario, for messages.
-        steps: of each `finger::path`, of a `finger` or of all.
-        finger: its name.
-        paths: names of its chambers or tendons, if there are several.
+    `steps` are those of each `finger::path`, of a `finger` or of all; `paths` names its chambers or tendons, if there
+    are several; `where` is the part of the scenario, for messages.
 
     Raises:
         InputError: if there are none for it.
@@ -392,11 +379,10 @@ class StepSource(Diagram):
         begin = builder.AddNamedSystem("begin", RunBegin())
         builder.Connect(builder.AddNamedSystem("time", time).get_output_port(), elapsed.get_input_port(0))
         builder.Connect(begin.get_output_port(), elapsed.get_input_port(1))
-        step = builder.AddNamedSystem("step", BarycentricMeshSystem(*_step_mesh(len(rows), duration)))
-        value = builder.AddNamedSystem("value", MatrixGain(np.ascontiguousarray(rows.T)))
-        builder.Connect(elapsed.get_output_port(), step.get_input_port())
-        builder.Connect(step.get_output_port(), value.get_input_port())
-        builder.ExportOutput(value.get_output_port(), "value")
+        mesh = BarycentricMeshSystem(*_step_mesh(len(rows), duration))
+        step = add_stage(builder, "step", mesh, elapsed.get_output_port())
+        value = add_stage(builder, "value", MatrixGain(np.ascontiguousarray(rows.T)), step)
+        builder.ExportOutput(value, "value")
         builder.BuildInto(self)
 
 

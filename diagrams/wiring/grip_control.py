@@ -11,7 +11,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForce, GripForceBound, GripTorque, LowSelector, SampledSteps
 from soft_gripper.control.pid_controller import PidController, PidGains
 from soft_gripper.diagrams.wiring.drive import Commands
-from soft_gripper.diagrams.wiring.named_wires import Ports, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import Ports, add_stage, inputs, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.opening import Gripper, GripperOpening
@@ -51,7 +51,9 @@ class GripControl(Diagram):
         super().__init__()
         builder = DiagramBuilder()
         opening = builder.AddNamedSystem("gripper_opening", GripperOpening(gripper, list(joints)))
-        pid = _add_pid(builder, "pid", _reversed(config.gains), supply)
+        gains = config.gains
+        closing_gains = replace(gains, kp=-gains.kp, ki=-gains.ki, kd=-gains.kd)  # more pressure closes the gripper
+        pid = _add_pid(builder, "pid", closing_gains, supply)
         builder.Connect(opening.get_output_port(), pid.GetInputPort("measurement"))
         grip = builder.AddNamedSystem("grip_torque", GripTorque(joints))
         torque = grip.get_output_port()
@@ -65,7 +67,10 @@ class GripControl(Diagram):
             pressure = _add_limit(builder, "torque", config.torque_limit, config.torque_gains, pid, torque, supply)
         if config.force_limit is not None:
             measure = GripForceBound if config.force_bound else GripForce
-            force = outputs["force"] = self._add_force(builder, measure(joints))
+            grip_force = builder.AddNamedSystem("grip_force", measure(joints))
+            for name, port in inputs(grip_force).items():
+                builder.ExportInput(port, name)
+            force = outputs["force"] = grip_force.get_output_port()
             pressure = _add_limit(builder, "force", config.force_limit, config.force_gains, pid, force, supply)
         for name, port in {"pressure": pressure, **outputs}.items():
             builder.ExportOutput(port, name)
@@ -73,17 +78,6 @@ class GripControl(Diagram):
         for name in outputs:
             describe(self.GetOutputPort(name), UNITS[name])
         describe(self.GetOutputPort("pressure"), "Pa")
-
-    def _add_force(self, builder: DiagramBuilder, measure: GripForce | GripForceBound) -> OutputPort:
-        grip = builder.AddNamedSystem("grip_force", measure)
-        for name, port in inputs(grip).items():
-            builder.ExportInput(port, name)
-        return grip.get_output_port()
-
-
-def _reversed(gains: PidGains) -> PidGains:
-    """Gains with reversed signs, because more pressure closes the gripper."""
-    return replace(gains, kp=-gains.kp, ki=-gains.ki, kd=-gains.kd)
 
 
 def _add_pid(
@@ -145,17 +139,10 @@ def add_grip_control(
 ) -> tuple[InputPort, Ports]:
     """Adds `grip_control` for the fingers of one gripper, and a `{finger}.allocation` where it has to choose.
 
-    Args:
-        builder: builder of a diagram with the fingers' plant.
-        fingers: the fingers of one gripper, two or more.
-        config: the `control` part of a scenario.
-        supply: the range of what is commanded.
-        signals: must contain `{finger}.tip_pose`, `{finger}.external_torque` and, if force is limited,
-            `{finger}.contact_force_vector`, or `{finger}.contact_force_interval` and `{finger}.contact` for its bound.
-        commands: of the pressures, or of the tendons of fingers without chambers.
-
-    Returns:
-        the input port of the set point, (1) m, and the signals.
+    Returns the input port of the set point, (1) m, and the signals. `signals` must contain `{finger}.tip_pose`,
+    `{finger}.external_torque` and, if force is limited, `{finger}.contact_force_vector`, or
+    `{finger}.contact_force_interval` and `{finger}.contact` for its bound. `commands` are those of the pressures, or of
+    the tendons of fingers without chambers.
 
     Raises:
         InputError: if the fingers do not form a gripper, or contact force is limited but not estimated, or its bound
@@ -194,12 +181,9 @@ def _allocate(builder: DiagramBuilder, finger: PlantFinger, common: OutputPort, 
         return common
     bending = finger.finger.pressure_gains if commands.kind == "pressure" else finger.finger.tension_gains
     gains = bending["bending"].sum(axis=-1)
-    shares = builder.AddNamedSystem(f"{finger.name}.shares", MatrixGain(allocation(gains)[:, None]))
+    shares = add_stage(builder, f"{finger.name}.shares", MatrixGain(allocation(gains)[:, None]), common)
     push_limit = Saturation(np.zeros(len(gains)), np.full(len(gains), np.inf))
-    allocated = builder.AddNamedSystem(f"{finger.name}.allocation", push_limit)
-    builder.Connect(common, shares.get_input_port())
-    builder.Connect(shares.get_output_port(), allocated.get_input_port())
-    return commands.described(finger.name, allocated.get_output_port())
+    return commands.described(finger.name, add_stage(builder, f"{finger.name}.allocation", push_limit, shares))
 
 
 def allocation(gains: Array) -> Array:

@@ -39,6 +39,12 @@ def connect_by_name(
         builder.Connect(signals[name], port)
 
 
+def add_stage(builder: DiagramBuilder, name: str, block: System, source: OutputPort) -> OutputPort:
+    """Adds a block with one input, which takes a port; returns its output."""
+    builder.Connect(source, builder.AddNamedSystem(name, block).get_input_port())
+    return block.get_output_port()
+
+
 class NamedWires:
     """Wires the blocks of a diagram: an input takes the output with its name from the first block that has it.
 

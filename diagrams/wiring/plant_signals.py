@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.diagrams.scene import Scene, arm_joints
+from soft_gripper.diagrams.wiring.named_wires import add_stage
 from soft_gripper.signals import describe
 
 POSE, POSE_UNITS = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z"), ("1", "1", "1", "1", "m", "m", "m")
@@ -28,12 +29,7 @@ def add_plant_signals(
     They are `plant.state`; for each free model `{object}.pose` and `{object}.contact_wrench`, and what else a
     deformable one adds; and for the arm `{arm}.joint_positions`, `{arm}.joint_velocities` and `{arm}.joint_torques`.
 
-    Args:
-        builder: builder of a diagram with the plant.
-        scene: with the finalized plant.
-        free: names of the free models.
-        arm: name of the arm.
-        wrenches: with the contact wrenches.
+    `free` names the free models, `arm` the arm; `wrenches`: with the contact wrenches.
     """
     plant = scene.plant
     names, units = plant.GetStateNames(), state_units(plant)
@@ -61,11 +57,8 @@ def _contact_wrench(builder: DiagramBuilder, plant: MultibodyPlant, model: Model
     first = plant.get_body(plant.GetBodyIndices(model)[0]).floating_velocities_start_in_v()
     velocities = plant.GetVelocitiesFromArray(model, np.arange(plant.num_velocities()))
     offset = int(np.flatnonzero(velocities == first)[0])
-    selector = builder.AddNamedSystem(
-        f"{name}.contact_wrench", MatrixGain(np.eye(forces.size())[offset : offset + len(WRENCH)])
-    )
-    builder.Connect(forces, selector.get_input_port())
-    return selector.get_output_port()
+    selector = MatrixGain(np.eye(forces.size())[offset : offset + len(WRENCH)])
+    return add_stage(builder, f"{name}.contact_wrench", selector, forces)
 
 
 def _arm_signals(builder: DiagramBuilder, plant: MultibodyPlant, arm: str) -> dict[str, OutputPort]:
@@ -96,9 +89,8 @@ def describe_arm_state(plant: MultibodyPlant, arm: str, port: OutputPort) -> Non
 
 def _pick(builder: DiagramBuilder, plant: MultibodyPlant, name: str, entries: Sequence[int]) -> OutputPort:
     """Selects entries of the plant's state."""
-    selector = builder.AddNamedSystem(name, MatrixGain(np.eye(plant.num_multibody_states())[list(entries)]))
-    builder.Connect(plant.get_state_output_port(), selector.get_input_port())
-    return selector.get_output_port()
+    selector = MatrixGain(np.eye(plant.num_multibody_states())[list(entries)])
+    return add_stage(builder, name, selector, plant.get_state_output_port())
 
 
 def _actuation(
@@ -107,9 +99,8 @@ def _actuation(
     """The torques or forces that the actuators of a model apply, in the order of its joints."""
     actuated = [plant.get_joint_actuator(i).joint().index() for i in plant.GetJointActuatorIndices(model)]
     rows = [[joint.index() == index for index in actuated] for joint in joints]
-    selector = builder.AddNamedSystem(name, MatrixGain(np.array(rows, dtype=float).reshape(len(joints), -1)))
-    builder.Connect(plant.get_net_actuation_output_port(model), selector.get_input_port())
-    return selector.get_output_port()
+    selector = MatrixGain(np.array(rows, dtype=float).reshape(len(joints), -1))
+    return add_stage(builder, name, selector, plant.get_net_actuation_output_port(model))
 
 
 def state_units(plant: MultibodyPlant) -> list[str]:

@@ -10,7 +10,14 @@ from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.wiring.estimation import estimation_inputs, shape_wires
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_by_name, inputs, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import (
+    NamedWires,
+    Ports,
+    add_stage,
+    connect_by_name,
+    inputs,
+    vector_outputs,
+)
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.finger_shape import TIP
 from soft_gripper.estimators.named_estimators import find_estimator
@@ -81,9 +88,8 @@ def add_scoring(builder: DiagramBuilder, finger: PlantFinger, period: float, kno
     sources = dict(known)
     for deformation in ("bending", *rotations_out_of_plane(finger.finger)):
         name = "contact_torque" if deformation == "bending" else f"{deformation}_contact_torque"
-        contact = builder.AddNamedSystem(f"{finger.name}.{name}", MatrixGain(finger.torque_selector(deformation)))
-        builder.Connect(forces, contact.get_input_port())
-        sources[name] = contact.get_output_port()
+        selector = MatrixGain(finger.torque_selector(deformation))
+        sources[name] = add_stage(builder, f"{finger.name}.{name}", selector, forces)
     scoring = builder.AddNamedSystem(f"{finger.name}.scoring", FingerScoring(finger.finger, period, TIP in known))
     for name, port in inputs(scoring).items():
         builder.Connect(sources[name], port)
@@ -97,10 +103,10 @@ def add_true_poses(builder: DiagramBuilder, fingers: Sequence[PlantFinger], peri
     plant = fingers[0].plant
     name = _free_name(builder, "true_poses", fingers)
     size = plant.num_multibody_states()
-    sampled = builder.AddNamedSystem(f"{name}.state", Hold(period, size, state=range(size)))
+    hold = Hold(period, size, state=range(size))
+    sampled = add_stage(builder, f"{name}.state", hold, plant.get_state_output_port())
     truth = builder.AddNamedSystem(name, TruePoses(fingers))
-    builder.Connect(plant.get_state_output_port(), sampled.get_input_port())
-    builder.Connect(sampled.get_output_port(), truth.get_input_port())
+    builder.Connect(sampled, truth.get_input_port())
     return vector_outputs(truth)
 
 
@@ -180,16 +186,7 @@ def add_alongside(
 ) -> Ports:
     """Adds `{finger}.{type}.estimation` and `{finger}.{type}.scoring` for every type in `config.alongside`.
 
-    Args:
-        builder: of a diagram with the finger's plant.
-        finger: in the finalized plant.
-        layout: the nominal sensors and finger.
-        config: the `estimator` part of a scenario.
-        sensor: the `sensor` part, as of `add_estimation`.
-        measured: the outputs of the sensors, and the finger's signals of `add_true_poses`.
-
-    Returns:
-        the signals, by name without the finger's prefix, `{type}.{signal}`.
+    Arguments and signals as for `add_estimation`; `measured` has the finger's signals of `add_true_poses`, too.
 
     Raises:
         InputError: if there is no such estimator.

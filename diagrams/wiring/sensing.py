@@ -39,13 +39,9 @@ from soft_gripper.truth.poses import TRUE_JOINTS, TRUE_TIP
 def add_object_width(
     builder: DiagramBuilder, gripper: Gripper, nominal: Mapping[str, Finger], signals: Mapping[str, OutputPort]
 ) -> OutputPort:
-    """Adds `object_width` for the fingers of one gripper; returns the width, (1) m.
+    """Adds `object_width` for the `nominal` fingers of one gripper, in its order by their names; returns it, (1) m.
 
-    Args:
-        builder: of any diagram.
-        gripper: where the fingers stand.
-        nominal: the nominal fingers, in the order of the gripper, by their names.
-        signals: has `{finger}.estimated_joint_angles` and `{finger}.contact`.
+    `signals` has `{finger}.estimated_joint_angles` and `{finger}.contact`.
     """
     width = ObjectWidth(gripper, nominal)
     builder.AddNamedSystem("object_width", width)

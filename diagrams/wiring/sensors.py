@@ -5,7 +5,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from pydrake.systems.primitives import MatrixGain, RandomSource
 
 from soft_gripper.diagrams.wiring.composed import PartPorts, add_part
-from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, connect_by_name, vector_outputs
+from soft_gripper.diagrams.wiring.named_wires import NamedWires, Ports, add_stage, connect_by_name, vector_outputs
 from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -102,10 +102,9 @@ def _add_random(builder: DiagramBuilder, finger: str, sensors: PartPorts, period
 def add_joint_angles(builder: DiagramBuilder, finger: PlantFinger, deformation: str = "bending") -> OutputPort:
     """Adds `{finger}.joint_angles`, or the port of another deformation; returns it, (N) rad, or m if joints slide."""
     selector = MatrixGain(finger.position_selector(deformation))
-    builder.AddNamedSystem(f"{finger.name}.{joints_port(deformation)}", selector)
-    builder.Connect(finger.plant.get_state_output_port(), selector.get_input_port())
-    unit = "m" if deformation in SLIDES else "rad"
-    return describe(selector.get_output_port(), unit, joint=range(finger.finger.segments))
+    state = finger.plant.get_state_output_port()
+    angles = add_stage(builder, f"{finger.name}.{joints_port(deformation)}", selector, state)
+    return describe(angles, "m" if deformation in SLIDES else "rad", joint=range(finger.finger.segments))
 
 
 def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -> OutputPort:
@@ -113,9 +112,8 @@ def add_base_pose(builder: DiagramBuilder, finger: PlantFinger, period: float) -
     name = f"{finger.name}.base_pose"
     if finger.is_anchored:
         return builder.AddNamedSystem(name, FixedBasePose(finger.X_WB)).get_output_port()
-    sensor = builder.AddNamedSystem(name, BasePoseSensor(finger.base.index(), period))
-    builder.Connect(finger.plant.get_body_poses_output_port(), sensor.get_input_port())
-    return sensor.get_output_port()
+    sensor = BasePoseSensor(finger.base.index(), period)
+    return add_stage(builder, name, sensor, finger.plant.get_body_poses_output_port())
 
 
 def add_sensors(

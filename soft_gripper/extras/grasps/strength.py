@@ -37,9 +37,9 @@ from soft_gripper.diagrams.scene import first_body
 from soft_gripper.diagrams.simulation import advance, cached_station, run_to_end, solver_config
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
+from soft_gripper.extras.grasps.grip_point import Grip, grip_at, shift
 from soft_gripper.extras.sweeps.study import results
 from soft_gripper.pictures.style import STYLE
-from soft_gripper.runs.scores.grip_point import Grip, grip_at, shift
 from soft_gripper.scenario.scenario_file import dump_scenario, parse_scenario
 from soft_gripper.scenario.schema import Scenario
 from soft_gripper.truth.contact import TOUCH, patches

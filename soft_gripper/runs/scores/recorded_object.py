@@ -16,7 +16,6 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.fingers.spatial_chain import vector_product
 from soft_gripper.runs.scores.grasp import GraspSignals
-from soft_gripper.runs.scores.grip_point import face_shifts, nearest_link, seen_from
 from soft_gripper.truth.contact import combined_friction
 
 NORMAL = "grip_normal_force"
@@ -214,3 +213,27 @@ def _static_friction(station: Station, geometries: Sequence[GeometryId]) -> floa
 def _velocity(V: Array, p: Array) -> Array:
     """Velocities at points, (..., 3) m/s, from spatial velocities [angular, linear] at origins p away, (..., 6)."""
     return np.asarray(V[..., 3:] + vector_product(V[..., :3], p))
+
+
+def face_shifts(X: Array, p: Array, on_link: Array) -> Array:
+    """Shifts of a point p of the object from a point of a link, along the link's inner face, (..., 2) m.
+
+    X is the pose of the link, (..., 3, 4), in the frame of p, (..., 3) m; `on_link`, (3,) m, is in that of the link.
+    """
+    return np.asarray((seen_from(X, p) - on_link)[..., 1:])
+
+
+def seen_from(X: Array, p: Array) -> Array:
+    """Points seen from a frame whose pose is X, (..., 3, 4) [R | p] and (..., 3) m -> (..., 3) m."""
+    return np.asarray(((p - X[..., 3])[..., None, :] @ X[..., :3])[..., 0, :])
+
+
+def nearest_link(finger: PlantFinger, X: Array, p: Array) -> tuple[NDArray[np.int_], Array]:
+    """The number of the link whose centre is nearest to a point, (...), and the point in its frame, (..., 3) m.
+
+    `X` are the poses of all links in any frame, (..., L, 3, 4), and `p` the point in it, (..., 3) m.
+    """
+    points = seen_from(X, p[..., None, :])
+    middles = np.diff(finger.finger.link_ends) / 2
+    link = np.argmin(np.linalg.norm(points - np.outer(middles, [0.0, 0.0, 1.0]), axis=-1), axis=-1)
+    return link, np.take_along_axis(points, link[..., None, None], axis=-2)[..., 0, :]

@@ -225,10 +225,10 @@ class Scene:
         rows[:, slide[0]], rows[:, ball_at : ball_at + 3] = sled, ball
         return rows
 
-    def first(self, sled, ball=ASIDE, robot=("rail", "sled", "post"), **options):
+    def first(self, sled, ball=ASIDE, robot=("rail", "sled", "post")):
         positions = self.positions(sled, ball)
         root = self.diagram.CreateDefaultContext()
-        return first_collision(root, self.plant, self.scene_graph, self.bodies(*robot), positions, **options)
+        return first_collision(root, self.plant, self.scene_graph, self.bodies(*robot), positions)
 
 
 @pytest.fixture(scope="module")
@@ -244,9 +244,9 @@ def test_box_into_wall(scene):
     assert str(collision) == "'robot::sled' is 20.0 mm inside 'wall::wall'"
 
 
-def test_touch_is_as_deep_as_allowed(scene):
-    assert scene.first([0.92], allowed=0.021) is None
-    assert scene.first([0.92], allowed=0.019).depth == pytest.approx(0.02, abs=1e-6)
+def test_a_touch_is_no_collision(scene):
+    assert scene.first([0.9 + 0.9 * TOUCH_DEPTH]) is None
+    assert scene.first([0.9 + 1.1 * TOUCH_DEPTH]).depth == pytest.approx(1.1 * TOUCH_DEPTH, abs=1e-6)
 
 
 def test_carried_ball_belongs_to_the_robot(scene):

@@ -1,17 +1,11 @@
-"""Objects that slide, and the link on which a contact lies."""
+"""Objects that slide, and the friction that holds them."""
 
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.diagrams.loaded_model import add_fingers
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
-from soft_gripper.models import DIRECTORY
 from soft_gripper.runs.scores.grasp import DROPPED, HELD, RESTING
-from soft_gripper.runs.scores.grip_point import grip_at
 from soft_gripper.runs.scores.recorded_grasps import recorded_grasp
 from soft_gripper.runs.scores.recorded_object import RecordedObject
 from soft_gripper.runs.scores.recorded_slips import recorded_slip
@@ -105,21 +99,3 @@ def test_the_least_friction_of_the_object_holds_it_and_less_does_not(slippery, s
     assert (recorded_grasp(RecordedObject(station, recording, "bottle"))[0].grasp == HELD) is held
     assert slip.predicted == (WILL_HOLD if held else WILL_SLIP)
     assert np.isnan(slip.slips_s) == held
-
-
-def test_a_contact_is_gripped_by_the_link_on_whose_face_it_lies():
-    """Close to either end of a link: the points of contact move with it, not with the next one."""
-    plant = MultibodyPlant(0.01)
-    (finger,) = add_fingers(Parser(plant), DIRECTORY / "grippers/finger.urdf")
-    plant.WeldFrames(plant.world_frame(), finger.base.body_frame())
-    plant.Finalize()
-    context = plant.CreateDefaultContext()
-    for joint in finger.joints:
-        joint.set_angle(context, 0.05)
-    length = finger.finger.segment_length
-    for link in finger.links[2:-2]:
-        for along in (0.1 * length, 0.9 * length):
-            on_link = np.array([0.009, 0.001, along])
-            grip = grip_at(context, finger, RigidTransform([0.1, 0, 0]), link.EvalPoseInWorld(context) @ on_link)
-            assert grip.link is link
-            np.testing.assert_allclose(grip.on_link, on_link, atol=1e-12)
