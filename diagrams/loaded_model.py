@@ -69,7 +69,10 @@ def load_model(
     Raises:
         InputError: if the file is missing, or neither we nor Drake can read it.
     """
-    file = ModelFile(_existing_file(config, where))
+    path = model_path(config.file)
+    if not os.path.isfile(path):
+        raise InputError(where, "file", config.file, f"there is no file {path}")
+    file = ModelFile(path)
     if config.self_contact and points is not None:
         expected = "leave it out with contact: points: these lie under the skin, and would meet too late"
         raise InputError(where, "self_contact", True, expected)
@@ -84,7 +87,10 @@ def load_model(
             options = replace(options, without=())  # with what hangs on them, before fingers are expanded
             _check_fingers_keep(config, where, fingers)
         imported = read_model(file, options)
-        model = add_model(_parser(plant), file, imported)
+        parser = Parser(plant)
+        parser.SetAutoRenaming(True)
+        parser.package_map().AddMap(package_map())
+        model = add_model(parser, file, imported)
         check_meshes(model, config.free, is_fixture=arm is None and is_welded_to_world)
     _check_model(model, config, where, fingers)
     plant.RenameModelInstance(model.index, config.name)
@@ -98,13 +104,6 @@ def load_model(
     make_finger = add_torsion_springs if config.springs == "torsion" else PlantFinger
     plant_fingers = [make_finger(finger=finger, plant=plant, model=model.index) for finger in fingers]
     return LoadedModel(model.index, plant_fingers, model.mimics)
-
-
-def _parser(plant: MultibodyPlant) -> Parser:
-    parser = Parser(plant)
-    parser.SetAutoRenaming(True)
-    parser.package_map().AddMap(package_map())
-    return parser
 
 
 def import_options(config: ModelConfig, where: str = "model", is_arm: bool = False) -> ImportOptions:
@@ -146,15 +145,8 @@ def _are_too_stiff(fingers: Sequence[Finger], time_step: float) -> bool:
     return can_be_implicit and unstable and time_step <= _MAX_STEP
 
 
-def _existing_file(config: ModelConfig, where: str) -> Path:
-    path = model_path(config.file)
-    if not os.path.isfile(path):
-        raise InputError(where, "file", config.file, f"there is no file {path}")
-    return path
-
-
 def _check_model(model: AddedModel, config: ModelConfig, where: str, fingers: Sequence[Finger]) -> None:
-    """Checks that a file has one model, of another name, that suits its config."""
+    """Checks that a file has one model, of another name, with links or one soft object, that suits its config."""
     plant = model.plant
     check_names(where, config.fingers, [finger.name for finger in fingers])
     require(bool(fingers) or not config.self_contact, where, "self_contact", True, f"{config.file} has no finger")
@@ -162,22 +154,15 @@ def _check_model(model: AddedModel, config: ModelConfig, where: str, fingers: Se
         raise InputError(where, "file", config.file, f"holds {len(model.indices)} models; give a file with one")
     if plant.HasModelInstanceNamed(config.name) and plant.GetModelInstanceName(model.index) != config.name:
         raise InputError(where, "name", config.name, "is taken by another model")
-    _check_contents(plant, model.index, config, where)
-
-
-def _check_contents(plant: MultibodyPlant, model: ModelInstanceIndex, config: ModelConfig, where: str) -> None:
-    """Checks that a model has links, or is one soft object that is free."""
-    soft_body = deformable_body(plant, model)
-    if soft_body is not None and deformable_kind() is None:
-        raise InputError(where, "file", config.file, "holds a body of finite elements; give a model with rigid links")
-    if soft_body is None and not plant.GetBodyIndices(model):
-        raise InputError(where, "file", config.file, "holds a model without links")
-    if soft_body is not None and plant.GetBodyIndices(model):
-        raise InputError(where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
-    if soft_body is not None and not config.free:
-        raise InputError(
-            where, "free", False, f"must be true: {config.file} is a soft object, which nothing is welded to"
-        )
+    soft_body, has_links = deformable_body(plant, model.index), bool(plant.GetBodyIndices(model.index))
+    if soft_body is None:
+        require(has_links, where, "file", config.file, "holds a model without links")
+        return
+    expected = "holds a body of finite elements; give a model with rigid links"
+    require(deformable_kind() is not None, where, "file", config.file, expected)
+    require(not has_links, where, "file", config.file, "holds a soft and a rigid link; give a file with one link")
+    expected = f"must be true: {config.file} is a soft object, which nothing is welded to"
+    require(config.free, where, "free", False, expected)
 
 
 def _set_joints_and_contact(model: AddedModel, imported: ImportedModel, arm: ArmConfig | None, where: str) -> None:

@@ -100,10 +100,12 @@ def add_model(
         raise InputError(where, "initial_position", config.initial_position, "leave it out: an arm has arm.home")
     set_initial_position(plant, loaded_model.model, config.initial_position, loaded_model.mimics, where)
     X_PC = config.X_PC.GetDeterministicValue()
+    joints = (plant.get_joint(index) for index in plant.GetJointIndices(loaded_model.model))
+    is_joined = any(joint.parent_body().index() == plant.world_body().index() for joint in joints)
     deformable = deformable_body(plant, loaded_model.model)
     if deformable is not None:
         deformable.set_default_pose(X_PC)
-    elif is_mjcf(model_path(config.file)) and _is_joined(plant, loaded_model.model):
+    elif is_mjcf(model_path(config.file)) and is_joined:
         _check_stays(config, where)
     elif stays_in_place(config):
         raise InputError(where, "free", False, f"must be true: no joint of {config.file} holds the model")
@@ -150,12 +152,6 @@ def set_initial_position(
             expected = f"must be within the limits of the joint, {limits}{follows}"
             raise InputError(where, f"initial_position.{name}", [*position], expected)
         joint.set_default_positions(position)
-
-
-def _is_joined(plant: MultibodyPlant, model: ModelInstanceIndex) -> bool:
-    """Whether the joints of a model that has not been placed join it to the world."""
-    joints = (plant.get_joint(index) for index in plant.GetJointIndices(model))
-    return any(joint.parent_body().index() == plant.world_body().index() for joint in joints)
 
 
 def stays_in_place(config: ModelConfig) -> bool:

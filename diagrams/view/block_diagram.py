@@ -26,13 +26,13 @@ def graphviz(diagram: Diagram, max_depth: int = 1) -> str:
     return "\n".join(line for wires, lines in blocks for line in (sorted(lines) if wires else lines)) + "\n"
 
 
-def save_block_diagram(diagram: Diagram, path: Path, max_depth: int = 1) -> None:
+def save_block_diagram(diagram: Diagram, path: Path) -> None:
     """Writes DOT text, or a picture if the name ends in .svg, .png or .pdf.
 
     Raises:
         InputError: if the name has another ending, or a picture is requested and pygraphviz is not installed.
     """
-    text = graphviz(diagram, max_depth)
+    text = graphviz(diagram)
     if path.suffix in (".dot", ".gv"):
         with atomic_file(path) as partial:
             partial.write_text(text, encoding="utf-8")

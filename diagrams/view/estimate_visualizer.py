@@ -86,9 +86,9 @@ def rounded(value: float) -> float:
     return round(float(value) * _ROUNDING_STEPS) / _ROUNDING_STEPS
 
 
-def unit_circle(edges: int = 96) -> Array:
-    """A circle of radius 1 m about y, (3, edges + 1) corners."""
-    angle = np.linspace(0, 2 * np.pi, edges + 1)
+def unit_circle() -> Array:
+    """A circle of radius 1 m about y, (3, 97) corners."""
+    angle = np.linspace(0, 2 * np.pi, 97)
     return np.array([np.sin(angle), np.zeros_like(angle), np.cos(angle)])
 
 
@@ -222,18 +222,16 @@ class EstimateVisualizer(LeafSystem):
             inside, outside = finger.sides
             _place_pieces(self._meshcat, CURVE, finger, (2 * PROUD, outside - inside), 1.1, _CURVE_COLOR)
             for i in range(finger.sections):
-                self._place_arc(f"{ARCS}/{finger.name}/{i}/unit")
+                # A circle of radius 1 m in the bending plane, and two radii along +z
+                path = f"{ARCS}/{finger.name}/{i}/unit"
+                self._meshcat.SetLine(f"{path}/circle", unit_circle(), 1.0, _ARC_COLOR)
+                for radius in ("begin", "end"):
+                    self._meshcat.SetLine(f"{path}/{radius}", np.array([[0, 0], [0, 0], [0, 1]]), 2.0, _ARC_COLOR)
             if "contact_arc_length" in finger.signals:
                 place_arrow(self._meshcat, finger)
             if BAND_SIGNAL in finger.signals:
                 place_ribbon(self._meshcat, finger)
         return EventStatus.Succeeded()
-
-    def _place_arc(self, path: str) -> None:
-        """A circle of radius 1 m in the bending plane, and two radii along +z."""
-        self._meshcat.SetLine(f"{path}/circle", unit_circle(), 1.0, _ARC_COLOR)
-        for radius in ("begin", "end"):
-            self._meshcat.SetLine(f"{path}/{radius}", np.array([[0, 0], [0, 0], [0, 1]]), 2.0, _ARC_COLOR)
 
     def _publish(self, context: Context) -> EventStatus:
         time = context.get_time()

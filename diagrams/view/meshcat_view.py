@@ -36,7 +36,6 @@ from soft_gripper.diagrams.wiring.named_wires import inputs
 from soft_gripper.errors import InputError
 from soft_gripper.estimators.finger_shape import ARC
 from soft_gripper.files.output import atomic_file
-from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.scenario.deformables import deformable_kind
 from soft_gripper.scenario.schema import ArmConfig, ModelConfig, PressureConfig, Scenario, TaskConfig
@@ -221,15 +220,12 @@ def _contact_arrows() -> ContactVisualizerParams:
 def torque_limit(pressure: PressureConfig, fingers: Sequence[PlantFinger]) -> float:
     """Limit of the colour scale, N m: the largest torque of the pressure supply at a joint, rounded up."""
     largest = max(abs(pressure.minimum), abs(pressure.maximum))
-    return round_limit(max(_largest_torque(finger.finger, largest) for finger in fingers))
-
-
-def _largest_torque(finger: Finger, pressure: float) -> float:
-    """Largest joint torque, N m, of a pressure in every chamber; of a finger without any, by its `pressure_gain`."""
-    effective = (
-        finger.effective_pressure(np.full(finger.pressures, pressure)) if finger.pressures else np.array(pressure)
-    )
-    return float(effective.max() * finger.pressure_gain.max())
+    torques = []
+    for finger in (finger.finger for finger in fingers):  # one without chambers by its `pressure_gain`
+        chambers = np.full(finger.pressures, largest)
+        effective = finger.effective_pressure(chambers).max() if finger.pressures else largest
+        torques.append(float(effective * finger.pressure_gain.max()))
+    return round_limit(max(torques))
 
 
 def _drawn_finger(scene_graph: SceneGraph, finger: PlantFinger, signals: Mapping[str, OutputPort]) -> DrawnFinger:

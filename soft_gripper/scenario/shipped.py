@@ -45,11 +45,6 @@ def descriptions() -> dict[str, str]:
     return {name: _read_shipped(scenario_path(name))["description"] for name in scenario_names()}
 
 
-def preset_names() -> list[str]:
-    """Names of the presets of sensor errors."""
-    return list(_read_shipped(PRESETS))
-
-
 def _read_shipped(file: Path) -> dict[str, Any]:
     """Data of a shipped file, with text for every value."""
     data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)

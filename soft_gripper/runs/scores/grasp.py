@@ -140,16 +140,11 @@ def is_carried(signals: GraspSignals) -> bool:
 
 
 def slip_ratio(normal: Array, friction: Array, coefficients: Array) -> float:
-    """The least force that would hold an object over the force of the grasp.
+    """The least force that would hold an object over the force of the grasp, from held forces, (F,) and (F, 3) N.
 
     Friction forces of several fingers that oppose each other do not carry anything, and would be less if the fingers
     pressed less. Their sum is what has to be carried; by Coulomb's law it takes at least that sum over the coefficient
-    of friction.
-
-    Args:
-        normal: held normal forces, (F,) N.
-        friction: held friction forces on the object, (F, 3) N.
-        coefficients: of friction, (F,).
+    of friction, (F,).
     """
     max_friction = float(coefficients @ normal)
     return float(np.linalg.norm(friction.sum(axis=0))) / max_friction if max_friction > 0 else NAN
@@ -170,11 +165,8 @@ def largest_impulse(time: Array, force: Array) -> float:
 def pump_energy(pressure: Array, volume: Array) -> float:
     """Work of pressures on the walls of their chambers, J: the integral of pressure over volume where it grows.
 
+    Pressures, (T, C) Pa, are relative to the atmosphere; `volume` is that by which each chamber has grown, (T, C) m^3.
     What flows back as the volume shrinks is vented. The compression of the gas itself is extra.
-
-    Args:
-        pressure: (T, C) Pa, relative to the atmosphere.
-        volume: by which each chamber has grown, (T, C) m^3.
     """
     work = (pressure[1:] + pressure[:-1]) / 2 * np.diff(volume, axis=0)
     return float(np.maximum(work, 0.0).sum())
@@ -183,13 +175,9 @@ def pump_energy(pressure: Array, volume: Array) -> float:
 def stiffness(width: Array, force: Array) -> float:
     """Stiffness of a held object, N/m: the slope of the estimated force over the decrease of the estimated width.
 
-    Taken by least squares over the samples of more than a tenth of the largest force. NaN if the width does not
-    decrease as the force grows, or explains less than half of its variance: then the object is too stiff for the
-    sensors.
-
-    Args:
-        width: estimated, (T,) m; NaN without contact.
-        force: estimated, mean of the fingers, (T,) N.
+    Taken by least squares over the samples of more than a tenth of the largest force: (T,) m, NaN without contact, and
+    the mean of the fingers, (T,) N. NaN if the width does not decrease as the force grows, or explains less than half
+    of its variance: then the object is too stiff for the sensors.
     """
     is_known = np.isfinite(width) & np.isfinite(force)
     is_known &= force > 0.1 * np.max(force[is_known], initial=0.0)
@@ -222,12 +210,7 @@ def finger_grips(signals: GraspSignals, fingers: list[str]) -> list[FingerGrip]:
 
 
 def motion(place: Array, turn: Array) -> tuple[float, float, float]:
-    """Largest shift, m, and turn, rad, from the first pose, and the range of motion along y, m.
-
-    Args:
-        place: (K, 3) m in the frame of the palm.
-        turn: (K, 3, 3) rotations in it.
-    """
+    """Largest shift, m, and turn, rad, from the first of some poses, (K, 3) m and (K, 3, 3), and range of y, m."""
     relative = np.swapaxes(turn[:1], -1, -2) @ turn
     cosine = (np.trace(relative, axis1=-2, axis2=-1) - 1) / 2
     shift = np.linalg.norm(place - place[0], axis=-1).max()
@@ -246,13 +229,8 @@ def judge(
 ) -> Grasp:
     """The grasp of one object.
 
-    Args:
-        signals: of the object.
-        grips: of each finger, see `finger_grips`.
-        slid_length: length of the path of the object along the fingers while held, m; NaN without contact.
-        speed: at which it slides at the end, m/s.
-        sizes: of the object.
-        energy: of the pump, J.
+    `slid_length` is that of its path along the fingers while held, m, NaN without contact; `speed` that at which it
+    slides at the end, m/s; `energy` that of the pump, J.
     """
     window, begin = last(signals.time), held_since(signals)
     normal, friction = signals.normal[window].mean(axis=0), signals.friction[window].mean(axis=0)

@@ -30,14 +30,8 @@ def narrower_bands(
 ) -> dict[str, float]:
     """Widths of the band over the transverse force, as it is (the first, "") and with one thing changed.
 
-    Args:
-        layout: the nominal sensors.
-        uncertainty: uncertainty.
-        period: of the sensors, s.
-        q: estimated joint positions, (D), with the contact.
-        driving: torque at the joints, (D) N m.
-        gravity: in B, (3) m/s^2.
-        other_layouts: other sensors on the same finger, by what they are called.
+    q are the estimated joint positions, (D), with the contact; `driving` the torques, (D) N m; `gravity`, (3) m/s^2, is
+    in B; `period` in s; `other_layouts` other sensors on the same finger, by what they are called.
     """
     averaged = math.sqrt(period / max(_AVERAGE, period))
     assumptions = {

@@ -112,12 +112,9 @@ def recorded_grasp(item: RecordedObject) -> tuple[Grasp, list[FingerGrip]]:
 
 
 def path_length(shifts: Array) -> float:
-    """Length of the path along which an object slides, m, averaged over the fingers; NaN without any.
+    """Length of the path of `RecordedObject.shifts`, (K, F, 2) m, averaged over the fingers, m; NaN without any.
 
     A distance from the first place would hide that it slides back, such as by creep after the fingers have lifted it.
-
-    Args:
-        shifts: see `RecordedObject.shifts`, (K, F, 2) m.
     """
     if not shifts.shape[1]:
         return np.nan

@@ -181,11 +181,7 @@ def precedes_put_down(numbers: Array, phases: Sequence[Phase]) -> NDArray[np.boo
     """The samples up to the end of the last phase that carries an object, (T).
 
     The last of several phases that hold it puts it down if another phase follows, and does not count. Without phases
-    that hold an object, or if none was reached, all samples count.
-
-    Args:
-        numbers: of the phase at each sample, (T).
-        phases: of the task, and its rescues.
+    that hold an object, or if none was reached, all samples count. `numbers` are those of the phases, (T).
     """
     holding = [number for number, phase in enumerate(phases) if phase.holds]
     if len(holding) > 1 and phases[holding[-1]].follower < len(phases):

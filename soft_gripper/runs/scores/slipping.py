@@ -80,11 +80,8 @@ def has_settled(force: Array) -> bool:
 def held_span(time: Array, normal: Array) -> tuple[int, int] | None:
     """The first touch, and the sample after the last touch before the object is lost; None: it is never touched.
 
-    An object is lost when no finger touches it for LET_GO; what touches it later does not hold it.
-
-    Args:
-        time: (T,) s.
-        normal: of all fingers, (T,) N.
+    An object is lost when no finger touches it for LET_GO; what touches it later does not hold it. `normal` is the
+    force of all fingers, (T,) N, at times (T,) s.
     """
     touched_samples = np.flatnonzero(normal > TOUCH)
     if not len(touched_samples):
@@ -96,12 +93,8 @@ def held_span(time: Array, normal: Array) -> tuple[int, int] | None:
 def sliding_since(time: Array, speed: Array) -> tuple[int, NDArray[np.bool_]] | None:
     """The sample since which an object slides to the end of the signals, and the fingers on which it then does.
 
-    Args:
-        time: (K,) s.
-        speed: on each finger, (K, F) m/s; NaN without contact.
-
-    Returns:
-        None if it does not slide at the end.
+    None if it does not slide at the end. `speed` is that on each finger, (K, F) m/s, at times (K,) s; NaN without
+    contact.
     """
     reach = max(round(_SMOOTH / (time[1] - time[0])), 1) if len(time) > 1 else 1
     kernel, is_known = np.ones(reach), np.isfinite(speed)
