@@ -246,8 +246,7 @@ class ArrayBlock(LeafSystem):
         group = self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
 
         def flat(context: Context) -> Array:
-            state: Array = context.get_discrete_state(group).value()
-            return state
+            return context.get_discrete_state(group).value()
 
         return flat if begin.ndim == 1 else lambda context: flat(context).reshape(begin.shape)
 

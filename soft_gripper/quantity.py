@@ -111,8 +111,7 @@ def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
         declaration: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
     else:
         declaration = field(default=default, metadata=valid(unit, **rule))
-    typed: _T = declaration
-    return typed
+    return declaration
 
 
 def like(cls: type, name: str) -> Any:

@@ -139,8 +139,7 @@ def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array, 
     plant.SetPositions(context, q)
     world, by_v = plant.world_frame(), JacobianWrtVariable.kV
     jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
-    moves: Array = (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)
-    return moves
+    return (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)
 
 
 def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:

@@ -79,8 +79,7 @@ def load_config(path: Path, document: Any, schema: type[_T]) -> _T:
     Raises:
         InputError: naming file, field and value, if the data do not fit the schema or its rules.
     """
-    config: _T = read(document, schema, _ANY_RULE, Place(path, "", schema, document))
-    return config
+    return read(document, schema, _ANY_RULE, Place(path, "", schema, document))
 
 
 def check_config(where: Path | str, config: Any) -> None:

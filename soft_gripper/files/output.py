@@ -142,11 +142,7 @@ def read_folder(folder: Path) -> dict[str, bytes]:
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes files as `read_folder` returns them, all or nothing.
-
-    Raises:
-        InputError: if it cannot be written.
-    """
+    """Writes files as `read_folder` returns them, all or nothing; raises an InputError if it cannot be written."""
     try:
         with atomic_folder(folder) as partial:
             for name, content in files.items():

@@ -12,11 +12,7 @@ _LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 
 
 def name_of(name_or_path: object) -> str:
-    """The name of something shipped, or a path, as text.
-
-    Raises:
-        InputError: if it is neither.
-    """
+    """The name of something shipped, or a path, as text; raises an InputError if it is neither."""
     if not isinstance(name_or_path, str | Path):
         raise InputError("file", "name", name_or_path, "give a name or a path, as text")
     return str(name_or_path)
@@ -36,11 +32,7 @@ def check_regular(path: Path, max_bytes: int | None = None) -> None:
 
 
 def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
-    """The content of a regular file.
-
-    Raises:
-        InputError: as `check_regular`, or if the file cannot be read.
-    """
+    """The content of a regular file; raises as `check_regular`, or if the file cannot be read."""
     data = _read_beginning(path, max_bytes + 1, max_bytes)
     _check_size(path, len(data), max_bytes)  # some files of /proc say that they are empty
     return data

@@ -68,8 +68,7 @@ def advance(branches: Sequence[CreepBranch], z: Array, old_angle: Array, new_ang
         period: s.
     """
     decay, old_gain, new_gain = recursion(branches, period)
-    next_z: Array = decay * z + old_gain * old_angle[..., None, :] + new_gain * new_angle[..., None, :]
-    return next_z
+    return decay * z + old_gain * old_angle[..., None, :] + new_gain * new_angle[..., None, :]
 
 
 def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Array:
@@ -77,8 +76,7 @@ def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Ar
 
     `pressure`, (...) Pa, is that in the chamber; it matters only to a finger with a pressure law.
     """
-    torque: Array = finger.softening(pressure)[..., None] * (shares(finger) @ z * finger.stiffness)
-    return torque
+    return finger.softening(pressure)[..., None] * (shares(finger) @ z * finger.stiffness)
 
 
 def shares(finger: Finger) -> Array:

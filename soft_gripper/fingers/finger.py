@@ -460,8 +460,7 @@ class Finger:
     def link_centers(self) -> Planar:
         """Centre of mass of every link, m from its proximal end, z + i x, shape (N + 1,)."""
         x, z = self.links.center
-        centers: Planar = z + 1j * x
-        return centers
+        return z + 1j * x
 
     @property
     def link_gyration(self) -> Array:
@@ -474,8 +473,7 @@ class Finger:
         lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
         outer_masses = np.cumsum(masses[::-1])[::-1] - masses
         moments = lengths * outer_masses + masses * self.link_centers[1:]
-        joint_moments: Planar = np.tril(np.outer(moments, np.ones(self.segments)))
-        return joint_moments
+        return np.tril(np.outer(moments, np.ones(self.segments)))
 
     def section_ends(self, sections: int) -> NDArray[np.int_]:
         """Segments covered up to the end of each sensor section, shape (sections + 1,), from 0 to N.
@@ -536,8 +534,7 @@ class Finger:
         """Stiffness that the tendons add at the joints of the straight finger, (W N, W N)."""
         zeros = np.zeros((len(self.tendons), self.segments))
         levers = np.concatenate([self.tension_gains.get(deformation, zeros) for deformation in deformations], axis=-1)
-        stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
-        return stiffness
+        return (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
 
 
 def _are_mirrored(first: Hole, second: Hole) -> bool:

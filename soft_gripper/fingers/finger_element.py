@@ -202,8 +202,7 @@ class _Reader:
         child = self.child(tag)
         name = None if child is None else child.get("material")
         if child is None or name is None:
-            section: _Section = self.record(tag, cls)
-            return section
+            return self.record(tag, cls)
         if name not in SILICONES:
             raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
         silicone = SILICONES[name]

@@ -159,8 +159,7 @@ class LinkInertias(NamedTuple):
         x, y, z = self.gyration
         zero = np.zeros(self.mass.shape)
         rows = [[y + z, zero, -self.product], [zero, x + z, zero], [-self.product, zero, x + y]]
-        tensors: Array = self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
-        return tensors
+        return self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
 
     def with_load(self, mass: float, position: Array) -> "LinkInertias":
         """Copy with a point mass (kg) fixed to the last link, at `position`, (2,) m along x and z."""

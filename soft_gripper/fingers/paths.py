@@ -57,8 +57,7 @@ class Path:
         """A number of the path at arc lengths `s`, m, of a finger of `length`; constant beyond its ends."""
         values = getattr(self, column)
         stations = np.array(self.at) * length
-        column_values: Array = np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
-        return column_values
+        return np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
 
 
 @dataclass(frozen=True)

@@ -68,8 +68,7 @@ def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
 def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> Array:
     """Angular and linear velocity of a frame in the base per rate of every position, (6, nq)."""
     wrt = JacobianWrtVariable.kQDot
-    jacobian: Array = plant.CalcJacobianSpatialVelocity(context, wrt, frame, np.zeros(3), base, base)
-    return jacobian
+    return plant.CalcJacobianSpatialVelocity(context, wrt, frame, np.zeros(3), base, base)
 
 
 def _moving_positions(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> NDArray[np.intp]:

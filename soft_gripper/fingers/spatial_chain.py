@@ -228,8 +228,7 @@ class Loads(NamedTuple):
     def positions(self, bent: Posture) -> Array:
         """Positions of the points, (..., M, 3) m in B."""
         rotated_points = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
-        positions: Array = bent.origins[..., self.frames, :] + rotated_points[..., 0]
-        return positions
+        return bent.origins[..., self.frames, :] + rotated_points[..., 0]
 
     def times(self, fraction: float) -> "Loads":
         """A fraction of the loads."""

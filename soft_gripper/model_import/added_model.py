@@ -29,8 +29,7 @@ class AddedModel:
 
     @property
     def plant(self) -> MultibodyPlant:
-        plant: MultibodyPlant = self.parser.plant()
-        return plant
+        return self.parser.plant()
 
     @property
     def index(self) -> ModelInstanceIndex:

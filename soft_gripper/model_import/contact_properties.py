@@ -25,11 +25,7 @@ _COMPLIANCE_PROPERTY = "hydroelastic", "compliance_type"
 
 
 def set_friction(where: str, friction: float, model: AddedModel) -> None:
-    """Gives all collision geometries of a model a Coulomb friction.
-
-    Raises:
-        InputError: if there are none.
-    """
+    """Gives all collision geometries of a model a Coulomb friction; raises an InputError if there are none."""
     plant = model.plant
     scene_graph = model.parser.scene_graph()
     shapes = model.geometries(Role.kProximity)

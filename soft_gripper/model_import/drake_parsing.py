@@ -115,11 +115,7 @@ def _element(message: str) -> str:
 
 
 def add_file(parser: Parser, path: Path) -> list[ModelInstanceIndex]:
-    """Reads the models of a file, unchanged.
-
-    Raises:
-        InputError: if it is XML that would end the process.
-    """
+    """Reads the models of a file, unchanged; raises an InputError if it is XML that would end the process."""
     check_file(path)
     return list(parser.AddModels(str(path)))
 

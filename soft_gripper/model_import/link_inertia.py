@@ -33,8 +33,7 @@ def possible_inertia(mass: float, inertia: Array) -> Array:
     if moments[0] >= 0 and moments[0] + moments[1] > 0:
         return inertia
     second_moments = (axes * np.maximum(moments, mass * _MIN_MASS_SPREAD**2)) @ axes.T
-    mended_inertia: Array = np.trace(second_moments) * np.eye(3) - second_moments
-    return mended_inertia
+    return np.trace(second_moments) * np.eye(3) - second_moments
 
 
 def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:

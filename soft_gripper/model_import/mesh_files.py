@@ -36,8 +36,7 @@ class NamedFiles(FilePathResolver):
     def get(self, name: str) -> bytes:
         """The content of a file; raises an InputError for a pipe or a file that is too large."""
         named_file(Path(self.file_path), name)
-        content: bytes = super().get(name)
-        return content
+        return super().get(name)
 
 
 def read_scene(path: Path) -> trimesh.Scene:
@@ -189,7 +188,6 @@ def _color(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
 
 
 def obj_text(mesh: trimesh.Trimesh, normals: bool = False) -> str:
-    text: str = trimesh.exchange.obj.export_obj(
+    return trimesh.exchange.obj.export_obj(
         mesh, include_texture=False, include_normals=normals, header=None, digits=_COORDINATE_DIGITS
     )
-    return text

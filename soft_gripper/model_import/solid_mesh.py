@@ -32,8 +32,7 @@ def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def join_parts(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
     """One mesh of several parts."""
-    mesh: trimesh.Trimesh = trimesh.util.concatenate(parts)
-    return mesh
+    return trimesh.util.concatenate(parts)
 
 
 def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -70,10 +69,7 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
 
 def _part_of_faces(mesh: trimesh.Trimesh) -> NDArray[np.int_]:
     """The number of the part to which each face belongs, (F,): edges of two faces hold a part together."""
-    numbers: NDArray[np.int_] = trimesh.graph.connected_component_labels(
-        mesh.face_adjacency, node_count=len(mesh.faces)
-    )
-    return numbers
+    return trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
 
 
 def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
@@ -146,8 +142,7 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
     def runs_along(face: NDArray[np.int_]) -> NDArray[np.bool_]:
         """Mask of the edges that run along a face rather than against it."""
         starts = faces[face] == edges[:, :1]
-        follows: NDArray[np.bool_] = (np.roll(faces[face], -1, axis=1) == edges[:, 1:])[starts]
-        return follows
+        return (np.roll(faces[face], -1, axis=1) == edges[:, 1:])[starts]
 
     # Neighbours that are turned alike run along their edge in opposite ways.
     differs = runs_along(pairs[:, 0]) == runs_along(pairs[:, 1])
@@ -185,16 +180,14 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
 
 def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
     """The size of the box in which two parts may overlap, (3,); negative along separating axes."""
-    room: Array = np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
-    return room
+    return np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
 
 
 def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
     """Grid of about `count` points in the box of a possible overlap of two parts, (M, 3)."""
     steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
     grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    points: Array = np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)
-    return points
+    return np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)
 
 
 def winding(points: Array, triangles: Array) -> Array:

@@ -74,8 +74,7 @@ class RecordedScene:
     @property
     def times(self) -> Array:
         """Times of the recorded samples, s."""
-        times: Array = self._recording.data["time"].values
-        return times
+        return self._recording.data["time"].values
 
     @property
     def scene_graph_context(self) -> Context:
@@ -94,14 +93,12 @@ class RecordedScene:
     def object_position(self, name: str, time: float) -> Array:
         """Position of a free model at a time, s; (3) m in the world: its first link's, or its middle if it has none."""
         if name in self._deformables:
-            middle: Array = self._deformables[name].vertices(self._go_to(time)).mean(axis=0)
-            return middle
+            return self._deformables[name].vertices(self._go_to(time)).mean(axis=0)
         return self._position(self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(name))[0], time)
 
     def gripper_position(self, time: float) -> Array:
         """Mean position of the finger bases at a time, s; (3) m in the world."""
-        middle: Array = np.mean([self._position(finger.base.index(), time) for finger in self.fingers], axis=0)
-        return middle
+        return np.mean([self._position(finger.base.index(), time) for finger in self.fingers], axis=0)
 
     def gripper_corners(self, time: float) -> Array:
         """Corners of the bounding boxes of all parts of the models with fingers at a time, s; (M, 3) m in the world."""
@@ -125,8 +122,7 @@ class RecordedScene:
         return self.scene_graph.model_inspector().GetGeometries(frame, Role.kPerception)
 
     def _position(self, body: BodyIndex, time: float) -> Array:
-        position: Array = self.plant.EvalBodyPoseInWorld(self._go_to(time), self.plant.get_body(body)).translation()
-        return position
+        return self.plant.EvalBodyPoseInWorld(self._go_to(time), self.plant.get_body(body)).translation()
 
     def _corners(self, models: Iterable[ModelInstanceIndex], time: float) -> Array:
         return box_corners(self.plant, self.scene_graph, self._go_to(time), models, Role.kPerception)
@@ -173,8 +169,7 @@ class Camera:
         """Projects points in the world, (..., 3) m, onto the picture, (..., 2) pixels right and down."""
         X_CW = self.X_WC.inverse()
         p_C = p_W @ X_CW.rotation().matrix().T + X_CW.translation()
-        pixels: Array = (p_C / p_C[..., 2:] @ self.info().intrinsic_matrix().T)[..., :2]
-        return pixels
+        return (p_C / p_C[..., 2:] @ self.info().intrinsic_matrix().T)[..., :2]
 
 
 def framing_camera(p_W: Array, height: int, width: int | None = None, direction: Array = DIRECTION) -> Camera:

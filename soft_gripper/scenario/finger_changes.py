@@ -92,8 +92,7 @@ def changed_finger(finger: Finger, where: str, changes: Mapping[str, str]) -> Fi
             paths = [_CHAMBER_PATHS[key]]
         for path in paths:
             document = _apply_change(document, path.split("."), partial(_value, where, key, text))
-    copy: Finger = read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'"))
-    return copy
+    return read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'"))
 
 
 def _apply_change(node: Any, path: Sequence[str], change: Callable[[Any], Any]) -> Any:

@@ -187,8 +187,7 @@ def _dump_text(scenario: Scenario) -> str:
     view = document.get("visualization") or {}
     if "mouse_interaction_stiffness" in view and view["mouse_interaction_stiffness"] == _MOUSE_STIFFNESS:
         del view["mouse_interaction_stiffness"]  # the default, unknown to older Drakes
-    text: str = yaml_dump(document)
-    return text
+    return yaml_dump(document)
 
 
 def _mapping(path: Path, document: Any) -> dict[str, Any]:

@@ -276,8 +276,7 @@ class DeadSensorConfig:
 @cache
 def presets() -> dict[str, dict[str, Any]]:
     """Errors of known kinds of sensors."""
-    sensors_by_name: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
-    return sensors_by_name
+    return yaml_load_file(str(PRESETS))
 
 
 @dataclass

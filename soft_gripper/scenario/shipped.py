@@ -52,5 +52,4 @@ def preset_names() -> list[str]:
 
 def _read_shipped(file: Path) -> dict[str, Any]:
     """Data of a shipped file, with text for every value."""
-    data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)
-    return data
+    return yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)

@@ -94,8 +94,7 @@ class CalibratedStates:
 
     def is_far(self, distances: StateDistances) -> NDArray[np.bool_]:
         """Mask of samples with a band that is wider by the distances than by all else, (...)."""
-        are_far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
-        return are_far
+        return self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
 
     @property
     def paths(self) -> int:

@@ -77,8 +77,7 @@ def _drop_oldest(line: Array) -> Array:
 
 
 def _oldest(line: Array) -> Array:
-    oldest: Array = line[..., 0, :]
-    return oldest
+    return line[..., 0, :]
 
 
 def _lines(delay: int) -> Any:

@@ -89,14 +89,12 @@ class TruePoses(ArrayBlock):
 
 def pose_error(true_joints: Array, joints: Array) -> Array:
     """The paper's metric: mean distance over all joint positions, (..., N, 3) m -> (...) m."""
-    error: Array = np.linalg.norm(joints - true_joints, axis=-1).mean(axis=-1)
-    return error
+    return np.linalg.norm(joints - true_joints, axis=-1).mean(axis=-1)
 
 
 def fingertip_error(true_tip: Array, tip: Array) -> Array:
     """Distance between the fingertips, (..., 3) m -> (...) m."""
-    error: Array = np.linalg.norm(tip - true_tip, axis=-1)
-    return error
+    return np.linalg.norm(tip - true_tip, axis=-1)
 
 
 def corners(joints: Array, tip: Array) -> Array:
