@@ -193,6 +193,14 @@ def number(where: object, element: ET.Element | None, name: str, default: str = 
     return value
 
 
+def take(parent: ET.Element, *tags: str) -> list[ET.Element]:
+    """Removes the children of an element with these tags, and returns them."""
+    children = [child for tag in tags for child in parent.findall(tag)]
+    for child in children:
+        parent.remove(child)
+    return children
+
+
 def joint_end(joint: ET.Element, end: str) -> str:
     """The link at the `parent` or `child` of a joint: an attribute in URDF, a text in SDFormat, else empty."""
     element = joint.find(end)

@@ -24,8 +24,8 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
 from soft_gripper.fingers.finger_writer import finger_element
+from soft_gripper.model_import.links_and_joints import remove_links
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.removed_links import remove_links
 
 GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
 

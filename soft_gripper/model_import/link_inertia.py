@@ -9,7 +9,7 @@ import numpy as np
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED
-from soft_gripper.files.xml_text import joint_end, number
+from soft_gripper.files.xml_text import joint_end, number, take
 from soft_gripper.model_import.model_file import ModelFile
 
 SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
@@ -104,8 +104,7 @@ def _links_with_load(model: ModelFile, is_sdf: bool) -> set[str]:
 
 def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
     """Removes the mass of a link, or nearly all of it in SDFormat, where one without mass weighs 1 kg; returns it."""
-    for inertial in link.findall("inertial"):
-        link.remove(inertial)
+    take(link, "inertial")
     if is_sdf:
         _write_inertial(link, *NEXT_TO_NONE, is_sdf)
     return link

@@ -1,10 +1,13 @@
 """Mesh files: checked, read, and kept as OBJ files that Drake reads, in the user's cache folder."""
 
 import hashlib
+import math
 import os
 import re
+from collections.abc import Sequence
 from functools import lru_cache
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +17,13 @@ from trimesh.resolvers import FilePathResolver
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import SimpleMaterial
 
+from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.files.notes import MENDED, READ, Note, make_note
 from soft_gripper.files.output import atomic_file, writable_folder
 from soft_gripper.files.text import read_bytes, read_text
 from soft_gripper.model_import.mesh_checks import check_mesh_file, named_file
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.msh_file import read_msh
 from soft_gripper.model_import.solid_mesh import closed_parts, join_parts
 from soft_gripper.registry import registered
 
@@ -191,3 +194,121 @@ def obj_text(mesh: trimesh.Trimesh, normals: bool = False) -> str:
     return trimesh.exchange.obj.export_obj(
         mesh, include_texture=False, include_normals=normals, header=None, digits=_COORDINATE_DIGITS
     )
+
+
+_HEADER_BYTES = 16  # bytes: the numbers of vertices, normals, points of textures and faces
+
+
+def read_msh(path: Path) -> trimesh.Trimesh:
+    """Reads the mesh of a file.
+
+    Raises:
+        InputError: if its size is not what its head says, or a face has a vertex that does not exist.
+    """
+    content = read_bytes(path)
+    counts = np.frombuffer(content[:_HEADER_BYTES].ljust(_HEADER_BYTES, b"\0"), "<i4").astype(int)
+    vertices, normals, points, faces = counts
+    begin = _HEADER_BYTES + 12 * vertices + 12 * normals + 8 * points
+    if counts.min() < 0 or len(content) != begin + 12 * faces:
+        raise InputError(
+            path, "mesh", path.name, "is damaged, or not a mesh of MuJoCo: its size is not as its head says"
+        )
+    places = np.frombuffer(content, "<f4", 3 * vertices, _HEADER_BYTES).reshape(-1, 3)
+    corners = np.frombuffer(content, "<i4", 3 * faces, begin).reshape(-1, 3)
+    if not np.isfinite(places).all() or ((corners < 0) | (corners >= vertices)).any():
+        raise InputError(path, "mesh", path.name, "is damaged: a face has no place")
+    return trimesh.Trimesh(places.astype(float), corners, process=False)
+
+
+_SLAB_COUNT = 14
+_MIN_FLATNESS_RATIO = 1e-6  # thickness over extent of points, below which they lie in a plane
+_JOINED_FILL = 0.999  # slabs that fill this share of their common hull are one part
+_NOTABLE_EXCESS = 1.05  # volume of a hull over that of its mesh
+CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as convex
+
+
+@lru_cache(maxsize=16)
+def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
+    """Corners of the convex parts of a mesh, (M, 3) each, in its own units; a single part if it is convex.
+
+    Args:
+        path: of the file.
+        modified: time of its last change, ns, so that a changed file is read again.
+    """
+    mesh = _read_mesh(path)
+    if hull_excess(path, modified) * CONVEX <= 1:
+        return (np.array(mesh.convex_hull.vertices),)
+    candidates = [_slabs(mesh, axis) for axis in range(3)]
+    slabs = min(candidates, key=lambda slabs: sum(slab.volume for slab in slabs))
+    return tuple(np.array(part.vertices) for part in _join_slabs(slabs))
+
+
+@lru_cache(maxsize=256)
+def hull_excess(path: Path, modified: int) -> float:
+    """The volume of the convex hull of a mesh over its own; infinite if it is open; arguments as in `convex_parts`."""
+    try:
+        mesh = _read_mesh(path)
+    except InputError:  # a format that Drake alone reads
+        return math.inf
+    has_volume = mesh.is_watertight and mesh.is_winding_consistent and mesh.volume != 0
+    return float(mesh.convex_hull.volume / abs(mesh.volume)) if has_volume else math.inf
+
+
+def note_hull(model: ModelFile, link: str, mesh: Path, origin: Path) -> None:
+    """Notes the excess of a touched mesh's convex hull over the mesh, if it is notable.
+
+    Args:
+        model: to which the link belongs.
+        link: its name.
+        mesh: file of the mesh as it is read.
+        origin: that file as the model names it.
+    """
+    excess = hull_excess(mesh, mesh.stat().st_mtime_ns)
+    if _NOTABLE_EXCESS <= excess < math.inf:
+        why = f"a link of an arm is touched at its convex hull, whose volume is {excess:.3g} times that of the mesh"
+        model.note(READ, f"link '{link}': mesh", origin.name, why)
+
+
+def _read_mesh(path: Path) -> trimesh.Trimesh:
+    mesh = read_scene(path).to_mesh()
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return mesh
+
+
+def _join_slabs(slabs: Sequence[trimesh.Trimesh]) -> list[trimesh.Trimesh]:
+    """Joins slabs that follow each other as long as they fill their common hull."""
+    parts, filled_volume = [slabs[0]], slabs[0].volume
+    for slab in slabs[1:]:
+        hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))
+        is_convex = filled_volume + slab.volume >= _JOINED_FILL * hull.volume
+        parts = [*parts[:-1], hull] if is_convex else [*parts, slab]
+        filled_volume = filled_volume + slab.volume if is_convex else slab.volume
+    return parts
+
+
+def _slabs(mesh: trimesh.Trimesh, axis: int) -> list[trimesh.Trimesh]:
+    """Hulls of slices of equal height along an axis."""
+    low, high = mesh.bounds[:, axis]
+    slices = (_slice_points(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, _SLAB_COUNT + 1)))
+    return [trimesh.convex.convex_hull(points) for points in slices if _is_solid(points)]
+
+
+def _is_solid(points: Array) -> bool:
+    """Whether the hull of points has a volume: a slice may only touch a flat face of the mesh."""
+    if len(points) < 4:
+        return False
+    singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(singular_values[-1] > _MIN_FLATNESS_RATIO * singular_values[0])
+
+
+def _slice_points(mesh: trimesh.Trimesh, axis: int, begin: float, end: float) -> Array:
+    """The vertices of a mesh between two planes across an axis, and where its edges cross these, (M, 3)."""
+    vertices, edges = np.array(mesh.vertices), np.array(mesh.edges_unique)
+    points = [vertices[(vertices[:, axis] >= begin) & (vertices[:, axis] <= end)]]
+    for plane in (begin, end):
+        begins, ends = (vertices[edges[:, i]] for i in range(2))
+        crosses = (begins[:, axis] - plane) * (ends[:, axis] - plane) < 0
+        begins, ends = begins[crosses], ends[crosses]
+        share = (plane - begins[:, axis]) / (ends[:, axis] - begins[:, axis])
+        points.append(begins + share[:, None] * (ends - begins))
+    return np.concatenate(points)

@@ -37,4 +37,4 @@ class ModelFile:
 
     def refuse(self, field: str, value: object, expected: str) -> NoReturn:
         """Raises an InputError."""
-        raise InputError(self.path, field, value, expected)
+        raise InputError(self.path, field, value, expected) from None

@@ -18,7 +18,7 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.model_import.drake_parsing import drake_reads
-from soft_gripper.model_import.included_files import check_files
+from soft_gripper.model_import.named_files import check_files
 from soft_gripper.models import package_map
 from soft_gripper.scenario.model_files import model_path
 

@@ -15,7 +15,6 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ
 from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
-from soft_gripper.model_import.included_files import IncludedFiles
 from soft_gripper.model_import.link_inertia import (
     NEXT_TO_NONE,
     NOT_POSSIBLE,
@@ -27,6 +26,7 @@ from soft_gripper.model_import.link_inertia import (
 from soft_gripper.model_import.links_and_joints import check_chains
 from soft_gripper.model_import.mesh_checks import check_mesh_file
 from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.named_files import IncludedFiles
 
 _DEFAULT_DENSITY = "1000"  # kg/m^3, of a geom for which none is given
 _INERTIA_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
@@ -103,8 +103,7 @@ def _include(folder: Path, parent: ET.Element, files: IncludedFiles) -> None:
 
 def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
     """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
-    from soft_gripper.model_import.convex_parts import note_hull
-    from soft_gripper.model_import.mesh_files import convert_to_obj, outward, weighable
+    from soft_gripper.model_import.mesh_files import convert_to_obj, note_hull, outward, weighable
 
     options: dict[str, str] = {}
     for compiler in model.root.findall("compiler"):

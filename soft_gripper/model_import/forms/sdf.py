@@ -6,26 +6,25 @@ name of the model takes the place of its own, in which its poses are given.
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from pathlib import Path
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT
-from soft_gripper.files.xml_text import DRAKE, check_counts
+from soft_gripper.files.xml_text import DRAKE, check_counts, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
-from soft_gripper.model_import.included_files import IncludedFiles, sdf_file
 from soft_gripper.model_import.link_inertia import scale_inertias
 from soft_gripper.model_import.links_and_joints import (
     convert_meshes,
     drop,
     drop_others,
-    drop_unused,
     fix_if_static,
     mend_joints,
     mend_links,
+    remove_links,
 )
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.removed_links import remove_links
+from soft_gripper.model_import.named_files import IncludedFiles, sdf_file
 
 # What elements may have, by their path in the model; all else is for other programs.
 _CHILD_TAGS = {
@@ -66,11 +65,17 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
         for parent in list(model.root.iter()):
             for element in [element for element in parent if element.tag in _FOREIGN_TAGS]:
                 drop(model, parent, element)
-            _drop_attributes(model, parent)
+            names = _KNOWN_ATTRIBUTES.get(parent.tag, tuple(parent.attrib))
+            for name in [name for name in parent.attrib if name not in names and not name.startswith(DRAKE)]:
+                value, element_name = parent.attrib.pop(name), f"{parent.tag} '{parent.get('name')}'"
+                model.note(LEFT_OUT, f"{element_name}: {name}", value, "SDFormat has no such attribute")
         for link in model.root.findall("link"):
-            for tag in ("collision", "visual"):
-                _make_names_unique(link.findall(tag))
-        drop_unused(model)
+            for tag in ("collision", "visual"):  # SDFormat allows no name twice
+                used_names: set[str | None] = set()
+                for place, shape in enumerate(link.findall(tag)):
+                    if shape.get("name") in used_names:
+                        shape.set("name", f"{shape.get('name')}_{place}")
+                    used_names.add(shape.get("name"))
         mimics += mend_joints(model, options)
         mend_links(model, options)
         convert_meshes(model, options.is_arm)
@@ -87,22 +92,6 @@ FORM = Form("SDFormat", ("sdf",), read, _scale)
 
 def _models(root: ET.Element) -> list[ET.Element]:
     return [*root.findall("model"), *root.findall("world/model")]
-
-
-def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
-    valid = _KNOWN_ATTRIBUTES.get(element.tag)
-    for name in [name for name in element.attrib if valid and name not in valid and not name.startswith(DRAKE)]:
-        value = element.attrib.pop(name)
-        model.note(LEFT_OUT, f"{element.tag} '{element.get('name')}': {name}", value, "SDFormat has no such attribute")
-
-
-def _make_names_unique(shapes: Sequence[ET.Element]) -> None:
-    """Renames shapes of the same name, which SDFormat does not allow."""
-    used_names: set[str | None] = set()
-    for place, shape in enumerate(shapes):
-        if shape.get("name") in used_names:
-            shape.set("name", f"{shape.get('name')}_{place}")
-        used_names.add(shape.get("name"))
 
 
 def _flatten(file: ModelFile) -> None:
@@ -156,8 +145,7 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
                 name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
     for tag in _OVERRIDE_TAGS:
         if (value := include.find(tag)) is not None:
-            for element in model.findall(tag):
-                model.remove(element)
+            take(model, tag)
             model.append(value)
     model.set("name", (include.findtext("name") or model.get("name") or "").strip())
     if frame := (include.findtext("placement_frame") or "").strip():
@@ -180,9 +168,7 @@ def _check_manner(path: Path, include: ET.Element) -> None:
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
     """Writes the frame of axes explicitly, where older versions of SDFormat have another rule."""
     for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _TARGET_VERSION else ():
-        marks = axis.findall("use_parent_model_frame")
-        for mark in marks:
-            axis.remove(mark)
+        marks = take(axis, "use_parent_model_frame")
         is_in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
         for direction in axis.findall("xyz") if is_in_model else ():
             direction.set("expressed_in", "__model__")
