@@ -15,11 +15,10 @@ from soft_gripper.model_import.model_file import ModelFile
 SPECK = (1e-3, 4e-8 * np.eye(3))  # kg, kg m^2: a ball of 1 g and 1 cm radius
 NEXT_TO_NONE = (1e-9, 1e-15 * np.eye(3))  # kg, kg m^2
 SPECK_WHY = "it moves on a joint of its own, and weighs 1 g now"
-NOT_POSSIBLE = "no body has it; the nearest that a body can have takes its place"
 _MIN_MASS_SPREAD = 1e-3  # m, spread of the mass along any axis
 _ROUNDING_TOLERANCE = 1e-3  # change relative to the trace, below which an inertia was only rounded in its file
-_DEFAULT_DENSITY = "1000"  # kg/m^3, of SDFormat
-_INERTIA_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+DEFAULT_DENSITY = "1000"  # kg/m^3, of SDFormat and MJCF
+INERTIA_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
 
 
 def possible_inertia(mass: float, inertia: Array) -> Array:
@@ -37,14 +36,11 @@ def possible_inertia(mass: float, inertia: Array) -> Array:
 
 
 def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
-    """Makes the inertias of all links of a URDF or SDFormat model possible.
+    """Makes the inertias of all links of a URDF or SDFormat model possible; raises an InputError for what is no number.
 
     Files leave out inertias that hardly matter, or give zeros. Links named in `jointed`, which have a degree of
     freedom of their own, then get a tiny mass, since the mass matrix would be singular, unless something that has a
     mass is fixed to them; the others are fixed to something that has a mass.
-
-    Raises:
-        InputError: if a mass or a moment is not a number.
     """
     is_sdf = model.root.tag == "model"
     loaded_links = _links_with_load(model, is_sdf)
@@ -59,8 +55,7 @@ def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
                 _write_inertial(link, mass, mended_inertia, is_sdf)
                 is_rounded = np.abs(mended_inertia - inertia).max() <= _ROUNDING_TOLERANCE * np.trace(mended_inertia)
                 if not (is_rounded and np.linalg.eigvalsh(inertia)[0] > 0):
-                    moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
-                    model.note(MENDED, f"link '{name}': inertia ixx, iyy, izz", moments, NOT_POSSIBLE)
+                    note_impossible(model, f"link '{name}': inertia ixx, iyy, izz", inertia)
         elif name in jointed and name not in loaded_links:
             _write_inertial(link, *SPECK, is_sdf)
             model.note(MENDED, f"link '{name}': mass", "0", SPECK_WHY)
@@ -68,20 +63,22 @@ def repair_inertia(model: ModelFile, jointed: Collection[str]) -> None:
             massless(link, is_sdf)
 
 
-def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
-    """Multiplies the masses and moments of all links of a URDF or SDFormat model by a factor.
+def note_impossible(model: ModelFile, element: str, inertia: Array) -> None:
+    """Notes an inertia (3, 3), kg m^2, that was replaced by a possible one."""
+    moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
+    model.note(MENDED, element, moments, "no body has it; the nearest that a body can have takes its place")
 
-    Raises:
-        InputError: if a mass or a moment is not a number.
-    """
+
+def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
+    """Multiplies the masses and moments of all links of a URDF or SDFormat model; raises as `repair_inertia`."""
     is_sdf = model.tag == "model"
     for link in model.findall("link"):
         auto = link.find("inertial[@auto='true']")
         if auto is not None:  # computed by Drake, from the densities of the shapes or that of the link
             density = _child(auto, "density")
-            density.text = density.text or _DEFAULT_DENSITY
+            density.text = density.text or DEFAULT_DENSITY
             for element in (density, *link.findall("collision/density")):
-                element.text = repr(factor * float(element.text or _DEFAULT_DENSITY))
+                element.text = repr(factor * float(element.text or DEFAULT_DENSITY))
         elif is_sdf or link.find("inertial") is not None:
             mass, inertia = _read_inertial(f"{path}: link '{link.get('name')}'", link, is_sdf)
             _write_inertial(link, factor * mass, factor * inertia, is_sdf)
@@ -113,7 +110,7 @@ def massless(link: ET.Element, is_sdf: bool) -> ET.Element:
 def _read_inertial(where: str, link: ET.Element, is_sdf: bool) -> tuple[float, Array]:
     inertial, inertia = link.find("inertial"), np.zeros((3, 3))
     entries = None if inertial is None else inertial.find("inertia")
-    for key, (i, j) in _INERTIA_ENTRIES.items():
+    for key, (i, j) in INERTIA_ENTRIES.items():
         inertia[i, j] = inertia[j, i] = number(where, entries, key, "1" if is_sdf and i == j else "0")
     mass = number(where, inertial, "mass", "1" if is_sdf else "0")
     check_mass(where, mass)
@@ -128,7 +125,7 @@ def check_mass(where: str, mass: float) -> None:
 
 def _write_inertial(link: ET.Element, mass: float, inertia: Array, is_sdf: bool) -> None:
     inertial = _child(link, "inertial")
-    entries = {key: repr(float(inertia[index])) for key, index in _INERTIA_ENTRIES.items()}
+    entries = {key: repr(float(inertia[index])) for key, index in INERTIA_ENTRIES.items()}
     if is_sdf:
         _child(inertial, "mass").text = repr(mass)
         for key, text in entries.items():

@@ -1,4 +1,4 @@
-"""Names of meshes in model files, and the files behind them."""
+"""Files that model files name: meshes, and models that include each other, within limits for all of them together."""
 
 import os
 import re
@@ -13,6 +13,8 @@ from soft_gripper.model_import.drake_parsing import check_file, check_inside
 from soft_gripper.models import package_map
 
 _PACKAGE_URI_PATTERN = re.compile(r"(?:package|model):/+([^/]+)(?:/(.*))?")
+_MAX_DEPTH = 10  # files inside each other
+_MAX_FILES = 500  # more than the largest models have, and read within a second
 
 
 def is_known_package(name: str) -> bool:
@@ -48,11 +50,7 @@ def mesh_file(name: str, model: Path) -> Path:
 
 
 def find_in_packages(uri: str, model: Path) -> list[Path]:
-    """Candidate files of a URI of a package; none for a plain name.
-
-    Raises:
-        InputError: if it leads out of the package.
-    """
+    """Candidate files of a URI of a package, none for a plain name; raises an InputError if it leads out of it."""
     match = _PACKAGE_URI_PATTERN.fullmatch(uri)
     if match is None:
         return []
@@ -63,32 +61,19 @@ def find_in_packages(uri: str, model: Path) -> list[Path]:
 
 
 def _package_roots(package: str, model: Path) -> Iterator[Path]:
-    for folder in _search_path(model):
+    variables = ("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share")
+    folders = [*Path(os.path.realpath(model)).parents]
+    for variable, inside in variables:
+        folders += [Path(folder, inside) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
+    for folder in folders:
         if os.path.isdir(folder / package):
             yield folder / package
-        if _package_name(folder) == package:
+        try:
+            name = (read_xml(folder / "package.xml").findtext("name") or "").strip()
+        except InputError:
+            continue
+        if name == package:
             yield folder
-
-
-def _search_path(model: Path) -> list[Path]:
-    ros, ament = (_folders(variable) for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"))
-    return [*Path(os.path.realpath(model)).parents, *ros, *(folder / "share" for folder in ament)]
-
-
-def _folders(variable: str) -> list[Path]:
-    return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
-
-
-def _package_name(folder: Path) -> str | None:
-    """Name of the package in the package.xml of a folder, if it has one."""
-    try:
-        return (read_xml(folder / "package.xml").findtext("name") or "").strip()
-    except InputError:
-        return None
-
-
-_MAX_DEPTH = 10  # files inside each other
-_MAX_FILES = 500  # more than the largest models have, and read within a second
 
 
 class IncludedFiles:
