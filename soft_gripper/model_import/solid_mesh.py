@@ -20,18 +20,9 @@ _FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below whi
 
 
 def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh of the parts of `closed_parts`; overlaps are noted, since density counts twice there.
-
-    Raises:
-        InputError: if a part is not closed.
-    """
+    """A mesh of the parts of `closed_parts`, raises as that; overlaps are noted, since density counts twice there."""
     parts = closed_parts(file, mesh)
     _note_overlap(file, [part for part in parts if part.volume > 0])
-    return join_parts(parts)
-
-
-def join_parts(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """One mesh of several parts."""
     return trimesh.util.concatenate(parts)
 
 
@@ -178,16 +169,12 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
             file.note(READ, f"parts {first} and {second}", "", "they overlap: density counts twice there")
 
 
-def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
-    """The size of the box in which two parts may overlap, (3,); negative along separating axes."""
-    return np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
-
-
 def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
     """Grid of about `count` points in the box of a possible overlap of two parts, (M, 3)."""
     steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
     grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    return np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)
+    low, high = np.maximum(one.bounds[0], other.bounds[0]), np.minimum(one.bounds[1], other.bounds[1])
+    return low + grid * (high - low)
 
 
 def winding(points: Array, triangles: Array) -> Array:

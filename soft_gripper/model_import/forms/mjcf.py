@@ -95,7 +95,7 @@ def _include(folder: Path, parent: ET.Element, files: IncludedFiles) -> None:
 
 def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
     """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
-    from soft_gripper.model_import.mesh_files import convert_to_obj, note_hull, outward, weighable
+    from soft_gripper.model_import.mesh_files import convert_to_obj, note_hull, outward
 
     options: dict[str, str] = {}
     for compiler in model.root.findall("compiler"):
@@ -116,7 +116,7 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
                 check_mesh_file(file)
                 obj = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
                 if name in mass_meshes or name in bodies:
-                    obj = weighable(model, obj, file) if name in mass_meshes else outward(model, obj, file)
+                    obj = outward(model, obj, file, from_volume=name in mass_meshes)
                 for body in bodies.get(name, ()) if is_arm else ():
                     note_hull(model, body, obj, file)
             except InputError as error:
