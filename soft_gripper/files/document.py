@@ -121,7 +121,11 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     elif kind is np.ndarray:
         return np.array(read(value.tolist() if isinstance(value, np.ndarray) else value, list[float], rule, place))
     elif kind is Transform and isinstance(value, Transform):
-        place.must(None if _is_finite(value) else "must be a pose of finite numbers", value)
+        try:
+            is_finite = np.isfinite(value.GetDeterministicValue().GetAsMatrix34()).all()
+        except RuntimeError:  # it is random, or a rotation is not finite
+            is_finite = False
+        place.must(None if is_finite else "must be a pose of finite numbers", value)
         return value
     else:
         fields = _fields(kind)
@@ -243,9 +247,9 @@ def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
     if is_near(key, fields):
         return suggestion(key, fields)
     schema, document = place.schema, place.document
-    kinds = {"models": "a scenario"} | {
-        name: form for additions in added("DOCUMENTS") for name, form in additions.items()
-    }
+    kinds = {"models": "a scenario"}
+    for additions in added("DOCUMENTS"):
+        kinds |= additions
     other_kinds = [form for name, form in kinds.items() if name in document and name not in _fields(schema)]
     if other_kinds:
         return f"this seems to be {other_kinds[0]}"
@@ -288,14 +292,6 @@ def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
     return by_key
 
 
-def _is_finite(pose: Transform) -> bool:
-    """Whether a pose is known, and finite."""
-    try:
-        return bool(np.isfinite(pose.GetDeterministicValue().GetAsMatrix34()).all())
-    except RuntimeError:  # it is random, or a rotation is not finite
-        return False
-
-
 _ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
 
 
@@ -306,8 +302,7 @@ def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, An
     translation = _three(value.get("translation", [0, 0, 0]), place.key("translation"), "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
     parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG_KEY: None}
-    kind: Any
-    kind = _ROTATION_KINDS.get(parts.pop(_TAG_KEY, "!Identity"))
+    kind: Any = _ROTATION_KINDS.get(parts.pop(_TAG_KEY, "!Identity"))
     rotation_place = place.key("rotation")
     rotation_place.must(None if kind is not None and parts.keys() == _fields(kind).keys() else expected, rotation)
     for name, part in parts.items():

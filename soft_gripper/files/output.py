@@ -39,12 +39,11 @@ def is_whole(folder: Path) -> bool:
 
 def _checksums(folder: Path) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != SUMS)
-    return "".join(f"{_digest(path)}  {path.relative_to(folder).as_posix()}\n" for path in files)
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    lines = []
+    for path in files:
+        with path.open("rb") as file:
+            lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {path.relative_to(folder).as_posix()}\n")
+    return "".join(lines)
 
 
 _TEMP_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
@@ -61,30 +60,22 @@ def atomic_file(path: Path) -> Iterator[Path]:
     _require_name(path)
     target = Path(os.path.realpath(path))
     try:
-        with (_write_to_device if _is_device(target) else _replace_on_success)(target, path.name) as partial:
+        if _is_device(target):
+            with TemporaryDirectory(prefix="soft-gripper-") as folder:
+                partial = Path(folder) / path.name
+                yield partial
+                with partial.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
+                    shutil.copyfileobj(content, file)
+            return
+        partial = _partial(target.with_name(path.name))
+        try:
             yield partial
+            os.replace(partial, target)
+        finally:
+            with suppress(OSError):
+                partial.unlink()
     except OSError as error:
         raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
-
-
-@contextmanager
-def _replace_on_success(target: Path, name: str) -> Iterator[Path]:
-    partial = _partial(target.with_name(name))
-    try:
-        yield partial
-        os.replace(partial, target)
-    finally:
-        with suppress(OSError):
-            partial.unlink()
-
-
-@contextmanager
-def _write_to_device(target: Path, name: str) -> Iterator[Path]:
-    with TemporaryDirectory(prefix="soft-gripper-") as folder:
-        partial = Path(folder) / name
-        yield partial
-        with partial.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
-            shutil.copyfileobj(content, file)
 
 
 def _is_device(path: Path) -> bool:
@@ -163,17 +154,12 @@ def writable_folder(path: Path) -> Path:
         InputError: if the folder cannot be made or written to.
     """
     _try_writing("folder", path, path, "probe")
-    _remove_abandoned(path)
-    return path
-
-
-def _remove_abandoned(folder: Path) -> None:
-    """Removes only files that killed processes of this machine left half written, see `atomic_file`."""
-    with os.scandir(folder) as entries:
+    with os.scandir(path) as entries:  # what killed processes of this machine left half written, see `atomic_file`
         abandoned = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_abandoned(Path(entry))]
     for entry in abandoned:
         with suppress(OSError):  # another user's
             os.unlink(entry)
+    return path
 
 
 def _is_abandoned(path: Path) -> bool:
@@ -216,17 +202,13 @@ def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
 
 def _keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
     for output, file in itertools.product(outputs, list(inputs)):
-        if _are_same(output, Path(file)):
+        try:
+            would_be_lost = output.samefile(file) and not _is_device(output)
+        except (OSError, ValueError):  # there is no such file
+            continue
+        if would_be_lost:
             expected = "is an input of this command, and would be lost: name another file"
             raise InputError("output", "file", str(output), expected)
-
-
-def _are_same(one: Path, other: Path) -> bool:
-    """Whether two paths lead to one file that can be lost, so not to a device."""
-    try:
-        return one.samefile(other) and not _is_device(one)
-    except (OSError, ValueError):  # there is no such file
-        return False
 
 
 def _require_name(path: Path) -> None:

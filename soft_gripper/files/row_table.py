@@ -66,22 +66,14 @@ def columns(row: type[Any]) -> list[str]:
 
 def cells(row: Any) -> list[str]:
     """The cells of a row as `write_csv` writes them."""
-    return [_text(value) for value in astuple(row)]
+    # Adding zero turns -0.0 into 0.0.
+    return [f"{round(x, 6) + 0.0:.6f}" if isinstance(x, float) else str(x) for x in astuple(row)]
 
 
 def row_from_cells(texts: Sequence[str], row: type[Row]) -> Row:
     """The row with these cells; raises a ValueError if they do not fit."""
-    kinds = get_type_hints(row)
-    return row(*(_value(text, kinds[name]) for text, name in zip(texts, columns(row), strict=True)))
-
-
-def _value(text: str, kind: Any) -> Any:
-    return text == "True" if kind is bool else kind(text)
-
-
-def _text(value: object) -> str:
-    # Adding zero turns -0.0 into 0.0.
-    return f"{round(value, 6) + 0.0:.6f}" if isinstance(value, float) else str(value)
+    kinds, cells_by_name = get_type_hints(row), zip(texts, columns(row), strict=True)
+    return row(*(text == "True" if kinds[name] is bool else kinds[name](text) for text, name in cells_by_name))
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
@@ -194,20 +186,15 @@ def print_rows(rows: Sequence[Any], title: str = "", leave: Collection[str] = ()
 
 def headings(row: type[Any], names: Sequence[str]) -> dict[str, str]:
     """The format of each of these fields of a row, by its heading, for `print_table`."""
-    kinds = get_type_hints(row, include_extras=True)
-    return {_heading(name): _format(kinds[name]) for name in names}
+    kinds, formats = get_type_hints(row, include_extras=True), {}
+    for name in names:
+        words, _, unit = name.rpartition("_")
+        heading = f"{words} [{_UNITS[unit]}]" if words and unit in _UNITS else name
+        is_annotated = get_origin(kinds[name]) is Annotated
+        format_spec = str(get_args(kinds[name])[1]) if is_annotated else {int: "d", float: "g"}.get(kinds[name], "")
+        formats[heading.replace("_", " ")] = format_spec
+    return formats
 
 
 _UNITS = {"deg": "degrees", "g": "g", "kpa": "kPa", "mj": "mJ", "mm": "mm", "mm2": "mm^2", "mnm": "mN m", "mns": "mN s"}
 _UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}
-
-
-def _heading(name: str) -> str:
-    words, _, unit = name.rpartition("_")
-    return f"{words} [{_UNITS[unit]}]".replace("_", " ") if words and unit in _UNITS else name.replace("_", " ")
-
-
-def _format(kind: Any) -> str:
-    if get_origin(kind) is Annotated:
-        return str(get_args(kind)[1])
-    return {int: "d", float: "g"}.get(kind, "")

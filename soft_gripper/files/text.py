@@ -54,7 +54,8 @@ def _read_beginning(path: Path, count: int, max_bytes: int | None) -> bytes:
         if not os.path.isfile(path):
             raise InputError(path, "file", path.name, "cannot be read: it is not a regular file")
         _check_size(path, size, max_bytes)
-        with open(path, "rb", opener=_open_without_waiting) as file:
+        # No read waits: some files of /proc are regular, and wait for data.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
             data = file.read(count)
         if data is None:
             raise InputError(path, "file", path.name, "cannot be read: it waits for what others write")
@@ -67,11 +68,6 @@ def _read_beginning(path: Path, count: int, max_bytes: int | None) -> bytes:
     if data.startswith(_LFS_POINTER):
         raise InputError(path, "file", path.name, "is a pointer of Git LFS: git lfs pull")
     return data
-
-
-def _open_without_waiting(path: str, flags: int) -> int:
-    """Opens a file so that no read waits: some of /proc are regular, and wait for data."""
-    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _check_size(path: Path, size: int, max_bytes: int | None) -> None:
