@@ -12,7 +12,7 @@ one sample only are called `row_by_row`. This graph puts out the sum of all x so
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import repeat
 from types import MappingProxyType
 from typing import Any
@@ -102,7 +102,8 @@ class Steps(dict[str, Step]):
         """Number of steps, memories and outputs that take each step."""
         memories = (step.memory.sources for step in self.values() if step.memory is not None)
         outputs = (sources for _, sources in self.outputs.values())
-        return Counter(name for names in (*map(_sources, self.values()), *memories, *outputs) for name in names)
+        steps = (step.sources for step in self.values())
+        return Counter(name for names in (*steps, *memories, *outputs) for name in names)
 
     def value(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
         """Computes or looks up the value of a step.
@@ -128,16 +129,23 @@ class Steps(dict[str, Step]):
 
     def stacked(self, count: int) -> "Steps":
         """A copy with a leading axis of `count`, for inputs and a time that have it."""
-        return Steps({name: _stack_step(step, count) for name, step in self.items()}, self.outputs)
+
+        def repeated(value: Array) -> Array:
+            return np.broadcast_to(value, (count, *np.shape(value)))
+
+        steps = dict(self)
+        for name, step in self.items():
+            if step.memory is not None:
+                steps[name] = replace(step, memory=replace(step.memory, begin=repeated(step.memory.begin)))
+            elif step.function is not None and not step.sources:
+                steps[name] = replace(step, function=partial(same, repeated(step.function())))
+        return Steps(steps, self.outputs)
 
     @cached_property
     def recorded(self) -> "Steps":
         """The steps at all samples of a recording, (T, ...), without memories."""
-        computed_steps = {name: step for name, step in self.items() if step.function is not None and step.over_time}
-        steps = {
-            name: Step(step.over_time, step.sources_over_time, loops=step.loops)
-            for name, step in computed_steps.items()
-        }
+        computed_steps = ((name, step) for name, step in self.items() if step.function is not None and step.over_time)
+        steps = {name: Step(step.over_time, step.sources_over_time, loops=step.loops) for name, step in computed_steps}
         return Steps(steps, self.outputs)
 
     def follows(self, output: str, remembers: bool) -> bool:
@@ -170,31 +178,13 @@ class Steps(dict[str, Step]):
             yield from self._leaves(source)
 
 
-def _sources(step: Step) -> tuple[str, ...]:
-    return step.sources
-
-
-def _stack_step(step: Step, count: int) -> Step:
-    def repeated(value: Array) -> Array:
-        return np.broadcast_to(value, (count, *np.shape(value)))
-
-    if step.memory is not None:
-        return replace(step, memory=replace(step.memory, begin=repeated(step.memory.begin)))
-    if step.function is None or step.sources:
-        return step
-    value = repeated(step.function())
-    return replace(step, function=lambda: value)
-
-
 def row_by_row(graphs: Sequence[Steps]) -> Steps:
     """One graph of equal ones; each computes its row of a leading axis, as functions take one sample."""
     first = graphs[0]
-    steps = {name: _row_step([graph[name] for graph in graphs]) for name in first}
-    outputs = {
-        name: (_call_rows([graph.outputs[name][0] for graph in graphs]), sources)
-        for name, (_, sources) in first.outputs.items()
-    }
-    return Steps(steps, outputs)
+    outputs: dict[str, Output] = {}
+    for name, (_, sources) in first.outputs.items():
+        outputs[name] = _call_rows([graph.outputs[name][0] for graph in graphs]), sources
+    return Steps({name: _row_step([graph[name] for graph in graphs]) for name in first}, outputs)
 
 
 def _row_step(rows: Sequence[Step]) -> Step:
@@ -205,17 +195,15 @@ def _row_step(rows: Sequence[Step]) -> Step:
     memories = [row.memory for row in rows if row.memory is not None]
     functions = [row.function for row in rows if row.function is not None]
     if not memories and not first.sources:
-        value = np.array([function() for function in functions])
-        return replace(first, function=lambda: value)
+        return replace(first, function=partial(same, np.array([function() for function in functions])))
     function = same if first.function is same else _call_rows(functions)
-    return replace(first, function=function, memory=_row_memory(memories) if memories else None)
-
-
-def _row_memory(rows: Sequence[Memory]) -> Memory:
-    begins = [row.begin_of for row in rows if row.begin_of is not None]
-    begin_of = (_call_rows([function for function, _ in begins], np.array), begins[0][1]) if begins else None
-    keep = _call_rows([row.keep for row in rows], np.array)
-    return replace(rows[0], begin=np.array([row.begin for row in rows]), keep=keep, begin_of=begin_of)
+    if not memories:
+        return replace(first, function=function)
+    begins = [memory.begin_of for memory in memories if memory.begin_of is not None]
+    begin_of = (_call_rows([begin for begin, _ in begins], np.array), begins[0][1]) if begins else None
+    begin, keep = np.array([memory.begin for memory in memories]), [memory.keep for memory in memories]
+    memory = replace(memories[0], begin=begin, keep=_call_rows(keep, np.array), begin_of=begin_of)
+    return replace(first, function=function, memory=memory)
 
 
 def _call_rows(

@@ -114,15 +114,10 @@ class CrossSection:
     @cached_property
     def twist_stiffness(self) -> Quantity:
         """G J, N m^2; silicone is incompressible, G = E / 3."""
-        return _twist_stiffness(
-            self.youngs_modulus / 3,
-            self.width,
-            self.thickness,
-            np.where(self.layer_shear_modulus == 0, self.layer_modulus / 3, self.layer_shear_modulus),
-            self.layer_thickness,
-            self.layer_center,
-            *(number for hole in self.holes for number in hole),
-        )
+        layer_shear_modulus = np.where(self.layer_shear_modulus == 0, self.layer_modulus / 3, self.layer_shear_modulus)
+        block = (self.youngs_modulus / 3, self.width, self.thickness)
+        layer = (layer_shear_modulus, self.layer_thickness, self.layer_center)
+        return _twist_stiffness(*block, *layer, *(number for hole in self.holes for number in hole))
 
     @cached_property
     def stretch_stiffness(self) -> Quantity:
@@ -185,11 +180,8 @@ class CrossSection:
         walls = ", ".join(f"{name} {1e3 * wall:.2f} mm" for name, wall in self.walls.items())
         for name, wall in self.walls.items():
             if wall <= 0:
-                yield (
-                    field[name],
-                    getattr(self, field[name]),
-                    f"the chamber does not fit; it leaves walls of {walls}",
-                )
+                expected = f"the chamber does not fit; it leaves walls of {walls}"
+                yield field[name], getattr(self, field[name]), expected
         if self.chamber_eccentricity <= 0:
             expected = f"pressure would open the finger: give less than the neutral axis, {self.neutral_axis:.3g} m"
             yield "chamber_center", self.chamber_center, expected

@@ -50,7 +50,8 @@ class ScrewChain(NamedTuple):
 def screw_chain(plant: MultibodyPlant, frames: Sequence[Frame]) -> ScrewChain:
     """Builds the chain of a finalized plant from the first of `frames` through all others."""
     context, base = plant.CreateDefaultContext(), frames[0]
-    positions = [_moving_positions(plant, context, frame, base) for frame in frames]
+    # Indices of the plant's positions that move each frame in the base.
+    positions = [np.flatnonzero(_velocity_jacobian(plant, context, frame, base).any(axis=0)) for frame in frames]
     angles = plant.GetPositions(context)
     angles[positions[-1]] = 0
     plant.SetPositions(context, angles)
@@ -69,8 +70,3 @@ def _velocity_jacobian(plant: MultibodyPlant, context: Context, frame: Frame, ba
     """Angular and linear velocity of a frame in the base per rate of every position, (6, nq)."""
     wrt = JacobianWrtVariable.kQDot
     return plant.CalcJacobianSpatialVelocity(context, wrt, frame, np.zeros(3), base, base)
-
-
-def _moving_positions(plant: MultibodyPlant, context: Context, frame: Frame, base: Frame) -> NDArray[np.intp]:
-    """Indices of the plant's positions that move a frame in the base."""
-    return np.flatnonzero(_velocity_jacobian(plant, context, frame, base).any(axis=0))

@@ -23,10 +23,9 @@ from soft_gripper.arrays import Array
 _SECTION_ELEMENTS = 48  # about, across the section
 _MIN_ELEMENTS_PER_GAP = 4  # between two edges
 _EDGE_DIGITS = 9  # decimals of the section's size, by which edges are told apart
-_SLOPE_PRODUCTS = np.array(
-    [[1.0, -1.0], [-1.0, 1.0]]
-)  # integrals of products of slopes of two hat functions, on a unit length
-_HAT_PRODUCTS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6  # of the hat functions themselves
+# Integrals of products of slopes of two hat functions, on a unit length, and of the hat functions themselves.
+_SLOPE_PRODUCTS = np.array([[1.0, -1.0], [-1.0, 1.0]])
+_HAT_PRODUCTS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
 _END_SIGNS = np.array([-1.0, 1.0])
 
 
@@ -56,7 +55,11 @@ def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
     size = max(parts[0].width, parts[0].thickness)
     x = _grid_lines([edge for part in parts for edge in part.edges], size)
     y = _grid_lines([0.0, *(edge for part in parts for edge in part.sides if edge >= 0)], size)
-    modulus = _grid_moduli(parts, (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2)
+    modulus, x_middles, y_middles = np.zeros((len(x) - 1, len(y) - 1)), (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
+    for part in parts:
+        (low, high), (bottom, top) = part.edges, part.sides
+        is_inside = (x_middles > low) & (x_middles < high), (y_middles > bottom) & (y_middles < top)
+        modulus[np.ix_(*is_inside)] = part.modulus
     i, j = np.nonzero(modulus)
     rigid, stiffness, load = _element_terms(modulus[i, j], x[[i, i + 1]].T, y[[j, j + 1]].T)
     corners = (i[:, None, None] + np.arange(2)[:, None]) * len(y) + j[:, None, None] + np.arange(2)
@@ -66,22 +69,11 @@ def torsional_stiffness(parts: tuple[Rectangle, ...]) -> float:
 def _grid_lines(edges: Sequence[float], size: float) -> Array:
     """Lines of the grid: all edges and, between each two, places that crowd toward them."""
     grid_edges = size * np.unique(np.round(np.array(edges) / size, _EDGE_DIGITS))
-    inner_lines = [low + (high - low) * _crowded_fractions((high - low) / size) for low, high in pairwise(grid_edges)]
-    return np.concatenate([grid_edges[:1], *inner_lines])
-
-
-def _crowded_fractions(length: float) -> Array:
-    line_count = max(round(_SECTION_ELEMENTS * length), _MIN_ELEMENTS_PER_GAP)
-    return (1 - np.cos(np.pi * np.arange(1, line_count + 1) / line_count)) / 2
-
-
-def _grid_moduli(parts: Sequence[Rectangle], x: Array, y: Array) -> Array:
-    """Shear modulus at places, (X, Y) Pa."""
-    modulus = np.zeros((len(x), len(y)))
-    for part in parts:
-        (low, high), (bottom, top) = part.edges, part.sides
-        modulus[np.ix_((x > low) & (x < high), (y > bottom) & (y < top))] = part.modulus
-    return modulus
+    lines = [grid_edges[:1]]
+    for low, high in pairwise(grid_edges):
+        count = max(round(_SECTION_ELEMENTS * ((high - low) / size)), _MIN_ELEMENTS_PER_GAP)
+        lines.append(low + (high - low) * ((1 - np.cos(np.pi * np.arange(1, count + 1) / count)) / 2))
+    return np.concatenate(lines)
 
 
 def _element_terms(modulus: Array, x: Array, y: Array) -> tuple[float, Array, Array]:
