@@ -154,9 +154,8 @@ class PressureSoftening(Diagram):
         divisor = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
         ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / divisor)
         builder = DiagramBuilder()
-        curve = builder.AddNamedSystem(
-            "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
-        )
+        curves = PiecewiseLinear(law.curve.x[None], law.curve.y[None])
+        curve = builder.AddNamedSystem("law", PiecewiseLinearBlock(curves))
         multiplexer = builder.AddNamedSystem("both", Multiplexer(2))
         softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
         builder.ExportInput(curve.get_input_port(), "pressure")

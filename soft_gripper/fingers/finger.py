@@ -144,7 +144,9 @@ class Finger:
             holes = self._holes(s)
             off_plane = [hole for hole in holes if float(hole.area) > 0 and abs(float(hole.y)) > _LENGTH_TOLERANCE]
             mirrored = [np.array(hole) * [1, 1, 1, -1] for hole in off_plane]
-            if not all(any(np.allclose(hole, m, 0, _LENGTH_TOLERANCE) for m in mirrored) for hole in off_plane):
+            if not all(
+                any(np.allclose(np.array(hole), m, 0, _LENGTH_TOLERANCE) for m in mirrored) for hole in off_plane
+            ):
                 yield "chamber.y", [float(hole.y) for hole in holes], "give a chamber at -y for each at y, and as wide"
             if any(_overlap(one, other) for i, one in enumerate(holes) for other in holes[:i]):
                 yield "chamber.x", [float(hole.x) for hole in holes], f"chambers overlap at {1e3 * s:.3g} mm"

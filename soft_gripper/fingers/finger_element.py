@@ -135,6 +135,7 @@ _NAMES_IN_FILE = {
     "tip_load.x": "tip_load.xyz",
     "tip_load.z": "tip_load.xyz",
 }
+_OPTIONAL = ("stiffness_taken",)  # of a law
 _REQUIRED_TAGS = ("parent", "body", "base", "tip", "sensors")
 _REPEATABLE_TAGS = ("section", *_PATH_CLASSES)
 
@@ -213,12 +214,13 @@ class _Reader:
         section = self.record(tag, cls, **silicone_values)
         return section
 
-    def sections(self) -> tuple[Station, ...]:
-        count = len(self.element.findall("section"))
-        return tuple(self.section(f"section[{i}]", Station) for i in range(count))
-
-    def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
-        return finite_numbers(self.where, f"{tag}.{attribute}", self.text(tag, attribute))
+    def columns(self, tag: str) -> list[tuple[float, ...]]:
+        """The attributes of <tag>, each a list of numbers; none without <tag>."""
+        child = self.child(tag)
+        if child is None:
+            return []
+        names = [name for name in _CHILD_ATTRIBUTES[tag] if name not in _OPTIONAL or child.get(name) is not None]
+        return [finite_numbers(self.where, f"{tag}.{name}", self.text(tag, name)) for name in names]
 
     def elastic_law(self, segment_length: float) -> ElasticLaw | None:
         if self.element.find("elastic_law") is None:
@@ -226,28 +228,11 @@ class _Reader:
         angle, base, tip = self.columns("elastic_law")
         return ElasticLaw(tuple(a / (segment_length or 1.0) for a in angle), base, tip)
 
-    def columns(self, tag: str) -> list[tuple[float, ...]]:
-        """The attributes of <tag>, each a list of numbers."""
-        return [self.numbers(tag, attribute) for attribute in _CHILD_ATTRIBUTES[tag]]
-
     def creep(self) -> tuple[CreepBranch, ...]:
-        if self.element.find("creep") is None:
-            return ()
-        shares, times = self.columns("creep")
+        shares, times = self.columns("creep") or [(), ()]
         if len(shares) != len(times):
             raise InputError(self.where, "creep.time", times, "give as many numbers as there are shares")
         return tuple(map(CreepBranch, shares, times))
-
-    def pressure_law(self) -> PressureLaw | None:
-        child = self.element.find("pressure_law")
-        if child is None:
-            return None
-        names = [
-            name
-            for name in _CHILD_ATTRIBUTES["pressure_law"]
-            if name != "stiffness_taken" or child.get(name) is not None
-        ]
-        return PressureLaw(*(self.numbers("pressure_law", name) for name in names))
 
     def tip_load(self) -> TipLoad | None:
         if self.element.find("tip_load") is None:
@@ -306,12 +291,12 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     parts = {
         "base": reader.section("base", CrossSection),
         "tip": reader.section("tip", CrossSection),
-        "sections": reader.sections(),
+        "sections": tuple(reader.section(f"section[{i}]", Station) for i in range(len(element.findall("section")))),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
         "elastic_law": reader.elastic_law(body["length"] / max(file_segments, 1)),
         "creep": reader.creep(),
-        "pressure_law": reader.pressure_law(),
+        "pressure_law": PressureLaw(*law) if (law := reader.columns("pressure_law")) else None,
         "tip_load": reader.tip_load(),
         "chambers": reader.paths("chamber"),
         "tendons": reader.paths("tendon"),
@@ -320,12 +305,61 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        raise InputError(f"{file}: {error.where}", _name_in_file(error.field), error.value, error.expected) from None
+        field = error.field.replace("sections[", "section[", 1)
+        if not field.startswith("section["):
+            field = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
+        expected = _NAMES_IN_FILE.get(field, field), error.value, error.expected
+        raise InputError(f"{file}: {error.where}", *expected) from None
 
 
-def _name_in_file(field: str) -> str:
-    """The name in the file of a field of a Finger."""
-    if field.startswith("sections["):
-        return field.replace("sections", "section", 1)
-    name = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
-    return _NAMES_IN_FILE.get(name, name)
+_BODY_FIELDS = ("segments", "relaxation_time", "shear_factor")
+
+
+def finger_element(mounted: FingerElement) -> ET.Element:
+    """The <finger> element of a finger, without default values."""
+    finger = mounted.finger
+    element = ET.Element("finger", name=finger.name)
+    ET.SubElement(element, "parent", link=mounted.parent)
+    ET.SubElement(element, "origin", xyz=_text(mounted.xyz), rpy=_text(mounted.rpy))
+    numbers = {name: _text(getattr(finger, name)) for name in _BODY_FIELDS}
+    yields = " ".join(finger.yields)
+    ET.SubElement(element, "body", {"length": _text(finger.length), **numbers, "yields": yields})
+    ET.SubElement(element, "base", _attributes(finger.base))
+    for section in finger.sections:
+        ET.SubElement(element, "section", _attributes(section))
+    ET.SubElement(element, "tip", _attributes(finger.tip))
+    ET.SubElement(element, "sensors", spacing=_text(finger.sensor_spacing))
+    ET.SubElement(element, "contact", _attributes(finger.contact))
+    if finger.elastic_law is not None:
+        law, ds = finger.elastic_law, finger.segment_length
+        angle = _text([ds * curvature for curvature in law.curvature])
+        torques = {"base_torque": _text(law.base_moment), "tip_torque": _text(law.tip_moment)}
+        ET.SubElement(element, "elastic_law", {"angle": angle, **torques})
+    if finger.creep:
+        shares, times = zip(*((branch.share, branch.time) for branch in finger.creep), strict=True)
+        ET.SubElement(element, "creep", share=_text(shares), time=_text(times))
+    if finger.pressure_law is not None:
+        ET.SubElement(element, "pressure_law", _attributes(finger.pressure_law))
+    if finger.tip_load is not None:
+        load = finger.tip_load
+        ET.SubElement(element, "tip_load", mass=_text(load.mass), xyz=_text((load.x, 0.0, load.z)))
+    for path in (*finger.chambers, *finger.tendons):
+        ET.SubElement(element, "chamber" if isinstance(path, Chamber) else "tendon", _attributes(path))
+    return element
+
+
+def _attributes(part: Any) -> dict[str, str]:
+    """Fields of a dataclass with other than default values, as text."""
+    values = ((parameter, getattr(part, parameter.name)) for parameter in fields(part))
+    return {
+        parameter.name: _text(value)
+        for parameter, value in values
+        if parameter.default is MISSING or value != parameter.default
+    }
+
+
+def _text(value: Any) -> str:
+    """A value, in full, so that the same finger is read again."""
+    if isinstance(value, str):
+        return value
+    return " ".join(map(_text, value)) if isinstance(value, tuple | list) else repr(value)

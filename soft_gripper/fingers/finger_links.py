@@ -104,18 +104,22 @@ def finger_to_urdf(
     finger = mounted.finger
     links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
     joints = _joints(finger)
-    joint_links = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
+    joint_links: list[ET.Element] = []  # nearly massless
+    for joint in joints:
+        if joint.child != link_name(finger.name, joint.segment + 1):
+            mass = _JOINT_LINK_MASS_SHARE * float(finger.link_masses[joint.segment])
+            inertial = _inertial(mass, (0, 0), (mass * finger.segment_length**2,) * 3)
+            joint_links.append(_element("link", inertial, name=joint.child))
     is_implicit = springs == "implicit"
     spring_joints = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
     elastic = [spring for joint in spring_joints for spring in _springs(joint)]
     driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_deformations]
     actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
-    frames_and_filters = [
-        _tip_frame(finger),
-        *_collision_filters(finger, _contact_free_links(finger) if touches_itself else finger.segments),
-    ]
     hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
-    return [*links, _mount(mounted), *joint_links, *hinges, *elastic, *actuators, *frames_and_filters]
+    last_link, xyz = link_name(finger.name, finger.segments), _text(0, 0, finger.segment_length / 2)
+    tip = _element("frame", name=tip_name(finger.name), link=last_link, xyz=xyz, rpy="0 0 0")
+    filters = _collision_filters(finger, touches_itself)
+    return [*links, _mount(mounted), *joint_links, *hinges, *elastic, *actuators, tip, *filters]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -129,9 +133,13 @@ def _text(*values: float) -> str:
 
 
 def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.Element:
+    links = finger.links
+    mass = float(links.mass[index])
+    x, y, z = mass * links.gyration[:, index]
+    moments = (y + z, x + z, x + y)
     return _element(
         "link",
-        _link_inertial(finger, index),
+        _inertial(mass, links.center[:, index].tolist(), moments, -mass * float(links.product[index])),
         *(_visuals(finger, index) if visuals else []),
         *_skin(finger, index, points),
         name=link_name(finger.name, index),
@@ -179,13 +187,6 @@ class _Block(NamedTuple):
         height = (0.0 if origin is None else self.begin - origin) + self.length / 2
         size = _text(self.thickness, self.width, self.length)
         return _element("origin", xyz=_text(self.middle, 0, height)), _element("geometry", _element("box", size=size))
-
-
-def _link_inertial(finger: Finger, index: int) -> ET.Element:
-    links = finger.links
-    mass = float(links.mass[index])
-    x, y, z = mass * links.gyration[:, index]
-    return _inertial(mass, links.center[:, index].tolist(), (y + z, x + z, x + y), -mass * float(links.product[index]))
 
 
 def _inertial(mass: float, center: Sequence[float], moments: tuple[float, ...], ixz: float = 0.0) -> ET.Element:
@@ -255,7 +256,13 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     usual_side = min(block.thickness, block.width, usual_side / 2 if is_end else usual_side)
     modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual_side
     if points is None:
-        return [_element("collision", *block.box(origin), _proximity(finger, modulus))]
+        hint, hydroelastic_modulus = _text(finger.thinnest.thickness / 2), f"{modulus:.12g}"
+        surface = [
+            _element(DRAKE + "compliant_hydroelastic"),
+            _element(DRAKE + "mesh_resolution_hint", value=hint),
+            _element(DRAKE + "hydroelastic_modulus", value=hydroelastic_modulus),
+        ]
+        return [_element("collision", *block.box(origin), _proximity(finger, *surface))]
     return _pads(finger, block, origin, modulus, points)
 
 
@@ -267,13 +274,11 @@ def _pieces(finger: Finger) -> Array:
     return np.round(_FINEST_SKIN * middles / finger.length + 1e-9)
 
 
-def _proximity(finger: Finger, modulus: float) -> ET.Element:
+def _proximity(finger: Finger, *stiffness: ET.Element) -> ET.Element:
     contact = finger.contact
     return _element(
         DRAKE + "proximity_properties",
-        _element(DRAKE + "compliant_hydroelastic"),
-        _element(DRAKE + "mesh_resolution_hint", value=_text(finger.thinnest.thickness / 2)),
-        _element(DRAKE + "hydroelastic_modulus", value=f"{modulus:.12g}"),
+        *stiffness,
         _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
         _element(DRAKE + "mu_static", value=_text(contact.friction)),
         _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
@@ -290,14 +295,8 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
     """Spheres under the skin on the inner and the outer side of a block, that many on each, in a row across its middle.
 
     Together they are as stiff as the surface: the pressure of a hydroelastic box is the modulus E times the depth over
-    H, half its smallest side, so all points of a side of area A have the stiffness E A / H.
-
-    Args:
-        finger: the finger.
-        block: the part of it that has the skin.
-        origin: arc length of the frame, m.
-        modulus: of the surface, Pa.
-        points: in a row.
+    H, half its smallest side, so all points of a side of area A have the stiffness E A / H. The frame is at the arc
+    length `origin`, m.
     """
     radius, width = min(_PAD_RADIUS, block.thickness / 5), block.width
     row, stiffness_fraction = (_TIP_ROW, _TIP_SHARE) if block.end == finger.length else (0.5, 1.0)
@@ -306,21 +305,8 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
     y_positions = ((np.arange(points) + 0.5) / points - 0.5) * width
     places = [(block.middle + side * offset, y, height) for side in (1, -1) for y in y_positions.tolist()]
     sphere = _element("geometry", _element("sphere", radius=_text(radius)))
-    return [
-        _element("collision", _element("origin", xyz=_text(*place)), sphere, _touch(finger, stiffness))
-        for place in places
-    ]
-
-
-def _touch(finger: Finger, stiffness: float) -> ET.Element:
-    contact = finger.contact
-    return _element(
-        DRAKE + "proximity_properties",
-        _element(DRAKE + "point_contact_stiffness", value=_text(stiffness)),
-        _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
-        _element(DRAKE + "mu_static", value=_text(contact.friction)),
-        _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
-    )
+    touch = _proximity(finger, _element(DRAKE + "point_contact_stiffness", value=_text(stiffness)))
+    return [_element("collision", _element("origin", xyz=_text(*place)), sphere, touch) for place in places]
 
 
 def _mount(mounted: FingerElement) -> ET.Element:
@@ -345,12 +331,6 @@ def _joint(joint: _Joint, damping: float) -> ET.Element:
         name=joint.name,
         type="prismatic" if joint.slides else "continuous",
     )
-
-
-def _link_between(joint: _Joint) -> ET.Element:
-    """Nearly massless link beyond a joint."""
-    mass = _JOINT_LINK_MASS_SHARE * float(joint.finger.link_masses[joint.segment])
-    return _element("link", _inertial(mass, (0, 0), (mass * joint.finger.segment_length**2,) * 3), name=joint.child)
 
 
 def _springs(joint: _Joint) -> list[ET.Element]:
@@ -382,16 +362,11 @@ def _springs(joint: _Joint) -> list[ET.Element]:
 
 def _spring(joint: _Joint, p_AP: Array, p_BQ: Array, free_length: float, stiffness: float) -> ET.Element:
     tag = DRAKE + "linear_spring_damper"
-    return _element(
-        tag,
-        _element(f"{tag}_body_A", name=joint.parent),
-        _element(f"{tag}_p_AP", value=_text(*p_AP)),
-        _element(f"{tag}_body_B", name=joint.child),
-        _element(f"{tag}_p_BQ", value=_text(*p_BQ)),
-        _element(f"{tag}_free_length", value=_text(free_length)),
-        _element(f"{tag}_stiffness", value=_text(stiffness)),
-        _element(f"{tag}_damping", value="0"),
-    )
+    body_A = _element(f"{tag}_body_A", name=joint.parent), _element(f"{tag}_p_AP", value=_text(*p_AP))
+    body_B = _element(f"{tag}_body_B", name=joint.child), _element(f"{tag}_p_BQ", value=_text(*p_BQ))
+    numbers = {"free_length": _text(free_length), "stiffness": _text(stiffness), "damping": "0"}
+    law = (_element(f"{tag}_{name}", value=value) for name, value in numbers.items())
+    return _element(tag, *body_A, *body_B, *law)
 
 
 def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
@@ -399,51 +374,27 @@ def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
 
     As a spring it also has stiffness and damping of the joint, as gains of a PD controller.
     """
-    name = joint.name
-    interface = "hardware_interface/EffortJointInterface"
-    gains = {"p": _text(joint.stiffness), "d": _text(joint.damping)}
-    controller = [_element(DRAKE + "controller_gains", **gains)] if is_spring else []
-    return _element(
-        "transmission",
-        _text_element("type", "transmission_interface/SimpleTransmission"),
-        _element("joint", _text_element("hardwareInterface", interface), name=name),
-        _element("actuator", _text_element("hardwareInterface", interface), *controller, name=name),
-        name=f"{name}_transmission",
-    )
-
-
-def _text_element(tag: str, text: str) -> ET.Element:
-    element = ET.Element(tag)
-    element.text = text
-    return element
-
-
-def _tip_frame(finger: Finger) -> ET.Element:
-    return _element(
-        "frame",
-        name=tip_name(finger.name),
-        link=link_name(finger.name, finger.segments),
-        xyz=_text(0, 0, finger.segment_length / 2),
-        rpy="0 0 0",
-    )
+    transmission, interface = ET.Element("transmission", name=f"{joint.name}_transmission"), "hardwareInterface"
+    ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
+    for tag in ("joint", "actuator"):
+        end = ET.SubElement(transmission, tag, name=joint.name)
+        ET.SubElement(end, interface).text = "hardware_interface/EffortJointInterface"
+    if is_spring:
+        ET.SubElement(end, DRAKE + "controller_gains", p=_text(joint.stiffness), d=_text(joint.damping))
+    return transmission
 
 
 _CONTACT_FREE_PIECES = 2  # pieces of skin up to this distance apart never touch
 
 
-def _contact_free_links(finger: Finger) -> int:
-    """Distance, in links, up to which links of a finger never touch."""
-    return _CONTACT_FREE_PIECES * math.ceil(finger.segments / _FINEST_SKIN)
-
-
-def _collision_filters(finger: Finger, distance: int) -> list[ET.Element]:
-    """Filters contacts of links up to `distance` apart: neighbours overlap on the inner side of a bend."""
-    names = [link_name(finger.name, i) for i in range(finger.segments + 1)]
-    groups = [names[i : i + distance + 1] for i in range(max(len(names) - distance, 1))]
-    return [_contact_filter_group(f"{finger.name}_links_{i}", group) for i, group in enumerate(groups)]
-
-
-def _contact_filter_group(name: str, links: Sequence[str]) -> ET.Element:
-    members = [_element(DRAKE + "member", link=link) for link in links]
-    ignored = _element(DRAKE + "ignored_collision_filter_group", name=name)
-    return _element(DRAKE + "collision_filter_group", *members, ignored, name=name)
+def _collision_filters(finger: Finger, touches_itself: bool) -> list[ET.Element]:
+    """Filters contacts of links, or of those near each other: neighbours overlap on the inner side of a bend."""
+    links = [link_name(finger.name, i) for i in range(finger.segments + 1)]
+    free_links = _CONTACT_FREE_PIECES * math.ceil(finger.segments / _FINEST_SKIN)
+    distance, groups = free_links if touches_itself else finger.segments, []
+    for i in range(max(len(links) - distance, 1)):
+        name = f"{finger.name}_links_{i}"
+        members = [_element(DRAKE + "member", link=link) for link in links[i : i + distance + 1]]
+        ignored = _element(DRAKE + "ignored_collision_filter_group", name=name)
+        groups.append(_element(DRAKE + "collision_filter_group", *members, ignored, name=name))
+    return groups

@@ -21,9 +21,8 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import check_counts, parse_xml
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
+from soft_gripper.fingers.finger_element import FingerElement, finger_element, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
-from soft_gripper.fingers.finger_writer import finger_element
 from soft_gripper.model_import.links_and_joints import remove_links
 from soft_gripper.model_import.model_file import ModelFile
 
