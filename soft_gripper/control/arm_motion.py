@@ -58,13 +58,18 @@ def solve_posture(
     """
     context = plant.CreateDefaultContext()
     law = coupled or no_couplings(plant)
-    movable = _moves_tool(plant, context, tool, seed, law)
+    plant.SetPositions(context, seed)
+    world = plant.world_frame()
+    jacobian = plant.CalcJacobianSpatialVelocity(context, JacobianWrtVariable.kV, tool, [0, 0, 0], world, world)
+    movable = (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)  # those that move the tool
     best_posture, distance = None, np.inf
     for start_index, start in enumerate(_starts(plant, seed)):
         q = _solve(plant, context, tool, X_WTool, seed, law.follow_leaders(start), law)
         q = law.follow_leaders(np.where(movable, _unwind(plant, q, seed), seed))
         plant.SetPositions(context, q)
-        if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
+        X_miss = tool.CalcPoseInWorld(context).InvertAndCompose(X_WTool)
+        miss = max(float(np.linalg.norm(X_miss.translation())), X_miss.rotation().ToAngleAxis().angle())  # m or rad
+        if np.linalg.norm(q - seed) < distance and miss <= POSE_TOLERANCE:
             best_posture, distance = q, float(np.linalg.norm(q - seed))
         if distance < NEAR_SEED or (best_posture is not None and start_index + 1 >= NEAR_STARTS):
             break
@@ -134,20 +139,6 @@ def _unwind(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
     return q + np.where(is_revolute, turns * turn, 0.0)
 
 
-def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array, law: Couplings) -> Array:
-    """Mask of the joints that move the tool, alone or by their followers, (n); sets the positions in the context."""
-    plant.SetPositions(context, q)
-    world, by_v = plant.world_frame(), JacobianWrtVariable.kV
-    jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
-    return (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)
-
-
-def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
-    """Distance, m, or angle, rad, between two poses, whichever is larger."""
-    X_AB = X_WA.InvertAndCompose(X_WB)
-    return max(float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle())
-
-
 SPACING = 0.01  # m, maximum distance of waypoints on a straight path
 TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
 MIN_STEPS = 6  # of a straight path
@@ -214,7 +205,9 @@ def straight_path(
     """
     X_WStart = tool_pose(plant, tool, q0)
     line = PiecewisePose.MakeLinear([0.0, 1.0], [X_WStart, X_WTool])
-    steps = _steps(X_WStart.InvertAndCompose(X_WTool))
+    X_motion = X_WStart.InvertAndCompose(X_WTool)
+    distance, turn = float(np.linalg.norm(X_motion.translation())), X_motion.rotation().ToAngleAxis().angle()
+    steps = max(MIN_STEPS, int(np.ceil(distance / SPACING)), int(np.ceil(turn / TURN_SPACING)))
     if steps > MOST_STEPS:
         raise UnreachableError(f"the straight path would be {steps * SPACING:.4g} m long")
     s = np.linspace(0.0, 1.0, 1 + steps)
@@ -227,12 +220,6 @@ def straight_path(
             raise UnreachableError(f"at {part:.0%} of a straight path, {place} m {why}")
         postures.append(q)
     return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(s, np.array(postures).T, False)
-
-
-def _steps(X_AB: RigidTransform) -> int:
-    """The number of steps of a motion of the tool from A to B."""
-    distance, turn = float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle()
-    return max(MIN_STEPS, int(np.ceil(distance / SPACING)), int(np.ceil(turn / TURN_SPACING)))
 
 
 def timed(
@@ -372,7 +359,10 @@ class ToolFollower(LeafSystem):
         state = context.get_discrete_state_vector().value()
         self._arm.SetPositionsAndVelocities(self._scratch, state)
         positions, velocities = np.split(state, 2)
-        missing = GAIN * self._pose_error(self._target.Eval(context))
+        X_WTool, X_WGoal = self._tool.CalcPoseInWorld(self._scratch), self._target.Eval(context)
+        turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()
+        shift = X_WGoal.translation() - X_WTool.translation()
+        missing = GAIN * np.concatenate([turn.angle() * turn.axis(), shift])
         velocity = velocities - np.clip(velocities, -self._brake, self._brake)
         if np.isfinite(missing @ missing):
             velocity = self._joint_velocities(missing, positions, velocities, velocity)
@@ -390,12 +380,6 @@ class ToolFollower(LeafSystem):
         if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
             return fallback
         return np.asarray(self._law.matrix @ result.joint_velocities)
-
-    def _pose_error(self, X_WGoal: RigidTransform) -> Array:
-        """The rotation and translation to the desired pose of the tool, rad and m in the world, (6,)."""
-        X_WTool = self._tool.CalcPoseInWorld(self._scratch)
-        turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()
-        return np.concatenate([turn.angle() * turn.axis(), X_WGoal.translation() - X_WTool.translation()])
 
 
 def _parameters(limits: ArmLimits, law: Couplings, period: float) -> DifferentialInverseKinematicsParameters:

@@ -143,14 +143,11 @@ class PathSensors(SpatialSensors):
         ratios = self.ratios(q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
-    def split_by_deformation(self, q: Array) -> dict[str, Array]:
-        """Joint positions, (..., D), by deformation, (..., N) each."""
-        N = self.finger.segments
-        return {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
-
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
-        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_deformation(q)))
+        N = self.finger.segments
+        by_deformation = {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
+        return self._ratios(lengths_on_segments(self._chain_paths, by_deformation))
 
     def _ratios(self, lengths: Array) -> Array:
         """Ratios from the lengths on the segments, (..., P, N) m."""

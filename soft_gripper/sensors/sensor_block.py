@@ -1,6 +1,7 @@
 """SensorBlock: samples the joints of a finger and reads its sensors. Hold: samples any vector."""
 
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -41,11 +42,7 @@ class SensorBlock(ArrayBlock):
         signals = layout.signals if planar else lambda *angles: layout.signals(np.concatenate(angles, axis=-1))
         self.derive("signals", signals, *sampled)
         for name in layout.signals(layout.straight):
-            self.put_out(name, _entry(name), "signals", unit=layout.unit, **layout.axes)
-
-
-def _entry(name: str) -> Any:
-    return lambda signals: signals[name]
+            self.put_out(name, itemgetter(name), "signals", unit=layout.unit, **layout.axes)
 
 
 class Hold(ArrayBlock):
@@ -64,28 +61,15 @@ class Hold(ArrayBlock):
         self.take("u", size)
         self.sample("sampled", "u", at_initialization=False)
         begin = np.zeros((delay, size))
-        self.remember("line", _append_to_line, "sampled", begin=begin, keep=_drop_oldest, over_time=_lines(delay))
-        self.put_out("y", _oldest, "line", unit=unit, **axes)
 
+        def append(line: Array, newest: Array) -> Array:
+            return np.concatenate([line, newest[..., None, :]], axis=-2)
 
-def _append_to_line(line: Array, newest: Array) -> Array:
-    return np.concatenate([line, newest[..., None, :]], axis=-2)
+        def lines(newest: Array) -> Array:
+            """Lines along a recording, (T, size) -> (T, delay + 1, size)."""
+            started = np.concatenate([np.zeros_like(newest[:1]), newest[1:]])  # at the first sample nothing is
+            padded = np.concatenate([np.zeros((delay, *started.shape[1:])), started])
+            return np.stack([*(padded[i : i + len(started)] for i in range(delay)), newest], axis=-2)
 
-
-def _drop_oldest(line: Array) -> Array:
-    return line[..., 1:, :]
-
-
-def _oldest(line: Array) -> Array:
-    return line[..., 0, :]
-
-
-def _lines(delay: int) -> Any:
-    """Lines that `_append_to_line` returns along a recording, (T, size) -> (T, delay + 1, size)."""
-
-    def lines(newest: Array) -> Array:
-        started = np.concatenate([np.zeros_like(newest[:1]), newest[1:]])  # at the first sample nothing is
-        padded = np.concatenate([np.zeros((delay, *started.shape[1:])), started])
-        return np.stack([*(padded[i : i + len(started)] for i in range(delay)), newest], axis=-2)
-
-    return lines
+        self.remember("line", append, "sampled", begin=begin, keep=lambda line: line[..., 1:, :], over_time=lines)
+        self.put_out("y", lambda line: line[..., 0, :], "line", unit=unit, **axes)

@@ -171,7 +171,9 @@ def step(
     slow_noise = correlation * memory.low_frequency + innovation * low_frequency
     lagging_ratio = 1 + memory.gain * lagging_strain(plays, crept_strain, errors.hysteresis) + memory.offset
     faulty_ratio = _with_faults(errors, memory.time, lagging_ratio)
-    reading = _read_out(errors, faulty_ratio + memory.drift + slow_noise + errors.noise * white)
+    reading = np.clip(faulty_ratio + memory.drift + slow_noise + errors.noise * white, *errors.saturation)
+    if errors.quantization is not None:
+        reading = errors.quantization * np.round(reading / errors.quantization)
     reading = _with_failures(errors, memory, reading)
     line, delayed = pass_delay_line(memory.line, reading)
     next_memory = memory._replace(
@@ -222,13 +224,6 @@ def unstack_memory(rows: Array) -> StrainMemory:
     """The inverse of `stack_memory`."""
     plays, line = np.split(rows[..., _SINGLE_ROWS:, :], [PLAYS], axis=-2)
     return StrainMemory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
-
-
-def _read_out(errors: StrainErrors, ratio: Array) -> Array:
-    """Applies saturation and rounding of an analog-to-digital converter."""
-    limited_ratio = np.clip(ratio, *errors.saturation)
-    quantum = errors.quantization
-    return limited_ratio if quantum is None else quantum * np.round(limited_ratio / quantum)
 
 
 _ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
