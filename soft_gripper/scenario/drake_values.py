@@ -28,7 +28,7 @@ def plain_values(value: Any) -> Any:
     if is_dataclass(value):
         return {field.name: plain_values(getattr(value, field.name)) for field in fields(value)}
     if hasattr(value, "__fields__"):
-        return type(value), {name: plain_values(part) for name, part in _parts(value).items()}
+        return type(value), {name: plain_values(part) for name, part in config_parts(value).items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -49,7 +49,8 @@ def to_plain_numbers(value: Any) -> Any:
     return value
 
 
-def _parts(config: Any) -> dict[str, Any]:
+def config_parts(config: Any) -> dict[str, Any]:
+    """The fields of a config of Drake's."""
     return {field.name: getattr(config, field.name) for field in config.__fields__}
 
 
@@ -66,4 +67,4 @@ for _kind in (
     *(MultibodyPlantConfig, SimulatorConfig, VisualizationConfig, Rgba),
     *(parsing.ModelDirective, *(getattr(parsing, name) for name in _DIRECTIVE_KINDS)),
 ):
-    copyreg.pickle(_kind, lambda config: (_make_config, (type(config), _parts(config))))
+    copyreg.pickle(_kind, lambda config: (_make_config, (type(config), config_parts(config))))

@@ -37,14 +37,10 @@ TILT = "tilt"  # about its bending axis at the base, on top of that of its file;
 MODEL_PATHS = {TILT: Rule("rad")} | FINGER_PATHS
 del MODEL_PATHS["pressure_offset"]  # of nominal fingers
 # Keys of 0.2, whose recordings have them; others were those of today
-FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")} | {
-    f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")
-}
-_CHAMBER_PATHS = {
-    "chamber_width": "chambers.width",
-    "chamber_thickness": "chambers.thickness",
-    "chamber_center": "chambers.x",
-}
+FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")}
+FORMER_PATHS |= {f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")}
+_CHAMBER_PATHS = {f"chamber_{key}": f"chambers.{key}" for key in ("width", "thickness")}
+_CHAMBER_PATHS["chamber_center"] = "chambers.x"
 _ALL_FINGERS = "all"
 _SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 
@@ -114,7 +110,7 @@ def _value(where: str, name: str, text: str, old: Any) -> Any:
         value = changed(text, old)
     except ValueError:
         raise InputError(where, name, text, f"must be a number, {CHANGE}") from None
-    is_near = "%" in text or min(value, old) <= 0 or 1 / _SUSPICIOUS_FACTOR <= value / old <= _SUSPICIOUS_FACTOR
-    if not is_near:
+    is_comparable = "%" not in text and min(value, old) > 0
+    if is_comparable and not 1 / _SUSPICIOUS_FACTOR <= value / old <= _SUSPICIOUS_FACTOR:
         raise InputError(where, name, text, f'is far from the simulated {old:g}; a change is written "+10 %"')
     return value

@@ -25,9 +25,8 @@ class FittedStatesConfig:
     sizes: list[list[float]] = quantity([], least=0)
     growth: float = quantity(0.0, least=0)  # of these, by the root of the distance
     noise: float = quantity(0.0, least=0)  # spreads, by which single samples are away from states that are medians
-    disagreement: float | None = quantity(
-        None, least=0
-    )  # spreads, within which readings and drive agree; null: not known
+    # Spreads, within which readings and drive agree; null: not known
+    disagreement: float | None = quantity(None, least=0)
 
     def violations(self) -> Iterator[Violation]:
         count = len(self.names)

@@ -34,17 +34,16 @@ class NominalModel:
 
     def finger(self, finger: Finger) -> Finger:
         """The nominal finger; raises as `layout`."""
-        nominal = finger if self.config.file is None else self._from_file(finger)
+        nominal = finger
+        if self.config.file is not None:
+            candidates = [entry for entry in self.fingers if entry.name == finger.name] or [*self.fingers]
+            if len(candidates) != 1:
+                names = ", ".join(entry.name for entry in self.fingers) or "none"
+                expected = f"holds no finger '{finger.name}', nor a single one; it has {names}"
+                raise InputError("nominal", "file", self.config.file, expected)
+            nominal = replace(candidates[0], name=finger.name, segments=finger.segments)
         nominal = nominal if self.config.creep else replace(nominal, creep=())
         return changed_finger(nominal, "nominal", self.config.finger)
-
-    def _from_file(self, finger: Finger) -> Finger:
-        candidates = [entry for entry in self.fingers if entry.name == finger.name] or [*self.fingers]
-        if len(candidates) != 1:
-            names = ", ".join(entry.name for entry in self.fingers) or "none"
-            expected = f"holds no finger '{finger.name}', nor a single one; it has {names}"
-            raise InputError("nominal", "file", self.config.file, expected)
-        return replace(candidates[0], name=finger.name, segments=finger.segments)
 
 
 def read_nominal_model(config: NominalConfig) -> NominalModel:

@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from functools import partial
+from operator import eq
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
@@ -96,16 +97,12 @@ def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Calla
     except InputError as error:
         message = str(error).removeprefix(f"{path}: ")
         wrong_names = _NAME_PATTERN.findall(message.partition(" = ")[0])
-        if not any(_share_beginning(wrong_names, _NAME_PATTERN.findall(field)) for field in fields):
+        changed_names = map(_NAME_PATTERN.findall, fields)  # one name is below another if they begin alike
+        if not any(all(map(eq, wrong_names, names)) for names in changed_names):
             for key, value in changes.items():
                 if mistake_without(key) != (error.where, error.field):
                     raise InputError(path, key, value, f"contradicts {message}") from None
         raise
-
-
-def _share_beginning(path: Sequence[str], other_path: Sequence[str]) -> bool:
-    """Whether the shorter of two sequences begins the longer one."""
-    return all(a == b for a, b in zip(path, other_path, strict=False))
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
@@ -142,15 +139,8 @@ _DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_
 
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field of the name."""
-    model_files = [(m, "file") for m in scenario.models]
-    directive_files = [(part, "file") for part in parts_with_files(scenario.directives)]
-    named_files = [
-        *model_files,
-        *directive_files,
-        (scenario.nominal, "file"),
-        (scenario.nominal, "calibration"),
-        (scenario, "bench"),
-    ]
+    parts = [*scenario.models, *parts_with_files(scenario.directives), scenario.nominal]
+    named_files = [*((part, "file") for part in parts), (scenario.nominal, "calibration"), (scenario, "bench")]
     files = ((part, field, getattr(part, field)) for part, field in named_files)
     return [(part, field) for part, field, file in files if file is not None and "://" not in file]
 

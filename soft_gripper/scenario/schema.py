@@ -424,9 +424,7 @@ def default_simulator_config() -> SimulatorConfig:
 
 
 # Those of the installed Drake, such as "lagged" for kLagged.
-_CONTACT_APPROXIMATIONS = tuple(
-    name.removeprefix("k").lower() for name in reversed(DiscreteContactApproximation.__members__)
-)
+_CONTACT_APPROXIMATIONS = [name[1:].lower() for name in reversed(DiscreteContactApproximation.__members__)]
 # Of what Drake's configs may be given here.
 _PLANT_RULES = {
     "time_step": Rule("s", least=0),
@@ -529,11 +527,8 @@ class Scenario(ByValue):
                 yield f"success[{i}]", text, f"must be {FORM}"
         for name in ("publish_illustration", "enable_meshcat_creation"):
             if self.visualization is not None and not getattr(self.visualization, name):
-                yield (
-                    f"visualization.{name}",
-                    False,
-                    "must be true: a view shows the bodies, in the Meshcat it is given",
-                )
+                expected = "must be true: a view shows the bodies, in the Meshcat it is given"
+                yield f"visualization.{name}", False, expected
 
     @property
     def points(self) -> int | None:
