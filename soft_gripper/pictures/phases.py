@@ -101,7 +101,7 @@ def _draw_slip(axes: Axes, recording: Recording, slips: Array | None) -> None:
     axes.set_ylabel("slip\n[mm]")
 
 
-def _draw_opening(axes: Axes, scenario: Scenario, recording: Recording) -> None:
+def _draw_opening(axes: Axes, _: Scenario, recording: Recording) -> None:
     _plot(axes, recording, 1e3, "grip.set_point", "set point", WANTED)
     _plot(axes, recording, 1e3, "grip.opening", "estimated", MEASURED)
     axes.set_ylabel("opening\n[mm]")
@@ -140,10 +140,8 @@ def _name_spans(axes: Axes, spans: Sequence[Span]) -> None:
     for i, span in enumerate(spans, 1):
         text = f"{i} {span.phase.name}"
         fits = _CHARACTER_WIDTH * len(text) < width * (span.end - span.begin) / (end - begin)
-        middle = ((span.begin + span.end) / 2, 1.04)
-        axes.annotate(
-            text if fits else str(i), middle, xycoords=axes.get_xaxis_transform(), ha="center", fontsize="small"
-        )
+        middle, transform = ((span.begin + span.end) / 2, 1.04), axes.get_xaxis_transform()
+        axes.annotate(text if fits else str(i), middle, xycoords=transform, ha="center", fontsize="small")
 
 
 _LEVEL_AXES, _ALL_AXES = np.array([1.0, 1.0, 0.0]), np.ones(3)
@@ -204,7 +202,9 @@ def phases_figure(
     """
     spans = phase_spans(recording, phases)
     numbered = list(enumerate(spans, 1))
-    panels = [(i, span) for i, span in numbered if not _goes_home(span.phase, scenario)] or numbered
+    assert scenario.arm is not None
+    home, ends = scenario.arm.home, [span.phase.motion.value(span.phase.duration)[:, 0] for span in spans]
+    panels = [place for place, end in zip(numbered, ends, strict=True) if not np.allclose(end, home)] or numbered
     count = -(-len(panels) // COLUMNS)
     strip = [panels[len(panels) * row // count : len(panels) * (row + 1) // count] for row in range(count)]
     strip_height = len(strip) * (TITLE + PANEL_HEIGHT)
@@ -223,11 +223,6 @@ def phases_figure(
         draw_grip_plots(plots, scenario, recording, spans, slips, forces)
         figure.align_ylabels(plots)
     return figure
-
-
-def _goes_home(phase: Phase, scenario: Scenario) -> bool:
-    assert scenario.arm is not None
-    return np.allclose(phase.motion.value(phase.duration)[:, 0], scenario.arm.home)
 
 
 def _axes(figure: Figure, place: Place) -> Axes:

@@ -49,14 +49,10 @@ def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
         shape = inspector.GetShape(geometry)
         is_file = isinstance(shape, Mesh) and shape.extension() == ".obj" and shape.source().is_path()
         if is_file and b"\nvn " not in read_bytes(shape.source().path()):
-            scene_graph.ChangeShape(source, geometry, _with_normals(shape))
-
-
-def _with_normals(mesh: Mesh) -> Mesh:
-    """A mesh with smooth shading except at sharp edges."""
-    smooth_mesh = trimesh.load(mesh.source().path(), force="mesh").smooth_shaded
-    text = trimesh.exchange.obj.export_obj(smooth_mesh, include_normals=True, include_texture=False, header=None)
-    return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals")), mesh.scale3())
+            mesh = trimesh.load(shape.source().path(), force="mesh").smooth_shaded  # except at sharp edges
+            text = trimesh.exchange.obj.export_obj(mesh, include_normals=True, include_texture=False, header=None)
+            memory = InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals"))
+            scene_graph.ChangeShape(source, geometry, Mesh(memory, shape.scale3()))
 
 
 class RecordedScene:
@@ -277,19 +273,16 @@ class SceneRenderer:
     def render(self, time: float, camera: Camera | None = None) -> Picture:
         """The scene at a time of the recording, s, seen by the default camera or by another one."""
         camera = camera or self.camera
-        self._paint_fingers(time)
-        query, world = self.scene.query(time), self.scene.scene_graph.world_frame_id()
-        image = query.RenderColorImage(camera.render_camera(_RENDERER_NAME, _OVERSAMPLING), world, camera.X_WC).data
-        size = (camera.width, camera.height)
-        return np.asarray(Image.fromarray(image[..., :3]).resize(size, Image.Resampling.BOX))
-
-    def _paint_fingers(self, time: float) -> None:
         if self._torque_limit is not None:
             signals = self.scene.signals(time)
             for finger in self.scene.fingers:
                 torque = signals[f"{finger.name}.true_external_torque"].values
                 for link, rgb in zip(finger.links, link_colors(torque, self._torque_limit), strict=True):
                     self._paint_body(link.index(), Rgba(*rgb))
+        query, world = self.scene.query(time), self.scene.scene_graph.world_frame_id()
+        image = query.RenderColorImage(camera.render_camera(_RENDERER_NAME, _OVERSAMPLING), world, camera.X_WC).data
+        size = (camera.width, camera.height)
+        return np.asarray(Image.fromarray(image[..., :3]).resize(size, Image.Resampling.BOX))
 
     def _paint_body(self, body: BodyIndex, rgba: Rgba) -> None:
         scene_graph, context = self.scene.scene_graph, self.scene.scene_graph_context

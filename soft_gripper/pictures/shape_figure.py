@@ -219,7 +219,11 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     true, estimate = snapshot.true, snapshot.estimate
     limit = torque_limit([estimate.torque, true.torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    side_panels, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
+    side_panels = [("(d) simulation", true), ("(e) estimate", estimate)][: 1 + snapshot.is_in_space]
+    side_panels = side_panels if leaves_plane(true.corners) else []
+    drawn_points = [points for points in (true.corners, true.force, estimate.force) if points is not None]
+    y, half = 1e3 * np.concatenate(drawn_points)[:, 1], 1e3 * finger.base.width
+    y_limits = np.array([y.min() - half, y.max() + half])
     widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(side_panels)]]
     height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(side_panels)
     highest = 4.5 if side_panels else 4.2
@@ -266,19 +270,6 @@ def _draw_load(
     if true is not None:
         prefix = hidden if estimate is None else "_"
         draw_force(axes, true[:, view], TRUE_COLOR, f"{prefix}true contact force", _TRUE_WIDTH)
-
-
-def _side_panels(snapshot: Snapshot) -> list[tuple[str, Shown]]:
-    """Titles and shapes of the panels that are seen from the side."""
-    panels = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
-    return panels[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
-
-
-def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
-    """Limits of y, mm, in the panels from the side."""
-    arrows, half = (snapshot.true.force, snapshot.estimate.force), 1e3 * finger.base.width
-    y = 1e3 * np.concatenate([points[:, 1] for points in (snapshot.true.corners, *arrows) if points is not None])
-    return np.array([y.min() - half, y.max() + half])
 
 
 def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:
