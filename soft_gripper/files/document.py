@@ -74,20 +74,12 @@ class Place(NamedTuple):
 
 
 def load_config(path: Path, document: Any, schema: type[_T]) -> _T:
-    """The configuration that plain data from a YAML file describe.
-
-    Raises:
-        InputError: naming file, field and value, if the data do not fit the schema or its rules.
-    """
+    """The configuration that plain data from a YAML file describe; raises an InputError if they break the schema."""
     return read(document, schema, _ANY_RULE, Place(path, "", schema, document))
 
 
 def check_config(where: Path | str, config: Any) -> None:
-    """Checks a dataclass made in Python, and all that it contains; NumPy numbers count as numbers.
-
-    Raises:
-        InputError: for the first field that has another type, is out of range, or contradicts another one.
-    """
+    """Raises an InputError for the first wrong field of a dataclass made in Python, or of what it contains."""
     read(config, type(config), _ANY_RULE, Place(where, "", type(config), config))
 
 

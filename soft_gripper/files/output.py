@@ -79,11 +79,7 @@ def atomic_file(path: Path) -> Iterator[Path]:
 
 
 def _is_device(path: Path) -> bool:
-    """Whether a path leads to a device that takes characters.
-
-    Raises:
-        OSError: if it leads to anything else that is not a regular file: writing to a pipe waits for a reader.
-    """
+    """Whether a path is a device for characters; raises an OSError for a pipe: writing would wait for a reader."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -148,11 +144,7 @@ def _partial(path: Path) -> Path:
 
 
 def writable_folder(path: Path) -> Path:
-    """Makes a folder for output, so that one that cannot be written to is reported before any work is done.
-
-    Raises:
-        InputError: if the folder cannot be made or written to.
-    """
+    """Makes a folder for output, before any work is done; raises an InputError if it cannot be written to."""
     _try_writing("folder", path, path, "probe")
     with os.scandir(path) as entries:  # what killed processes of this machine left half written, see `atomic_file`
         abandoned = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_abandoned(Path(entry))]

@@ -41,11 +41,7 @@ def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) 
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
-    """Reads a file written by `write_csv`, as rows of type `row` with fields of str, bool, int or float.
-
-    Raises:
-        InputError: if the file is missing, has no rows, or contains anything else.
-    """
+    """Reads a file of `write_csv`, as rows of type `row`; raises an InputError if it has none, or anything else."""
     names = columns(row)
     try:
         records = list(csv.DictReader(StringIO(read_text(path, MAX_BYTES))))

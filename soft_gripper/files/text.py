@@ -39,11 +39,7 @@ def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
 
 
 def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
-    """The text of a regular file, in UTF-8, or in UTF-16 or UTF-32 with a byte order mark.
-
-    Raises:
-        InputError: as `read_bytes`, or if it is not text.
-    """
+    """The text of a regular file, in UTF-8, -16 or -32; raises as `read_bytes`, or an InputError if it is not text."""
     return decode(path, read_bytes(path, max_bytes))
 
 

@@ -123,11 +123,7 @@ _MAX_SHAPES = 500  # in a link
 
 
 def check_counts(where: object, model: ET.Element) -> None:
-    """Checks that a model is not so large that Drake takes minutes for it.
-
-    Raises:
-        InputError: if it has too many links, joints or shapes.
-    """
+    """Raises an InputError if a model has so many links, joints or shapes that Drake takes minutes for it."""
     counts = Counter(element.tag for element in model.iter() if isinstance(element.tag, str))
     for tag, max_count in _MAX_COUNTS.items():
         if counts[tag] > max_count:

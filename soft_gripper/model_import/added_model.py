@@ -84,11 +84,7 @@ class AddedModel:
 
 
 def add_model(parser: Parser, file: ModelFile, imported: ImportedModel) -> AddedModel:
-    """Adds a model that was read from a file to the plant of a parser.
-
-    Raises:
-        InputError: if its text would end the process.
-    """
+    """Adds a model to the plant of a parser; raises an InputError if its text would end the process."""
     earlier = frozenset(_geometries(parser))
     if imported.text is None:
         check_file(file.path)
@@ -233,11 +229,7 @@ def note_spread(model: AddedModel, stands: bool) -> None:
 
 
 def _box_of(model: AddedModel, shape: GeometryId) -> Any:
-    """The oriented box around a shape of a model file; None if it has no end.
-
-    Raises:
-        InputError: if it is a mesh that is a line, a point or empty: Drake finds no box around it.
-    """
+    """The oriented box around a shape, None if it has no end; raises an InputError for a mesh that is a line."""
     try:
         return model.inspector.GetObbInGeometryFrame(shape)
     except RuntimeError as error:

@@ -96,11 +96,7 @@ def _check(model: AddedModel, joint: Joint, effort: float) -> None:
 
 
 def couple(model: AddedModel) -> None:
-    """Lets joints follow others, by Drake's couplers; followers have no actuators.
-
-    Raises:
-        InputError: if the solver of the plant knows no couplers.
-    """
+    """Lets joints follow others, without actuators; raises an InputError if the plant's solver knows no couplers."""
     followers = {mimic.joint for mimic in model.mimics}
     for actuator in [actuator for actuator in _actuators(model) if actuator.joint().name() in followers]:
         model.plant.RemoveJointActuator(actuator)

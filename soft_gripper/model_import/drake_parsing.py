@@ -83,11 +83,7 @@ def _element(message: str) -> str:
 
 
 def check_file(path: Path) -> ET.Element | None:
-    """Checks a file that Drake is to read unchanged; returns its root element if it is XML.
-
-    Raises:
-        InputError: if it is XML that would end the process.
-    """
+    """The root of a file for Drake, None without XML; raises an InputError if reading it would end the process."""
     if path.suffix.lower() not in _XML_SUFFIXES:
         is_model = not path.name.endswith(".dmd.yaml")
         require(is_model, path, "file", path.name, "holds directives: add them by add_directives")
@@ -114,11 +110,7 @@ def add_text(parser: Parser, text: str, path: Path, suffix: str) -> list[ModelIn
 
 
 def _refuse_includes(path: Path, root: ET.Element) -> ET.Element:
-    """Returns the root of a model, and refuses includes: Drake follows files that include themselves without an end.
-
-    Raises:
-        InputError: for an <include> that is where no model can be.
-    """
+    """Returns the root of a model; refuses includes, as Drake follows files that include themselves without end."""
     for element in root.iter():
         if (include := element.find("include")) is not None:
             uri = include.findtext("uri") or include.get("file")

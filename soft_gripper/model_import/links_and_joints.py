@@ -115,11 +115,7 @@ def _drop_friction(model: ModelFile) -> None:
 
 
 def _check_ranges(model: ModelFile) -> None:
-    """Gives limits of URDF the end that they leave out, which is 0 if the other one is given.
-
-    Raises:
-        InputError: if a lower limit is above the upper one.
-    """
+    """Gives limits of URDF an end that they leave out, 0; raises an InputError for a lower end above the upper."""
     for joint in model.root.findall("joint"):
         place = f"{model.path}: joint '{joint.get('name')}'"
         for limit in [*joint.findall("limit"), *joint.findall("axis/limit")]:

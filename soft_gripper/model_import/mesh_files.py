@@ -53,11 +53,7 @@ class NamedFiles(FilePathResolver):
 
 
 def read_scene(path: Path) -> trimesh.Scene:
-    """The meshes in a file, in its units and axes.
-
-    Raises:
-        InputError: if the file is missing, too large, cannot be read, or has no faces.
-    """
+    """The meshes in a file, in its units and axes; raises an InputError if it cannot be read, or has no faces."""
     check_mesh_file(path)
     if reader := {".msh": read_msh, **registered("MESHES")}.get(path.suffix.lower()):
         return trimesh.Scene([reader(path)])

@@ -118,11 +118,7 @@ class IncludedFiles:
 
 
 def check_files(path: Path) -> ET.Element | None:
-    """Checks a file that Drake is to read unchanged, and all that it includes; returns as `check_file`.
-
-    Raises:
-        InputError: as `check_file` and `IncludedFiles`.
-    """
+    """Checks a file that Drake is to read unchanged, and all that it includes; returns and raises as `check_file`."""
     root = check_file(path)
     if root is not None:
         _check_included(path, path.parent, root, IncludedFiles(path, root))
@@ -141,11 +137,7 @@ def _check_included(path: Path, folder: Path, parent: ET.Element, files: Include
 
 
 def sdf_file(path: Path, include: ET.Element) -> tuple[str, Path]:
-    """The URI of an <include> in SDFormat, which may name the folder of a model, and the file behind it.
-
-    Raises:
-        InputError: if there is no such file.
-    """
+    """The URI of an <include>, perhaps of a model's folder, and its file; raises an InputError if there is none."""
     uri = (include.findtext("uri") or "").strip()
     neighbor = Path(os.path.realpath(path.parent)) / uri.removeprefix("file://")
     folders = [folder for folder in (neighbor, *find_in_packages(uri, path)) if os.path.isdir(folder)]

@@ -102,11 +102,7 @@ ANIMATIONS = (".gif", ".webp", ".png")
 
 
 def check_video(path: Path) -> None:
-    """Checks, before any work is done, that a video with this name can be written.
-
-    Raises:
-        InputError: if the ending is not supported, or the encoder is not installed.
-    """
+    """Raises an InputError if a video with this name cannot be written, before any work is done."""
     if path.suffix == ".mp4":
         try:
             import imageio_ffmpeg  # noqa: F401

@@ -72,11 +72,7 @@ class CalibrationConfig:
 
 
 def apply_calibration(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
-    """Nominal layout with the calibrated gains, offsets and stiffness of its finger.
-
-    Raises:
-        InputError: if the calibration is for other fingers or sensors.
-    """
+    """Nominal layout with the calibration of its finger; raises an InputError if that is for another one."""
     layout = strain_sensors(sensors, "nominal.calibration")
     name, finger, curve = layout.finger.name, layout.finger, layout.response
     if name not in calibration.fingers:

@@ -43,11 +43,7 @@ def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
 
 
 def check_scenario(where: Path | str, scenario: Scenario) -> None:
-    """Checks the rules across the parts of a scenario, each valid by itself; fingers are checked when they are built.
-
-    Raises:
-        InputError: for the first rule that is broken.
-    """
+    """Raises an InputError for the first broken rule across the parts of a scenario, each valid by itself."""
     for rules in (_models, _sensors, _arm_and_task, _external, _run):
         for field, value, expected in rules(scenario):
             raise InputError(where, field, value, expected)
@@ -55,11 +51,7 @@ def check_scenario(where: Path | str, scenario: Scenario) -> None:
 
 
 def check_finger_names(where: Path | str, names: Iterable[str]) -> None:
-    """Checks the names of the fingers, which the model files give.
-
-    Raises:
-        InputError: if one is the name of a block.
-    """
+    """Raises an InputError if one of the fingers' names, which the model files give, is that of a block."""
     for name in names:
         require(name not in _RESERVED_NAMES, where, "finger.name", name, "is the name of a block")
 

@@ -23,11 +23,7 @@ class NominalModel:
     calibration: CalibrationConfig | None = None
 
     def layout(self, finger: Finger, sensor: SensorConfig) -> MeasurementModel:
-        """The nominal sensors and finger.
-
-        Raises:
-            InputError: if a change is not a number, the result cannot be a finger, or the calibration does not fit.
-        """
+        """The nominal sensors and finger; raises an InputError if a change or the calibration does not fit."""
         response = sensor.response if self.config.response is None else self.config.response
         layout = sensor_layout(self.finger(finger), replace(sensor, response=response))
         return layout if self.calibration is None else apply_calibration(layout, self.calibration)
@@ -47,11 +43,7 @@ class NominalModel:
 
 
 def read_nominal_model(config: NominalConfig) -> NominalModel:
-    """Reads the files that a nominal model names.
-
-    Raises:
-        InputError: if one is missing, or has no fingers or no calibration.
-    """
+    """Reads the files that a nominal model names; raises an InputError if one is missing, or has not what it must."""
     fingers: tuple[Finger, ...] = ()
     if config.file is not None:
         path = model_path(config.file)

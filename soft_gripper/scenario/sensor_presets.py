@@ -112,11 +112,7 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
 def uncertainty(
     estimator: EstimatorConfig, sensor: SensorConfig, calibrated: CalibratedStates | None = None
 ) -> Uncertainty:
-    """Uncertainty that an estimator assumes; missing values follow from sensor errors and from a calibration.
-
-    Raises:
-        InputError: as `strain_errors`.
-    """
+    """Uncertainty that an estimator assumes, by default from errors and calibration; raises as `strain_errors`."""
     values = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
     error_uncertainty = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     if calibrated is not None and calibrated.gain_std is not None:
@@ -126,11 +122,7 @@ def uncertainty(
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:
-    """The faults of the strain sensors on a finger; None: of none, all are checked.
-
-    Raises:
-        InputError: for a sensor that does not exist.
-    """
+    """Faults of the strain sensors on a finger, if one is given; raises an InputError for a sensor that does not exist."""
     faults = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
     finger_faults = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
     return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in finger_faults)

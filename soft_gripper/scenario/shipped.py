@@ -20,11 +20,7 @@ def scenario_names() -> list[str]:
 
 
 def scenario_path(name_or_path: str) -> Path:
-    """The file of a shipped scenario, or the path itself.
-
-    Raises:
-        InputError: if the name is not that of a shipped scenario.
-    """
+    """The file of a shipped scenario, or the path itself; raises an InputError if no such scenario is shipped."""
     if name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
     if Path(name_or_path).is_file():

@@ -101,11 +101,7 @@ def measures_strain(layout: MeasurementModel) -> bool:
 
 
 def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
-    """Returns sensors that are along the sections, or refuses them for a user named `where`.
-
-    Raises:
-        InputError: if they are of another kind.
-    """
+    """Returns sensors that are along the sections; raises an InputError, in the name of `where`, for another kind."""
     if isinstance(layout, SensorLayout):
         return layout
     raise InputError(where, "sensor.type", layout.quantity, "works with strain sensors on the two sides only")
