@@ -122,7 +122,7 @@ def uncertainty(
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:
-    """Faults of the strain sensors on a finger, if one is given; raises an InputError for a sensor that does not exist."""
+    """Faults of the sensors on a finger, if one is given; raises an InputError for a sensor that does not exist."""
     faults = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
     finger_faults = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
     return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in finger_faults)
