@@ -84,7 +84,6 @@ def is_near(name: object, valid_names: Iterable[str]) -> bool:
 
 
 def first_line(error: BaseException) -> str:
-    """The first line of an exception's message."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__
 

@@ -25,7 +25,6 @@ _T = TypeVar("_T")
 
 
 def is_name(text: str) -> bool:
-    """Whether a text can name a part of a scenario."""
     return _NAME_PATTERN.fullmatch(text) is not None
 
 
@@ -115,7 +114,6 @@ def like(cls: type, name: str) -> Any:
 
 @cache
 def rules(cls: type) -> dict[str, Rule]:
-    """The rules of the fields of a dataclass, by their names."""
     return {part.name: part.metadata.get(_RULE_KEY, _ANY_RULE) for part in fields(cls)}
 
 

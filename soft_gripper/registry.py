@@ -98,7 +98,6 @@ def with_added_fields(cls: _Class) -> _Class:
 
 
 def is_own(name: str) -> bool:
-    """Whether a name is that of a user's function."""
     return ":" in name
 
 

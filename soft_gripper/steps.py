@@ -55,7 +55,6 @@ class Step:
     loops: bool = False  # `over_time` loops over samples, (T, ..., size): several fingers share one loop
 
     def renamed(self, rename: Rename) -> "Step":
-        """A copy with other names of its sources."""
         memory = self.memory
         if memory is not None:
             begin_of = None if memory.begin_of is None else (memory.begin_of[0], rename(memory.begin_of[1]))

@@ -83,7 +83,6 @@ def movable_joints(plant: MultibodyPlant) -> list[Joint]:
 
 
 def no_couplings(plant: MultibodyPlant) -> Couplings:
-    """The couplings of an arm without following joints."""
     return couplings([joint.name() for joint in movable_joints(plant)])
 
 
@@ -188,7 +187,6 @@ class ArmLimits:
 
 
 def joint_path(q0: Array, q1: Array) -> Trajectory:
-    """A line in joint space."""
     return PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.array([q0, q1]).T)
 
 

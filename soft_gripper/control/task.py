@@ -64,8 +64,6 @@ class Phase:
 
 
 class GripObservation(NamedTuple):
-    """One sample of the estimates."""
-
     time: float  # s
     opening: float  # m
     torque: float  # N m, opening torque on the fingers
@@ -93,7 +91,6 @@ class Rules:
     quiet_band: float = QUIET_BAND  # m
 
     def step(self, progress: Progress, observation: GripObservation) -> Progress:
-        """The progress after one more sample."""
         if progress.phase == len(self.phases):
             return progress
         phase = self.phases[progress.phase]
@@ -220,11 +217,9 @@ class TaskMachine(ArrayBlock):
         return self.rules.phases
 
     def progress(self, context: Context) -> Progress:
-        """Progress of the task, from the context of this block."""
         return _progress(self._read["state"](context))
 
     def is_over(self, context: Context) -> bool:
-        """Whether the task is finished, from the context of this block."""
         return self.progress(context).phase == self._over
 
     def unobserved_motion(self, end: float) -> Iterator[tuple[float, Array]]:

@@ -60,11 +60,9 @@ class Place(NamedTuple):
     strict: bool = False  # numbers given as text, as YAML reads 1e3, are refused
 
     def key(self, key: object) -> "Place":
-        """The place of a key of a mapping."""
         return Place(self.where, f"{self.field}.{key}" if self.field else str(key), *self[2:])
 
     def entry(self, i: int) -> "Place":
-        """The place of an entry of a list."""
         return Place(self.where, f"{self.field}[{i}]", *self[2:])
 
     def must(self, expected: str | None, value: object) -> None:
@@ -144,7 +142,6 @@ def _dotted_items(changes: Mapping[Any, Any], paths: Mapping[str, Rule], outer: 
 
 
 def _as_text(change: Any) -> Any:
-    """A change with text for a number."""
     return str(change) if isinstance(change, Real) and not isinstance(change, bool) else change
 
 

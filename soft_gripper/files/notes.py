@@ -31,7 +31,6 @@ class Note(NamedTuple):
 
     @property
     def subject(self) -> str:
-        """The element and its value."""
         return f"{self.element} = {self.value}" if self.value else self.element
 
     def __str__(self) -> str:

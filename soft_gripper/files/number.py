@@ -9,7 +9,6 @@ _DECIMAL_PATTERN = re.compile(DECIMAL, re.IGNORECASE)
 
 
 def is_number(text: str) -> bool:
-    """Whether a text is a decimal number, perhaps with an exponent."""
     return _DECIMAL_PATTERN.fullmatch(text) is not None
 
 

@@ -124,7 +124,6 @@ def _move(partial: Path, folder: Path) -> None:
 
 
 def read_folder(folder: Path) -> dict[str, bytes]:
-    """The files of a folder by their names."""
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 

@@ -33,7 +33,6 @@ def write_csv(path: Path, rows: Sequence[Any]) -> None:
 
 
 def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Writes rows of cells under the names of their columns."""
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
@@ -56,12 +55,10 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
 
 
 def columns(row: type[Any]) -> list[str]:
-    """Names of the columns of a table with rows of this type."""
     return [field.name for field in fields(row)]
 
 
 def cells(row: Any) -> list[str]:
-    """The cells of a row as `write_csv` writes them."""
     # Adding zero turns -0.0 into 0.0.
     return [f"{round(x, 6) + 0.0:.6f}" if isinstance(x, float) else str(x) for x in astuple(row)]
 

@@ -195,7 +195,6 @@ class PiercedSection(CrossSection):
 
     @property
     def holes(self) -> tuple[Hole, ...]:
-        """The chambers."""
         return self.bores
 
 

@@ -531,7 +531,6 @@ class Finger:
 
 
 def _overlap(first: Hole, second: Hole) -> bool:
-    """Whether two holes overlap."""
     (width, thickness, *_), (wide, thick, *_) = np.array(first, float), np.array(second, float)
     x, y = (np.array(first, float) - np.array(second, float))[2:]
     room = min((width + wide) / 2 - abs(y), (thickness + thick) / 2 - abs(x))

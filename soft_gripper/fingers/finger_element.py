@@ -243,7 +243,6 @@ class _Reader:
         return TipLoad(self.number("tip_load", "mass"), x, z)
 
     def paths(self, tag: str) -> tuple[Any, ...]:
-        """The chambers, or the tendons."""
         cls = _PATH_CLASSES[tag]
         paths = []
         for child in self.element.findall(tag):

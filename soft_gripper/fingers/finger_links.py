@@ -35,13 +35,10 @@ def joint_name(finger: str, index: int, deformation: str = "bending") -> str:
 
 
 def tip_name(finger: str) -> str:
-    """Name of the frame at the tip."""
     return f"{finger}_tip"
 
 
 class _Joint(NamedTuple):
-    """Joint of a segment, for one deformation."""
-
     finger: Finger
     segment: int
     deformation: str
@@ -69,7 +66,6 @@ class _Joint(NamedTuple):
 
 
 def _joints(finger: Finger) -> list[_Joint]:
-    """Joints from the base to the tip."""
     joints: list[_Joint] = []
     for i in range(finger.segments):
         deformations = finger.deformations(i)
@@ -147,7 +143,6 @@ def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.E
 
 
 def _visuals(finger: Finger, index: int) -> list[ET.Element]:
-    """Visible shape of a link."""
     block = _Block.from_links(finger, index, index)
     elements = [_element("visual", *block.box(), _material(finger))]
     if index:
@@ -168,7 +163,6 @@ class _Block(NamedTuple):
 
     @classmethod
     def from_links(cls, finger: Finger, first: int, last: int) -> "_Block":
-        """Block of adjacent links."""
         begin, end = float(finger.link_ends[first]), float(finger.link_ends[last + 1])
         section = finger.section(np.array((begin + end) / 2))
         return cls(begin, end, float(section.thickness), float(section.width), -float(section.neutral_axis))

@@ -42,7 +42,6 @@ class Path:
     at: Stations = quantity((0.0, 1.0), least=0, most=1)  # the stations, as fractions of the length; increasing
 
     def violations(self) -> Iterator[Violation]:
-        """Yields stations out of order, and lists of another length."""
         if len(self.at) < 2 or not np.all(np.diff(self.at) > 0):
             yield "at", self.at, "must be two increasing fractions of the length or more, such as 0 0.5"
         for column in [part.name for part in fields(self) if part.name in ("x", "y", "width", "thickness")]:
@@ -68,7 +67,6 @@ class Chamber(Path):
     law_effective: Stations | None = quantity(None, "Pa")
 
     def violations(self) -> Iterator[Violation]:
-        """Yields violations by the path, and by the pressure law."""
         yield from super().violations()
         if self.law is not None:
             yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.violations())

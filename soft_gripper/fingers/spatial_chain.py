@@ -222,7 +222,6 @@ class Loads(NamedTuple):
         return bent.origins[..., self.frames, :] + rotated_points[..., 0]
 
     def times(self, fraction: float) -> "Loads":
-        """A fraction of the loads."""
         return self._replace(forces=fraction * self.forces, moments=fraction * self.moments)
 
 

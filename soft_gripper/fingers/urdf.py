@@ -38,7 +38,6 @@ class ExpandedUrdf:
 
     @property
     def text(self) -> str:
-        """The URDF as text."""
         return _text(self.robot)
 
 

@@ -66,7 +66,6 @@ class AddedModel:
         return self.indices[0]
 
     def joint(self, name: str) -> Joint:
-        """A joint of the model."""
         return self.plant.GetJointByName(name, self.index)
 
     @property

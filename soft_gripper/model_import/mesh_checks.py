@@ -76,11 +76,9 @@ class _Gltf:
         self._path, self.content = path, content
 
     def refuse(self, field: str, value: object, expected: str) -> NoReturn:
-        """Raises an InputError."""
         raise InputError(self._path, field, value, expected)
 
     def entries(self, name: str) -> Sequence[Mapping[str, Any]]:
-        """The objects of a list."""
         return self.objects(name, self.content.get(name, []))
 
     def objects(self, field: str, entries: Any, least: int = 0) -> Sequence[Mapping[str, Any]]:
@@ -91,7 +89,6 @@ class _Gltf:
         return entries
 
     def count(self, entry: Mapping[str, Any], field: str, default: int | None = None, least: int = 0) -> int:
-        """A whole number of an entry."""
         value = entry.get(field, default)
         if type(value) is not int or value < least:
             self.refuse(field, value, f"give a whole number of at least {least}")
@@ -112,7 +109,6 @@ class _Gltf:
                 self.find_entry(entry, field, name)
 
     def indices(self, entry: Mapping[str, Any], field: str) -> list[int]:
-        """The nodes that an entry lists."""
         indices = entry.get(field, [])
         if not isinstance(indices, list):
             self.refuse(field, indices, "must be a list of numbers")

@@ -44,8 +44,6 @@ CONVEX = 0.99  # a mesh that fills this share of its convex hull counts as conve
 
 
 class NamedFiles(FilePathResolver):
-    """The files that a mesh names, for trimesh."""
-
     def get(self, name: str) -> bytes:
         """The content of a file; raises an InputError for a pipe or a file that is too large."""
         named_file(Path(self.file_path), name)

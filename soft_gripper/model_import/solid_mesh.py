@@ -108,7 +108,6 @@ def _join_vertices(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
-    """Turns faces and parts outward."""
     for number, part in enumerate(parts):
         if not part.is_winding_consistent:
             part.faces = _consistent(part)

@@ -69,12 +69,10 @@ class RecordedScene:
 
     @property
     def times(self) -> Array:
-        """Times of the recorded samples, s."""
         return self._recording.data["time"].values
 
     @property
     def scene_graph_context(self) -> Context:
-        """The inspector of the SceneGraph."""
         return self.scene_graph.GetMyMutableContextFromRoot(self._context)
 
     def signals(self, time: float) -> xr.Dataset:
@@ -82,7 +80,6 @@ class RecordedScene:
         return self._recording.data.sel(time=time, method="nearest")
 
     def query(self, time: float) -> QueryObject:
-        """The geometries at their poses at a time, s."""
         self._go_to(time)
         return self.scene_graph.get_query_output_port().Eval(self.scene_graph_context)
 
@@ -113,7 +110,6 @@ class RecordedScene:
         return np.concatenate([movable, *small, *deformed])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
-        """The visible geometries of a body."""
         frame = self.plant.GetBodyFrameIdOrThrow(body)
         return self.scene_graph.model_inspector().GetGeometries(frame, Role.kPerception)
 

@@ -58,7 +58,6 @@ class Film:
         self._scale = _draw_scale(limit, width // 2)
 
     def frame(self, time: float) -> Image.Image:
-        """The frame at a time, s."""
         width, height = self.size
         frame = Image.new("RGB", self.size, "white")
         frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))

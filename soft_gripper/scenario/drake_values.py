@@ -50,7 +50,6 @@ def to_plain_numbers(value: Any) -> Any:
 
 
 def config_parts(config: Any) -> dict[str, Any]:
-    """The fields of a config of Drake's."""
     return {field.name: getattr(config, field.name) for field in config.__fields__}
 
 

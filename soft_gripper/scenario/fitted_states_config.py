@@ -40,12 +40,10 @@ class FittedStatesConfig:
 
     @property
     def fitted(self) -> FittedStates:
-        """States that the model was fitted to."""
         return FittedStates(np.array(self.states), np.array(self.spread))
 
     @property
     def widths(self) -> Widths:
-        """Widths of the bands."""
         return Widths(np.array(self.floor), self.growth)
 
     def sizes_near(self, states: Array) -> Array:

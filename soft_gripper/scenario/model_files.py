@@ -24,7 +24,6 @@ def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...
 
 
 def is_mjcf(path: Path) -> bool:
-    """Whether a model file is MJCF, MuJoCo's format."""
     return has_form(ModelFile(path), "MJCF")
 
 

@@ -275,7 +275,6 @@ class DeadSensorConfig:
 
 @cache
 def presets() -> dict[str, dict[str, Any]]:
-    """Errors of known kinds of sensors."""
     return yaml_load_file(str(PRESETS))
 
 
@@ -471,7 +470,6 @@ DRAKE = "drake"  # the engine that others are compared with
 
 
 def engines() -> tuple[str, ...]:
-    """Names of the installed engines."""
     return DRAKE, *registered("ENGINES")
 
 

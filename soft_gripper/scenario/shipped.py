@@ -37,12 +37,10 @@ def _files() -> dict[str, Path]:
 
 
 def descriptions() -> dict[str, str]:
-    """Descriptions of the shipped scenarios, by name."""
     return {name: _read_shipped(scenario_path(name))["description"] for name in scenario_names()}
 
 
 def preset_names() -> list[str]:
-    """Names of the presets of sensor errors."""
     return list(_read_shipped(PRESETS))
 
 

@@ -23,14 +23,11 @@ _OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 
 @dataclass(frozen=True)
 class Observed:
-    """Observability of one deformation."""
-
     deformation: str
     std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
 
     @property
     def is_seen(self) -> bool:
-        """Whether the deformation is observed in every section."""
         return bool(np.isfinite(self.std).all())
 
     def __str__(self) -> str:

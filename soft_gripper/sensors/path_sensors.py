@@ -104,7 +104,6 @@ class PathSensors(SpatialSensors):
 
     @property
     def path_names(self) -> tuple[str, ...]:
-        """Names of the paths, in the order of the readings."""
         return tuple(path.name for path in self.paths)
 
     @property

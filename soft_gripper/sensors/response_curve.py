@@ -67,13 +67,11 @@ class CalibratedResponse:
     curvature: float = 0.0
 
     def reading(self, ratio: Array) -> Array:
-        """Sensor readings for extension ratios."""
         strain = ratio - 1
         gains, offsets = self._columns
         return self.curve.reading(1 + gains * (strain + self.curvature * strain**2) + offsets)
 
     def ratio(self, reading: Array) -> Array:
-        """Extension ratios for sensor readings; the inverse of `reading`."""
         gains, offsets = self._columns
         bent = (self.curve.ratio(reading) - 1 - offsets) / gains
         # The root near `bent` of s + curvature s^2 = bent, in a form that holds without a curvature too.

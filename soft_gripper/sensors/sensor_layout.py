@@ -108,7 +108,6 @@ def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
 
 
 def path_names(one_sided: bool) -> tuple[str, ...]:
-    """Names of the measured paths, in the order of the readings."""
     return ("outer",) if one_sided else ("inner", "outer")
 
 

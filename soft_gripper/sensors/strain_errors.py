@@ -105,8 +105,6 @@ class StrainErrors:
 
 
 class StrainMemory(NamedTuple):
-    """Memory of a sensor between samples."""
-
     gain: Array  # (..., R), constant during a run
     offset: Array  # (..., R) extension ratio, constant during a run
     drift_rate: Array  # (..., R) 1/s, constant during a run

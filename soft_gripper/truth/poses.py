@@ -36,7 +36,6 @@ class PlantPoints:
 
 
 def rotations_out_of_plane(finger: Finger) -> list[str]:
-    """Rotations out of the bending plane."""
     return [name for name in ("sideways", "twist") if name in finger.yields]
 
 
