@@ -10,7 +10,7 @@ one sample only are called `row_by_row`. This graph puts out the sum of all x so
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import repeat
@@ -152,29 +152,32 @@ class Steps(dict[str, Step]):
 
         `remembers`: what is remembered changes with the samples of the recording.
         """
-        return output in self.outputs and all(self._follows(name, remembers) for name in self.outputs[output][1])
-
-    def _follows(self, name: str, remembers: bool) -> bool:
-        step = self.get(name, Step())
-        is_known = step.over_time is not None and (step.memory is None or remembers)
-        return is_known and all(self._follows(source, remembers) for source in step.sources_over_time)
+        if output not in self.outputs:
+            return False
+        steps = [self.get(name, Step()) for name in self._upstream(output, over_time=True)]
+        return all(step.over_time is not None and (step.memory is None or remembers) for step in steps)
 
     def takes_time(self, output: str) -> bool:
         """Whether an output changes with the time between samples."""
-        return any(map(self._takes_time, self.outputs[output][1]))
-
-    def _takes_time(self, name: str) -> bool:
-        return name == TIME or any(map(self._takes_time, self.get(name, Step()).sources))
+        return TIME in self._upstream(output, over_time=False)
 
     def leaves(self, output: str) -> list[str]:
         """Names of the inputs that determine an output over a recording."""
-        return list(dict.fromkeys(leaf for name in self.outputs[output][1] for leaf in self._leaves(name)))
+        names = self._upstream(output, over_time=True)
+        return [name for name in names if name in self and self[name].function is None]
 
-    def _leaves(self, name: str) -> Iterator[str]:
-        if name in self and self[name].function is None:
-            yield name
-        for source in self.get(name, Step()).sources_over_time:
-            yield from self._leaves(source)
+    def _upstream(self, output: str, over_time: bool) -> list[str]:
+        """Names of the steps that an output takes, directly or through others."""
+        names: dict[str, None] = {}
+
+        def add(sources: Sequence[str]) -> None:
+            for name in [source for source in sources if source not in names]:
+                names[name] = None
+                step = self.get(name, Step())
+                add(step.sources_over_time if over_time else step.sources)
+
+        add(self.outputs[output][1])
+        return list(names)
 
 
 def row_by_row(graphs: Sequence[Steps]) -> Steps:

@@ -15,7 +15,6 @@ from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
@@ -71,7 +70,7 @@ def expand_urdf(
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
     """
     path = Path(file)
-    source = _Source(path, read_text(path), segments, only_name, tuple(without), model_name)
+    source = path, read_text(path), segments, only_name, tuple(without), model_name
     robot, parsed = _parse_fingers(source)
     elements = tuple(map(change, parsed))
     meshes = _meshes(path, robot)  # links may have changed
@@ -84,7 +83,7 @@ def read_fingers(
 ) -> tuple[FingerElement, ...]:
     """Reads the fingers of a URDF and their mounts; args and raises as `expand_urdf`."""
     path = Path(file)
-    return _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None))[1]
+    return _parse_fingers((path, read_text(path), segments, only_name, tuple(without), None))[1]
 
 
 def changed_urdf(
@@ -99,7 +98,7 @@ def changed_urdf(
     Args and raises as `expand_urdf`.
     """
     path = Path(file)
-    parsed, elements = _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None))
+    parsed, elements = _parse_fingers((path, read_text(path), segments, only_name, tuple(without), None))
     robot = deepcopy(parsed)
     for mesh, filename in zip(robot.iter("mesh"), _meshes(path, robot), strict=True):
         mesh.set("filename", filename)
@@ -114,29 +113,19 @@ def _text(robot: ET.Element) -> str:
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-class _Source(NamedTuple):
-    """Inputs of reading the fingers of a file; with these and its meshes, those of its expansion."""
-
-    path: Path
-    text: str
-    segments: int | None
-    only_name: str | None
-    without: tuple[str, ...]
-    model_name: str | None
-
-
+_Source = tuple[Path, str, int | None, str | None, tuple[str, ...], str | None]  # path, text and options of a file
 _MAX_CACHED_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
 
 
 @lru_cache(maxsize=_MAX_CACHED_TEXTS)
 def _parse_fingers(source: _Source) -> tuple[ET.Element, tuple[FingerElement, ...]]:
     """A <robot> with its <finger>s, and their contents; both are cached, so they must not be changed."""
-    path, only_name = source.path, source.only_name
-    robot = parse_xml(path, source.text)
+    path, text, segments, only_name, without, model_name = source
+    robot = parse_xml(path, text)
     if robot.tag != "robot" or not robot.get("name"):
         raise InputError(path, "root element", robot.tag, "a URDF begins with <robot name='...'>")
     check_counts(path, robot)
-    remove_links(ModelFile(path, robot), source.without)
+    remove_links(ModelFile(path, robot), without)
     # Expanding removes the element that makes Drake refuse the file; one with fingers must have it.
     guards = [frame for frame in robot.findall("frame") if frame.get("name") == GUARD]
     for guard in guards:
@@ -144,11 +133,11 @@ def _parse_fingers(source: _Source) -> tuple[ET.Element, tuple[FingerElement, ..
     if robot.find("finger") is not None and not guards:
         expected = f'add <frame name="{GUARD}"/> beside the <finger>s: Drake by itself then refuses the file, whose'
         raise InputError(path, "frame", None, f"{expected} fingers it would skip without a word")
-    if source.model_name is not None:
-        robot.set("name", source.model_name)
+    if model_name is not None:
+        robot.set("name", model_name)
     if only_name is not None and len(robot.findall("finger")) == 1:
         robot.findall("finger")[0].set("name", only_name)
-    return robot, tuple(read_finger_element(str(path), e, source.segments) for e in robot.findall("finger"))
+    return robot, tuple(read_finger_element(str(path), e, segments) for e in robot.findall("finger"))
 
 
 @lru_cache(maxsize=_MAX_CACHED_TEXTS)
@@ -160,14 +149,14 @@ def _expand(
 ) -> ET.Element:
     """The <robot> with the last arguments of `finger_to_urdf` as options."""
     robot = deepcopy(_parse_fingers(source)[0])
-    links = [link.get("name") for link in robot.findall("link")]
+    path, links = source[0], [link.get("name") for link in robot.findall("link")]
     names = [element.finger.name for element in elements]
     for element in elements:
-        place = f"{source.path}: finger '{element.finger.name}'"
+        place = f"{path}: finger '{element.finger.name}'"
         if element.parent not in links:
             raise InputError(place, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
         if names.count(element.finger.name) > 1:
-            raise InputError(source.path, "finger.name", element.finger.name, "appears more than once")
+            raise InputError(path, "finger.name", element.finger.name, "appears more than once")
     for mesh, filename in zip(robot.iter("mesh"), meshes, strict=True):
         if filename:
             mesh.set("filename", filename)

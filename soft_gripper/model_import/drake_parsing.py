@@ -26,6 +26,56 @@ from soft_gripper.model_import.model_file import ModelFile
 _PACKAGE_SCHEMES = ("package://", "model://")
 _XML_SUFFIXES = (".urdf", ".sdf", ".world", ".xml", ".mjcf")
 _HARMLESS_WARNING = "[drake:wall_boundary_condition]"  # which Drake 1.51 misses in soft objects, and does not need
+_WARNING_PATTERN = re.compile(r"(?:\S+:\d+: )?(?:warning: )?(.*)", re.DOTALL)
+_TAG_GAP = re.compile(r">\s*<")
+_GEOM_PATTERN = re.compile(r"^geom \S+ specified")  # whose name would make each warning another one
+_LINE_PATTERN = re.compile(r"\W*(/.*?):(\d+): ")
+_TAG_PATTERN = re.compile(r"<([\w:]+)")
+_NAME_PATTERN = re.compile(r"""\sname=["']([^"']*)""")
+_MAX_CACHED_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run
+_named: OrderedDict[tuple[Path, str], tuple[str, ...]] = OrderedDict()
+_MIN_SIZE, _MAX_SIZE = 1e-9, 1e6  # m, of a shape; some mark points by spheres of 0.1 um
+_NAMED_TAGS = ("link", "joint", "model")
+_LIMIT_FIELDS = ("lower", "upper", "velocity", "effort", "acceleration")  # infinite, or as good as, if there is none
+_INERTIA_FIELDS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# How many numbers: of an attribute in URDF, by element and attribute, and of the text of an element in SDFormat.
+_URDF_COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
+    "origin": {"xyz": (3,), "rpy": (3,)},
+    "axis": {"xyz": (3,)},
+    "box": {"size": (3,)},
+    "sphere": {"radius": (1,)},
+    "cylinder": {"radius": (1,), "length": (1,)},
+    "capsule": {"radius": (1,), "length": (1,)},
+    "ellipsoid": {"a": (1,), "b": (1,), "c": (1,)},
+    "mesh": {"scale": (1, 3)},
+    "mass": {"value": (1,)},
+    "inertia": dict.fromkeys(_INERTIA_FIELDS, (1,)),
+    "limit": dict.fromkeys(_LIMIT_FIELDS, (1,)),
+    "dynamics": {"damping": (1,), "friction": (1,)},
+    "mimic": {"multiplier": (1,), "offset": (1,)},
+    "color": {"rgba": (4,)},
+}
+_SDF_COUNTS: dict[str, tuple[int, ...]] = {
+    "pose": (0, 6, 7),
+    "size": (2, 3),
+    "scale": (1, 3),
+    "radii": (3,),
+    "xyz": (3,),
+    "normal": (3,),
+    **dict.fromkeys(("diffuse", "ambient", "specular", "emissive"), (3, 4)),
+    **dict.fromkeys((*_INERTIA_FIELDS, "radius", "length", "mass", "lower", "upper", "velocity", "effort"), (1,)),
+    **dict.fromkeys(("damping", "mu", "mu2", "spring_stiffness", "spring_reference"), (1,)),
+}
+_DRAKE_FIELDS = (
+    *("mu_static", "mu_dynamic", "hydroelastic_modulus", "hunt_crossley_dissipation", "mesh_resolution_hint"),
+    *("point_contact_stiffness", "relaxation_time", "rotor_inertia", "gear_ratio", "acceleration"),
+)
+_SOLIDS = ("box", "sphere", "cylinder", "capsule", "ellipsoid")
+_SIZE_FIELDS = {f"{shape}.{name}" for shape in _SOLIDS for name in _URDF_COUNTS[shape]}
+_SIZE_FIELDS |= {"size", "radius", "length", "radii"}
+_ROUNDED_FIELDS = ("origin.xyz", "origin.rpy", "pose", "ixy", "ixz", "iyz", "inertia.ixy", "inertia.ixz", "inertia.iyz")
+_NONZERO_FIELDS = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
+WITHOUT_AXIS = ("fixed", "floating", "ball")  # types of joints in URDF whose axis Drake does not read
 
 
 def check_inside(where: object, uri: str) -> None:
@@ -34,14 +84,6 @@ def check_inside(where: object, uri: str) -> None:
     stays = os.path.normpath(f"/{package}/{inside}").startswith(f"/{package}/")
     if package in ("", ".", "..") or not stays:
         raise InputError(where, "file", uri, "leads out of the package")
-
-
-_WARNING_PATTERN = re.compile(r"(?:\S+:\d+: )?(?:warning: )?(.*)", re.DOTALL)
-_TAG_GAP = re.compile(r">\s*<")
-_GEOM_PATTERN = re.compile(r"^geom \S+ specified")  # whose name would make each warning another one
-_LINE_PATTERN = re.compile(r"\W*(/.*?):(\d+): ")
-_TAG_PATTERN = re.compile(r"<([\w:]+)")
-_NAME_PATTERN = re.compile(r"""\sname=["']([^"']*)""")
 
 
 @contextmanager
@@ -119,10 +161,6 @@ def _refuse_includes(path: Path, root: ET.Element) -> ET.Element:
     return root
 
 
-_MAX_CACHED_TEXTS = 16  # of about 0.1 MB: a sweep reads the same ones for every run
-_named: OrderedDict[tuple[Path, str], tuple[str, ...]] = OrderedDict()
-
-
 def _check(path: Path, text: str, root: Callable[[], ET.Element]) -> None:
     """Checks a text, and that what it names is in its package, and is no pipe: that may have changed."""
     uris = get_or_make(_named, (path, text), lambda: _check_and_list_uris(path, root()), _MAX_CACHED_TEXTS)
@@ -161,50 +199,6 @@ def _check_tree(path: Path, model: ET.Element) -> None:
             expected = "closes a loop of links; leave it out, since only trees of links are simulated"
             raise InputError(f"{path}: joint '{joint.get('name')}'", "parent, child", f"{parent}, {child}", expected)
         neighbors[first(child)] = first(parent)
-
-
-_MIN_SIZE, _MAX_SIZE = 1e-9, 1e6  # m, of a shape; some mark points by spheres of 0.1 um
-_NAMED_TAGS = ("link", "joint", "model")
-_LIMIT_FIELDS = ("lower", "upper", "velocity", "effort", "acceleration")  # infinite, or as good as, if there is none
-_INERTIA_FIELDS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# How many numbers: of an attribute in URDF, by element and attribute, and of the text of an element in SDFormat.
-_URDF_COUNTS: dict[str, dict[str, tuple[int, ...]]] = {
-    "origin": {"xyz": (3,), "rpy": (3,)},
-    "axis": {"xyz": (3,)},
-    "box": {"size": (3,)},
-    "sphere": {"radius": (1,)},
-    "cylinder": {"radius": (1,), "length": (1,)},
-    "capsule": {"radius": (1,), "length": (1,)},
-    "ellipsoid": {"a": (1,), "b": (1,), "c": (1,)},
-    "mesh": {"scale": (1, 3)},
-    "mass": {"value": (1,)},
-    "inertia": dict.fromkeys(_INERTIA_FIELDS, (1,)),
-    "limit": dict.fromkeys(_LIMIT_FIELDS, (1,)),
-    "dynamics": {"damping": (1,), "friction": (1,)},
-    "mimic": {"multiplier": (1,), "offset": (1,)},
-    "color": {"rgba": (4,)},
-}
-_SDF_COUNTS: dict[str, tuple[int, ...]] = {
-    "pose": (0, 6, 7),
-    "size": (2, 3),
-    "scale": (1, 3),
-    "radii": (3,),
-    "xyz": (3,),
-    "normal": (3,),
-    **dict.fromkeys(("diffuse", "ambient", "specular", "emissive"), (3, 4)),
-    **dict.fromkeys((*_INERTIA_FIELDS, "radius", "length", "mass", "lower", "upper", "velocity", "effort"), (1,)),
-    **dict.fromkeys(("damping", "mu", "mu2", "spring_stiffness", "spring_reference"), (1,)),
-}
-_DRAKE_FIELDS = (
-    *("mu_static", "mu_dynamic", "hydroelastic_modulus", "hunt_crossley_dissipation", "mesh_resolution_hint"),
-    *("point_contact_stiffness", "relaxation_time", "rotor_inertia", "gear_ratio", "acceleration"),
-)
-_SOLIDS = ("box", "sphere", "cylinder", "capsule", "ellipsoid")
-_SIZE_FIELDS = {f"{shape}.{name}" for shape in _SOLIDS for name in _URDF_COUNTS[shape]}
-_SIZE_FIELDS |= {"size", "radius", "length", "radii"}
-_ROUNDED_FIELDS = ("origin.xyz", "origin.rpy", "pose", "ixy", "ixz", "iyz", "inertia.ixy", "inertia.ixz", "inertia.iyz")
-_NONZERO_FIELDS = ("axis.xyz", "xyz", "normal", "mesh.scale", "scale")
-WITHOUT_AXIS = ("fixed", "floating", "ball")  # types of joints in URDF whose axis Drake does not read
 
 
 def check_numbers(where: Path | str, root: ET.Element) -> None:

@@ -23,6 +23,8 @@ _FILE_PATTERNS = {
     ".obj": re.compile(rb"^\s*mtllib\s+(.*\S)", re.MULTILINE),
     ".mtl": re.compile(rb"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s+(?:.*\s)?(\S+)", re.MULTILINE),
 }
+_COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers
 
 
 def check_mesh_file(path: Path) -> None:
@@ -63,10 +65,6 @@ def named_file(path: Path, name: str) -> Path:
             raise InputError(path, "file", name, "is not a regular file")
         check_regular(file, _MAX_SIZE)
     return file
-
-
-_COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers
 
 
 class _Gltf:

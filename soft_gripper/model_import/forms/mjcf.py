@@ -14,17 +14,17 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ
 from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
-from soft_gripper.model_import.link_inertia import (
+from soft_gripper.model_import.links_and_joints import (
     DEFAULT_DENSITY,
     INERTIA_ENTRIES,
     NEXT_TO_NONE,
     SPECK,
     SPECK_WHY,
+    check_chains,
     check_mass,
     note_impossible,
     possible_inertia,
 )
-from soft_gripper.model_import.links_and_joints import check_chains
 from soft_gripper.model_import.mesh_checks import check_mesh_file
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.named_files import IncludedFiles

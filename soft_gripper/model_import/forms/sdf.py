@@ -13,7 +13,6 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT
 from soft_gripper.files.xml_text import DRAKE, check_counts, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
-from soft_gripper.model_import.link_inertia import scale_inertias
 from soft_gripper.model_import.links_and_joints import (
     convert_meshes,
     drop,
@@ -22,6 +21,7 @@ from soft_gripper.model_import.links_and_joints import (
     mend_joints,
     mend_links,
     remove_links,
+    scale_inertias,
 )
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.named_files import IncludedFiles, sdf_file

@@ -5,7 +5,6 @@ import xml.etree.ElementTree as ET
 from soft_gripper.files.notes import LEFT_OUT
 from soft_gripper.files.xml_text import number, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
-from soft_gripper.model_import.link_inertia import scale_inertias
 from soft_gripper.model_import.links_and_joints import (
     JOINTED,
     convert_meshes,
@@ -14,6 +13,7 @@ from soft_gripper.model_import.links_and_joints import (
     mend_links,
     plain,
     remove_links,
+    scale_inertias,
 )
 from soft_gripper.model_import.model_file import ModelFile
 
