@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 from pydrake.systems.framework import OutputPort, System
 
 _SIGNALS_ATTRIBUTE = "_signals"  # attribute of a system: what its output ports carry, by their names
+XYZ = ("x", "y", "z")
+XZ = ("x", "z")
+POSE = ("x", "z", "heading")  # of a point of the bending plane, with ("m", "m", "rad")
 
 
 class Signal(NamedTuple):
@@ -19,11 +22,6 @@ class Signal(NamedTuple):
     unit: str | tuple[str, ...] = "1"
     axes: Mapping[str, Sequence[Any]] = {}
     meanings: tuple[str, ...] = ()
-
-
-XYZ = ("x", "y", "z")
-XZ = ("x", "z")
-POSE = ("x", "z", "heading")  # of a point of the bending plane, with ("m", "m", "rad")
 
 
 def describe(

@@ -35,6 +35,18 @@ POSE_TOLERANCE = 1e-6  # m and rad, tolerance of a solution
 NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is searched for
 NEAR_STARTS = 30  # initial postures of the solver in search of a nearer branch
 MAX_STARTS = 150  # the same without a solution so far
+SPACING = 0.01  # m, maximum distance of waypoints on a straight path
+TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
+MIN_STEPS = 6  # of a straight path
+MOST_STEPS = 10_000  # 100 m, farther than any arm reaches
+BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
+LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
+DURATION_MARGIN = 1.001  # safety factor on the duration, for times between the grid points
+LIMIT_TOLERANCE = 1e-9  # of any unit: how far a position may exceed its limit, and an effort must stay below it
+MIN_DURATION = 0.1  # s, of a motion between equal postures
+_PROBE_STATES = 3
+GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
+_NO_LIMIT = 1e3  # rad, m and per second, in place of an infinite limit
 
 
 def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
@@ -136,17 +148,6 @@ def _unwind(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
     turns = np.clip(np.round((seed - q) / turn), min_turns, max_turns)
     is_revolute = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
     return q + np.where(is_revolute, turns * turn, 0.0)
-
-
-SPACING = 0.01  # m, maximum distance of waypoints on a straight path
-TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
-MIN_STEPS = 6  # of a straight path
-MOST_STEPS = 10_000  # 100 m, farther than any arm reaches
-BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
-LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
-DURATION_MARGIN = 1.001  # safety factor on the duration, for times between the grid points
-LIMIT_TOLERANCE = 1e-9  # of any unit: how far a position may exceed its limit, and an effort must stay below it
-MIN_DURATION = 0.1  # s, of a motion between equal postures
 
 
 class UnreachableError(ValueError):
@@ -298,9 +299,6 @@ def _check_inside(plant: MultibodyPlant, law: Couplings, name: str, values: Arra
         raise LimitError(f"joint '{names[i]}': {name} {values[k, i]:.4g} is outside of its limits, {limits}")
 
 
-_PROBE_STATES = 3
-
-
 def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
     """Key of an arm plant: equal for equal limits, efforts and tool poses, whatever files they were read from.
 
@@ -313,10 +311,6 @@ def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
     is_revolute = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
     numbers = (*vars(limits).values(), *_efforts(plant, q, v, vdot), *poses, np.array(is_revolute))
     return b"".join(np.ascontiguousarray(array).tobytes() for array in numbers)
-
-
-GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
-_NO_LIMIT = 1e3  # rad, m and per second, in place of an infinite limit
 
 
 class ToolFollower(LeafSystem):

@@ -19,6 +19,8 @@ QUIET_TIME = 0.2  # s, ... and the time within it, for fingers at rest
 OPENED_BAND = 2e-3  # m, around the commanded opening: a gripper at rest within this band counts as opened
 GRIP_GAP = 0.1  # s, tolerated interruption of a grip
 CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further after grasping
+# Entries of the state of a task.
+_PHASE_ENTRY, _OUTCOME_ENTRY, _SET_POINT_ENTRY, _BEGIN_ENTRY = 0, 1, -2, -1
 
 
 class Outcome(IntEnum):
@@ -157,8 +159,6 @@ class Rules:
         return observation.time - progress.since >= QUIET_TIME
 
 
-# Entries of the state of a task.
-_PHASE_ENTRY, _OUTCOME_ENTRY, _SET_POINT_ENTRY, _BEGIN_ENTRY = 0, 1, -2, -1
 _PROGRESS_ENTRIES = slice(0, len(Progress._fields))
 _DESIRED_ENTRIES = slice(_PROGRESS_ENTRIES.stop, _SET_POINT_ENTRY)
 

@@ -23,6 +23,19 @@ from soft_gripper.files.number import CHANGE, changed, is_number
 from soft_gripper.quantity import Rule, rules, violations
 
 _T = TypeVar("_T")
+_TAG_KEY = "_tag"  # key under which Drake keeps a tag of YAML
+_PRIMITIVE_KINDS: dict[object, tuple[type, str]] = {
+    float: (Real, "a number"),
+    int: (Integral, "a whole number"),
+    bool: (bool, "true or false"),
+    str: (str, "text"),
+}
+_MAX_WHOLE_NUMBER = 2**32 - 1  # of Drake's seeds
+_ANY_RULE = Rule()
+_FRAMED_RULE = Rule(framed=True)
+_MAX_PLACES = 4  # that are suggested: a key in more, such as a name, says little
+_FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
+_ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
 
 
 def require(is_valid: bool, where: Path | str, field: str, value: object, expected: str) -> None:
@@ -36,18 +49,6 @@ def require_value(value: _T | None, where: Path | str, field: str, expected: str
     if value is None:
         raise InputError(where, field, None, expected)
     return value
-
-
-_TAG_KEY = "_tag"  # key under which Drake keeps a tag of YAML
-_PRIMITIVE_KINDS: dict[object, tuple[type, str]] = {
-    float: (Real, "a number"),
-    int: (Integral, "a whole number"),
-    bool: (bool, "true or false"),
-    str: (str, "text"),
-}
-_MAX_WHOLE_NUMBER = 2**32 - 1  # of Drake's seeds
-_ANY_RULE = Rule()
-_FRAMED_RULE = Rule(framed=True)
 
 
 class Place(NamedTuple):
@@ -260,10 +261,6 @@ def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
     return []
 
 
-_MAX_PLACES = 4  # that are suggested: a key in more, such as a name, says little
-_FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
-
-
 @cache
 def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
     """Places of each key in a schema, with dots; an entry of a list or mapping is NAME."""
@@ -279,9 +276,6 @@ def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
         for key, places in _places(part, depth - 1).items():
             by_key.setdefault(key, []).extend(f"{name}.{place}" for place in places)
     return by_key
-
-
-_ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
 
 
 def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, Any]:

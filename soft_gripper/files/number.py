@@ -6,6 +6,7 @@ import re
 # Quantifiers are possessive: a million digits that are not a number are read once.
 DECIMAL = r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:e[-+]?[0-9]++)?+"
 _DECIMAL_PATTERN = re.compile(DECIMAL, re.IGNORECASE)
+CHANGE = 'or a change such as "+10 %"'  # for messages
 
 
 def is_number(text: str) -> bool:
@@ -18,9 +19,6 @@ def number(text: str) -> float:
     if not is_number(text):
         raise ValueError(f"not a number: {text[:30]!r}")
     return float(text)
-
-
-CHANGE = 'or a change such as "+10 %"'  # for messages
 
 
 def changed(text: str, old_value: float) -> float:

@@ -21,6 +21,11 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
 
 SUMS = "SHA256SUMS"
+_TEMP_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
+_HOST_NAME = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
+_MAX_NAME_TAIL = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
+_made: list[Path] = []  # folders that this process has made for output, each after those inside it
+_locked: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
 def write_checksums(folder: Path) -> None:
@@ -44,11 +49,6 @@ def _checksums(folder: Path) -> str:
         with path.open("rb") as file:
             lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {path.relative_to(folder).as_posix()}\n")
     return "".join(lines)
-
-
-_TEMP_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
-_HOST_NAME = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
-_MAX_NAME_TAIL = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
 
 
 @contextmanager
@@ -207,9 +207,6 @@ def _require_name(path: Path) -> None:
         raise InputError("output", "file", str(path), "cannot be written: it is a folder; name a file")
 
 
-_made: list[Path] = []  # folders that this process has made for output, each after those inside it
-
-
 def _try_writing(field: str, output: Path, folder: Path, name: str) -> None:
     try:
         absolute_folder = folder.absolute()
@@ -224,9 +221,6 @@ def _try_writing(field: str, output: Path, folder: Path, name: str) -> None:
 
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
-
-
-_locked: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
 def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[Path | str] = ()) -> Path:

@@ -25,6 +25,11 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import MAX_BYTES, read_text
 
 Row = TypeVar("Row")
+WIDTH = 100  # of a printed table
+_COLUMN_GAP = 2
+UNKNOWN = "not known"  # in sentences, in the place of nan
+_UNITS = {"deg": "degrees", "g": "g", "kpa": "kPa", "mj": "mJ", "mm": "mm", "mm2": "mm^2", "mnm": "mN m", "mns": "mN s"}
+_UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
@@ -104,10 +109,6 @@ def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Seq
     return "\n".join([*([title] if title else []), "\n\n".join(blocks)])
 
 
-WIDTH = 100  # of a printed table
-_COLUMN_GAP = 2
-
-
 class _Column:
     """A column of text: the lines of its heading, its unit, and its cells."""
 
@@ -155,9 +156,6 @@ def _lines(columns: Sequence[_Column]) -> list[str]:
     ]
 
 
-UNKNOWN = "not known"  # in sentences, in the place of nan
-
-
 def _is_nan(cell: Any) -> bool:
     return isinstance(cell, float) and math.isnan(cell)
 
@@ -187,7 +185,3 @@ def headings(row: type[Any], names: Sequence[str]) -> dict[str, str]:
         format_spec = str(get_args(kinds[name])[1]) if is_annotated else {int: "d", float: "g"}.get(kinds[name], "")
         formats[heading.replace("_", " ")] = format_spec
     return formats
-
-
-_UNITS = {"deg": "degrees", "g": "g", "kpa": "kPa", "mj": "mJ", "mm": "mm", "mm2": "mm^2", "mnm": "mN m", "mns": "mN s"}
-_UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}

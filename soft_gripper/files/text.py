@@ -9,6 +9,13 @@ from soft_gripper.errors import InputError
 MAX_BYTES = 2**28  # of a file that is read at once: half an hour of a log of 20 columns at 1 kHz
 MAX_TEXT_BYTES = 2**25  # of a model, a description or a document
 _LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+_BYTE_ORDER_MARKS = (  # those of UTF-32 begin like those of UTF-16
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
 
 
 def name_of(name_or_path: object) -> str:
@@ -69,15 +76,6 @@ def _read_beginning(path: Path, count: int, max_bytes: int | None) -> bytes:
 def _check_size(path: Path, size: int, max_bytes: int | None) -> None:
     if max_bytes is not None and size > max_bytes:
         raise InputError(path, "size", size, f"give a file of at most {max_bytes} bytes")
-
-
-_BYTE_ORDER_MARKS = (  # those of UTF-32 begin like those of UTF-16
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),
-    (codecs.BOM_UTF32_BE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
 
 
 def decode(path: Path, data: bytes, encoding: str | None = None, fallback: str | None = None) -> str:

@@ -23,6 +23,15 @@ _COMMENT_PATTERN = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
 _PREFIX_PATTERN = re.compile(r"(?<=[<\s/])([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
 _ROOT_PATTERN = re.compile(r"<[A-Za-z_][\w:.-]*")
 _DEFAULT_NAMESPACE_PATTERN = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
+# What a model may have at most, which is more than others have: Drake takes time by the square of these.
+_MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
+_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500) | dict.fromkeys(
+    ("visual", "collision", "geom"), 2500
+)
+_MAX_SHAPES = 500  # in a link
+LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
+_NUMBER_PATTERN = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
+_COUNT_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -114,14 +123,6 @@ def _drake_tag(tag: str) -> str:
     return DRAKE + name if uri.endswith("drake.mit.edu") else tag
 
 
-# What a model may have at most, which is more than others have: Drake takes time by the square of these.
-_MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
-_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500) | dict.fromkeys(
-    ("visual", "collision", "geom"), 2500
-)
-_MAX_SHAPES = 500  # in a link
-
-
 def check_counts(where: object, model: ET.Element) -> None:
     """Raises an InputError if a model has so many links, joints or shapes that Drake takes minutes for it."""
     counts = Counter(element.tag for element in model.iter() if isinstance(element.tag, str))
@@ -133,11 +134,6 @@ def check_counts(where: object, model: ET.Element) -> None:
             raise InputError(
                 f"{where}: {link.tag} '{link.get('name')}'", "shapes", count, f"give at most {_MAX_SHAPES}"
             )
-
-
-LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
-_NUMBER_PATTERN = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
-_COUNT_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
 
 
 def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:

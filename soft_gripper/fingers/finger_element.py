@@ -68,42 +68,11 @@ from soft_gripper.fingers.paths import Chamber, Tendon
 
 _Section = TypeVar("_Section", bound=CrossSection)
 _PASCALS_PER_PSI = 6894.757  # Pa
-
-
-class Silicone(NamedTuple):
-    """Properties of a silicone for a cross-section, and their source."""
-
-    youngs_modulus: float  # Pa, of small strains
-    density: float  # kg/m^3
-    source: str
-
-
-def _from_stress_at_twice_the_length(psi: float) -> float:
-    """Young's modulus, Pa, of a neo-Hookean solid with that nominal stress at 100 % strain."""
-    return 3 * psi * _PASCALS_PER_PSI / (2 - 1 / 4)
-
-
 _ECOFLEX_SOURCE = "Smooth-On, Ecoflex Series, technical bulletin: modulus at 100 % strain"
 _CANTILEVER_SOURCE = "Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021"
 _CONNOLLY_SOURCE = "F. Connolly et al., Mechanical Programming of Soft Actuators by Varying Fiber Angle, 2015"
 _POLYGERINOS_SOURCE = "P. Polygerinos et al., Towards a Soft Pneumatic Glove for Hand Rehabilitation, 2013"
 _DRAGON_SKIN_SOURCE = "Smooth-On, Dragon Skin Series, technical bulletin"
-SILICONES = {
-    "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX_SOURCE} 10 psi"),
-    "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX_SOURCE} 12 psi"),
-    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER_SOURCE}: bending of a cantilever; {_DRAGON_SKIN_SOURCE}"),
-    "dragon_skin_30": Silicone(
-        _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN_SOURCE}: modulus at 100 % strain 86 psi"
-    ),
-    "smooth_sil_950": Silicone(
-        3 * 0.68e6, 1240.0, f"{_CONNOLLY_SOURCE}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
-    ),
-    "elastosil_m4601": Silicone(
-        6 * 0.11e6, 1130.0, f"{_POLYGERINOS_SOURCE}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
-    ),
-}
-
-
 _CHILD_ATTRIBUTES = {
     "parent": ["link"],
     "origin": ["xyz", "rpy"],
@@ -138,6 +107,36 @@ _NAMES_IN_FILE = {
 _OPTIONAL = ("stiffness_taken",)  # of a law
 _REQUIRED_TAGS = ("parent", "body", "base", "tip", "sensors")
 _REPEATABLE_TAGS = ("section", *_PATH_CLASSES)
+_BODY_FIELDS = ("segments", "relaxation_time", "shear_factor")
+
+
+class Silicone(NamedTuple):
+    """Properties of a silicone for a cross-section, and their source."""
+
+    youngs_modulus: float  # Pa, of small strains
+    density: float  # kg/m^3
+    source: str
+
+
+def _from_stress_at_twice_the_length(psi: float) -> float:
+    """Young's modulus, Pa, of a neo-Hookean solid with that nominal stress at 100 % strain."""
+    return 3 * psi * _PASCALS_PER_PSI / (2 - 1 / 4)
+
+
+SILICONES = {
+    "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX_SOURCE} 10 psi"),
+    "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX_SOURCE} 12 psi"),
+    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER_SOURCE}: bending of a cantilever; {_DRAGON_SKIN_SOURCE}"),
+    "dragon_skin_30": Silicone(
+        _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN_SOURCE}: modulus at 100 % strain 86 psi"
+    ),
+    "smooth_sil_950": Silicone(
+        3 * 0.68e6, 1240.0, f"{_CONNOLLY_SOURCE}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
+    ),
+    "elastosil_m4601": Silicone(
+        6 * 0.11e6, 1130.0, f"{_POLYGERINOS_SOURCE}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -309,9 +308,6 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
             field = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
         expected = _NAMES_IN_FILE.get(field, field), error.value, error.expected
         raise InputError(f"{file}: {error.where}", *expected) from None
-
-
-_BODY_FIELDS = ("segments", "relaxation_time", "shear_factor")
 
 
 def finger_element(mounted: FingerElement) -> ET.Element:

@@ -22,6 +22,14 @@ _JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment,
 _KNUCKLE_WIDTH_RATIO = 0.994  # width of a knuckle over that of its link
 _STEEL_DENSITY = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
+SPRINGS = ("linear", "torsion", "implicit")
+_SKIN_LINKS = 12  # segments of a finger whose skin has the stiffness of its modulus
+_FINEST_SKIN = 24  # maximum of segments with a piece of skin each; with more, several share a piece
+# The row of points of the last link, and its share of the stiffness. A tip that presses on something leans on its end,
+# over a wedge that covers about half of this link; chosen by the force and the tip of the box grasp (docs/solver.md).
+_TIP_ROW, _TIP_SHARE = 0.6, 0.5
+_PAD_RADIUS = 2e-3  # m, maximum
+_CONTACT_FREE_PIECES = 2  # pieces of skin up to this distance apart never touch
 
 
 def link_name(finger: str, index: int) -> str:
@@ -75,9 +83,6 @@ def _joints(finger: Finger) -> list[_Joint]:
         columns = deformations, links[:-1], links[1:], heights
         joints += [_Joint(finger, i, *joint) for joint in zip(*columns, strict=True)]
     return joints
-
-
-SPRINGS = ("linear", "torsion", "implicit")
 
 
 def finger_to_urdf(
@@ -231,10 +236,6 @@ def _material(finger: Finger) -> ET.Element:
     return _element("material", _element("color", rgba=_SILICONE_COLOR), name=f"{finger.name}_skin")
 
 
-_SKIN_LINKS = 12  # segments of a finger whose skin has the stiffness of its modulus
-_FINEST_SKIN = 24  # maximum of segments with a piece of skin each; with more, several share a piece
-
-
 def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     """The collision geometry of a link: a piece of the skin, which may extend over its neighbours, or none.
 
@@ -277,12 +278,6 @@ def _proximity(finger: Finger, *stiffness: ET.Element) -> ET.Element:
         _element(DRAKE + "mu_static", value=_text(contact.friction)),
         _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
     )
-
-
-# The row of points of the last link, and its share of the stiffness. A tip that presses on something leans on its end,
-# over a wedge that covers about half of this link; chosen by the force and the tip of the box grasp (docs/solver.md).
-_TIP_ROW, _TIP_SHARE = 0.6, 0.5
-_PAD_RADIUS = 2e-3  # m, maximum
 
 
 def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: int) -> list[ET.Element]:
@@ -376,9 +371,6 @@ def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
     if is_spring:
         ET.SubElement(end, DRAKE + "controller_gains", p=_text(joint.stiffness), d=_text(joint.damping))
     return transmission
-
-
-_CONTACT_FREE_PIECES = 2  # pieces of skin up to this distance apart never touch
 
 
 def _collision_filters(finger: Finger, touches_itself: bool) -> list[ET.Element]:

@@ -30,6 +30,7 @@ from soft_gripper.quantity import Violation, quantity, valid
 
 SIZES = (1e-9, 1e12)
 Stations = tuple[float, ...]
+Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by deformation
 
 
 @dataclass(frozen=True)
@@ -151,9 +152,6 @@ def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: f
         columns.append((x.mean(axis=0), y.mean(axis=0), *slopes, lengths))
     x, y, x_slope, y_slope, lengths = np.array(columns).reshape(len(paths), 5, segments).swapaxes(0, 1)
     return PathsOnChain(x, y, x_slope, y_slope, lengths, segment_length)
-
-
-Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by deformation
 
 
 def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple[Array, Array]:

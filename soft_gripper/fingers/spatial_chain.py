@@ -22,6 +22,7 @@ from soft_gripper.fingers.finger_parts import AXES, SLIDES, joint_order
 _LOAD_STEPS = 6
 _MAX_ITERATIONS = 100
 _POSITION_TOLERANCE = 1e-11  # rad, and m: the last change of a shape in balance
+_UNIT_CROSS_MATRICES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,9 +193,6 @@ def _products(steps: Array, joints_per_segment: int) -> Array:
         step *= 2
     products[..., 1:, :, :] = (segment_products[..., None, :, :] @ segment_steps).reshape(steps.shape)
     return products
-
-
-_UNIT_CROSS_MATRICES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
 
 
 def cross_matrices(a: Array) -> Array:

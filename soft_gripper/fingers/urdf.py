@@ -26,6 +26,8 @@ from soft_gripper.model_import.links_and_joints import remove_links
 from soft_gripper.model_import.model_file import ModelFile
 
 GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
+_Source = tuple[Path, str, int | None, str | None, tuple[str, ...], str | None]  # path, text and options of a file
+_MAX_CACHED_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
 
 
 @dataclass(frozen=True)
@@ -111,10 +113,6 @@ def changed_urdf(
 
 def _text(robot: ET.Element) -> str:
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
-
-
-_Source = tuple[Path, str, int | None, str | None, tuple[str, ...], str | None]  # path, text and options of a file
-_MAX_CACHED_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
 
 
 @lru_cache(maxsize=_MAX_CACHED_TEXTS)

@@ -31,6 +31,17 @@ SHADES = ("0.93", "0.98")
 _CHARACTER_WIDTH = 0.053  # inches per character of a phase name
 _FORCE_MARGIN = 0.3  # of the range of the forces, on either side of it
 _LEAST_SLIP = 1.0  # mm, of the axis: less is creep, not to be magnified
+_LEVEL_AXES, _ALL_AXES = np.array([1.0, 1.0, 0.0]), np.ones(3)
+STYLE: dict[Any, Any] = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}
+DPI = 200
+# Inches.
+WIDTH = 9.0
+COLUMNS, STRIP_LEFT, PANEL_HEIGHT, GAP = 4, 2.71, 2.1, 0.04  # of the strip
+TITLE = 0.25  # above a picture
+RIGHT, LEGENDS = 0.85, 0.4  # right of the pictures: the torque scale; right of the plots: legends, which take more
+LEFT, PLOT_HEIGHT, PLOT_GAP, NAMES, TIME = 0.74, 0.68, 0.1, 0.32, 0.33  # of the plots; above and below them
+_PATH_COLOR, _PATH_POINTS = "#b5462f", 200
+Place = tuple[float, float, float, float]  # left, top, width and height, inches from the upper left corner
 
 
 def recorded_plots(recording: Recording, slips: Array | None = None, forces: ContactForces | None = None) -> list[str]:
@@ -144,9 +155,6 @@ def _name_spans(axes: Axes, spans: Sequence[Span]) -> None:
         axes.annotate(text if fits else str(i), middle, xycoords=transform, ha="center", fontsize="small")
 
 
-_LEVEL_AXES, _ALL_AXES = np.array([1.0, 1.0, 0.0]), np.ones(3)
-
-
 class CloseUp:
     """A camera on the gripper of a scene that shows it as large as possible at all given times, s.
 
@@ -165,19 +173,6 @@ class CloseUp:
 
     def _shift(self, time: float) -> Array:
         return self._follows * self._scene.gripper_position(time)
-
-
-STYLE: dict[Any, Any] = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}
-DPI = 200
-# Inches.
-WIDTH = 9.0
-COLUMNS, STRIP_LEFT, PANEL_HEIGHT, GAP = 4, 2.71, 2.1, 0.04  # of the strip
-TITLE = 0.25  # above a picture
-RIGHT, LEGENDS = 0.85, 0.4  # right of the pictures: the torque scale; right of the plots: legends, which take more
-LEFT, PLOT_HEIGHT, PLOT_GAP, NAMES, TIME = 0.74, 0.68, 0.1, 0.32, 0.33  # of the plots; above and below them
-_PATH_COLOR, _PATH_POINTS = "#b5462f", 200
-
-Place = tuple[float, float, float, float]  # left, top, width and height, inches from the upper left corner
 
 
 def phases_figure(

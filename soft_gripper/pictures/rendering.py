@@ -41,6 +41,31 @@ from soft_gripper.diagrams.view.torque_colors import link_colors
 from soft_gripper.files.text import read_bytes
 from soft_gripper.scenario.schema import Scenario
 
+ANGLE_OF_VIEW = np.radians(20.0)  # vertical
+DIRECTION = np.array([0.2, 1.0, -0.22])  # for fingers without an arm: onto the x-z plane, from slightly left and above
+MARGIN = 0.08  # share of the picture left free around its contents
+ASPECTS = (0.9, 2.0)  # narrowest and widest, if no width is given
+# Position, m, for a viewer who looks along +y, and intensity. Point lights cast no shadows.
+LAMPS = (
+    ((0.0, -1.0, 6.0), 0.8),
+    ((-2.0, -6.0, 1.5), 0.6),
+    ((6.0, -2.0, 0.5), 0.38),
+    ((-6.0, -2.0, 0.5), 0.42),
+    ((0.0, -1.0, -6.0), 0.3),
+)
+DIMMED = 0.9  # factor on these intensities when there is a sun
+SUN = np.array([-0.22, -0.40, 0.89])  # unit vector toward it
+SUN_INTENSITY = 0.25
+SUN_DISTANCE = 8.0  # in radii of the lit region
+_SUN_CONE_ANGLE = 12.0  # degrees, half angle of its light cone
+_WHITE_COLOR = [1.0, 1.0, 1.0]
+_NO_ROTATION, _QUARTER_TURN = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
+Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
+_RENDERER_NAME = "vtk"
+_OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
+_FARTHEST_FRAMED = 2.0  # m from the centre; anything beyond is not framed
+_FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
+
 
 def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
     """Replaces OBJ files without normals by meshes with normals, wherever a renderer would see one."""
@@ -134,12 +159,6 @@ def _extent(corners: Array) -> float:
     return float(np.linalg.norm(np.ptp(corners, axis=0)))
 
 
-ANGLE_OF_VIEW = np.radians(20.0)  # vertical
-DIRECTION = np.array([0.2, 1.0, -0.22])  # for fingers without an arm: onto the x-z plane, from slightly left and above
-MARGIN = 0.08  # share of the picture left free around its contents
-ASPECTS = (0.9, 2.0)  # narrowest and widest, if no width is given
-
-
 @dataclass(frozen=True)
 class Camera:
     """A pinhole camera; its frame C has x to the right, y down and z into the picture."""
@@ -177,23 +196,6 @@ def framing_camera(p_W: Array, height: int, width: int | None = None, direction:
     return Camera(RigidTransform(R_WC, nearest_eye(p_W, R_WC, -slope, slope)), width, height)
 
 
-# Position, m, for a viewer who looks along +y, and intensity. Point lights cast no shadows.
-LAMPS = (
-    ((0.0, -1.0, 6.0), 0.8),
-    ((-2.0, -6.0, 1.5), 0.6),
-    ((6.0, -2.0, 0.5), 0.38),
-    ((-6.0, -2.0, 0.5), 0.42),
-    ((0.0, -1.0, -6.0), 0.3),
-)
-DIMMED = 0.9  # factor on these intensities when there is a sun
-SUN = np.array([-0.22, -0.40, 0.89])  # unit vector toward it
-SUN_INTENSITY = 0.25
-SUN_DISTANCE = 8.0  # in radii of the lit region
-_SUN_CONE_ANGLE = 12.0  # degrees, half angle of its light cone
-_WHITE_COLOR = [1.0, 1.0, 1.0]
-_NO_ROTATION, _QUARTER_TURN = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
-
-
 def make_renderer(turn: RotationMatrix = _NO_ROTATION, light: float = 1.0) -> RenderEngine:
     """A renderer for fingers without an arm: lights on all sides, a white background, and ambient occlusion.
 
@@ -226,14 +228,6 @@ def make_workshop(direction: Array, p_W: Array) -> RenderEngine:
 
 def _lamp(position: Array, intensity: float) -> LightParameter:
     return LightParameter(type="point", frame="world", position=position, intensity=intensity)
-
-
-Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
-
-_RENDERER_NAME = "vtk"
-_OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
-_FARTHEST_FRAMED = 2.0  # m from the centre; anything beyond is not framed
-_FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
 
 
 class SceneRenderer:

@@ -43,6 +43,10 @@ _TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radi
 _EDGE_COLOR = "0.35"
 _FRONT_AXES, _SIDE_AXES = [0, 2], [1, 2]  # axes of B: as seen along y, and along x
 _MIN_OFF_PLANE = 1e-4  # m, beyond which a finger is drawn from the side as well
+STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
+WIDTH = 8.4  # inches
+_TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
 
 
 def to_mm(planar: Planar) -> Array:
@@ -137,12 +141,6 @@ def draw_band(axes: Axes, points: Array, std: Array, label: str = "") -> None:
     outline = 1e3 * np.concatenate([points + offsets, (points - offsets)[::-1]])
     axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
     axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
-
-
-STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
-TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
-WIDTH = 8.4  # inches
-_TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
 
 
 class Shown(NamedTuple):

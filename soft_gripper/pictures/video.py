@@ -28,6 +28,7 @@ _LIGHT_IN_SPACE = 0.85  # of a finger that turns toward the lamps, and would be 
 _PLOT_GAP = 4  # pixels, between it and the scene
 _DRIVE_UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
 _FRAMED_TIMES = 20  # number of times in a recording that the close-up must cover
+ANIMATIONS = (".gif", ".webp", ".png")
 
 
 class Film:
@@ -95,9 +96,6 @@ def _draw_scale(limit: float, width: int) -> Image.Image:
     picture = BytesIO()
     figure.savefig(picture, format="png")
     return Image.open(picture)
-
-
-ANIMATIONS = (".gif", ".webp", ".png")
 
 
 def check_video(path: Path) -> None:

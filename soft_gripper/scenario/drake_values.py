@@ -13,6 +13,8 @@ from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 from pydrake.visualization import VisualizationConfig
 
+_DIRECTIVE_KINDS = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
+
 
 class ByValue:
     """Compares equal if all its fields do; Drake's own configs are equal to nothing but themselves."""
@@ -60,7 +62,6 @@ def _make_config(kind: type, parts: Mapping[str, Any]) -> Any:
     return config
 
 
-_DIRECTIVE_KINDS = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
 for _kind in (
     *(Transform, Rotation, Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform),
     *(MultibodyPlantConfig, SimulatorConfig, VisualizationConfig, Rgba),

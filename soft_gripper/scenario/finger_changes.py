@@ -19,6 +19,15 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.quantity import Rule, rules
 
+TILT = "tilt"  # about its bending axis at the base, on top of that of its file; positive: toward the object
+# Keys of 0.2, whose recordings have them; others were those of today
+FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")}
+FORMER_PATHS |= {f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")}
+_CHAMBER_PATHS = {f"chamber_{key}": f"chambers.{key}" for key in ("width", "thickness")}
+_CHAMBER_PATHS["chamber_center"] = "chambers.x"
+_ALL_FINGERS = "all"
+_SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
+
 
 def _paths(kind: Any) -> Iterator[tuple[str, Rule]]:
     """Paths of the numbers in a dataclass, and of lists of words, with their rules."""
@@ -33,16 +42,8 @@ def _paths(kind: Any) -> Iterator[tuple[str, Rule]]:
 
 _SECTION_PATHS = dict(_paths(CrossSection))
 FINGER_PATHS = _SECTION_PATHS | dict(_paths(Finger))
-TILT = "tilt"  # about its bending axis at the base, on top of that of its file; positive: toward the object
 MODEL_PATHS = {TILT: Rule("rad")} | FINGER_PATHS
 del MODEL_PATHS["pressure_offset"]  # of nominal fingers
-# Keys of 0.2, whose recordings have them; others were those of today
-FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")}
-FORMER_PATHS |= {f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")}
-_CHAMBER_PATHS = {f"chamber_{key}": f"chambers.{key}" for key in ("width", "thickness")}
-_CHAMBER_PATHS["chamber_center"] = "chambers.x"
-_ALL_FINGERS = "all"
-_SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 
 
 def check_names(where: str, configs: Mapping[str, Mapping[str, str]], names: Sequence[str]) -> None:

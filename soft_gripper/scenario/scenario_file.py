@@ -29,6 +29,12 @@ from soft_gripper.scenario.shipped import scenario_path
 _MAX_KEY_NAMES = 20  # names in the key of an override
 _NAME_PATTERN = re.compile(r"\w+")
 _T = TypeVar("_T")
+# Parts of a scenario that have defaults: null, or nothing below, is as if they were left out.
+_DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
+_ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
+_MOUSE_STIFFNESS = getattr(VisualizationConfig(), "mouse_interaction_stiffness", None)
+_MAX_CACHED_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
+_texts: OrderedDict[str, str] = OrderedDict()
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -133,10 +139,6 @@ def _read_document(path: Path, document: dict[str, Any]) -> Scenario:
     return scenario
 
 
-# Parts of a scenario that have defaults: null, or nothing below, is as if they were left out.
-_DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
-
-
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field of the name."""
     parts = [*scenario.models, *parts_with_files(scenario.directives), scenario.nominal]
@@ -163,12 +165,6 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
             setattr(part, field, os.path.relpath(getattr(part, field), folder.resolve()))
     text = get_or_make(_texts, repr(plain_values(scenario)), lambda: _dump_text(scenario), _MAX_CACHED_TEXTS)
     return text.replace(f"seed: {_ANY_SEED}\n", f"seed: {seed}\n")
-
-
-_ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
-_MOUSE_STIFFNESS = getattr(VisualizationConfig(), "mouse_interaction_stiffness", None)
-_MAX_CACHED_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
-_texts: OrderedDict[str, str] = OrderedDict()
 
 
 def _dump_text(scenario: Scenario) -> str:

@@ -27,23 +27,6 @@ from soft_gripper.quantity import quantity
 from soft_gripper.sensors.measurement import SpatialSensors
 
 STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
-
-
-@dataclass(frozen=True)
-class SensorPath(Path):
-    """A sensor along a path, or a band of strands side by side along it, at a separate slope.
-
-    Raises:
-        InputError: if a field is out of range, or stations do not fit.
-    """
-
-    x_slope: float = quantity(0.0, least=-STEEPEST, most=STEEPEST)  # of the strands, dx/ds against the path
-    y_slope: float = quantity(0.0, least=-STEEPEST, most=STEEPEST)  # dy/ds against the path; 1 is 45 degrees
-
-    def __post_init__(self) -> None:
-        check_config(f"sensor path '{self.name}'", self)
-
-
 # Places in units of the distances of the outermost sensors from the middle, x and y, and slopes of strands.
 _PATH_COORDINATES = {
     "inner": (1, 0, 0),
@@ -61,6 +44,21 @@ LAYOUTS = {
     "four_faces": ("inner", "outer", "left", "right"),
     "four_faces_and_diagonal": ("inner", "outer", "left", "right", "rising"),
 }
+
+
+@dataclass(frozen=True)
+class SensorPath(Path):
+    """A sensor along a path, or a band of strands side by side along it, at a separate slope.
+
+    Raises:
+        InputError: if a field is out of range, or stations do not fit.
+    """
+
+    x_slope: float = quantity(0.0, least=-STEEPEST, most=STEEPEST)  # of the strands, dx/ds against the path
+    y_slope: float = quantity(0.0, least=-STEEPEST, most=STEEPEST)  # dy/ds against the path; 1 is 45 degrees
+
+    def __post_init__(self) -> None:
+        check_config(f"sensor path '{self.name}'", self)
 
 
 def named_paths(layout: str, finger: Finger) -> tuple[SensorPath, ...]:

@@ -35,6 +35,11 @@ PLAYS = 10
 RADII = 0.2 / 2.0 ** np.arange(PLAYS)[:, None]  # strain, (PLAYS, 1): strokes of up to 0.8 have a full loop
 FULL_SCALE = 0.1  # strain of a sensor stretched from rest at which the hysteresis error is zero
 _FULL_SCALE_SUM = float(np.maximum(1 - RADII / FULL_SCALE, 0).sum())  # sum of the operators, over the strain, there
+MINUTE = 60.0  # s, after which `drift` is reached
+RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per run, and in addition per sample
+HYSTERESIS_LIMIT = 0.14  # above 1 / _FULL_SCALE_SUM, readings would move backwards at small reversals
+SENSOR_FAULTS = ("dead", "offset", "loose", "drifting", "saturated")
+_ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
 
 
 def moved_plays(plays: Array, strain: Array) -> Array:
@@ -46,14 +51,6 @@ def moved_plays(plays: Array, strain: Array) -> Array:
 def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
     """The strain with hysteresis, (..., R), for a loop width given as a fraction of the stroke."""
     return (1 - width * _FULL_SCALE_SUM) * strain + width * plays.sum(axis=-2)
-
-
-MINUTE = 60.0  # s, after which `drift` is reached
-RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per run, and in addition per sample
-HYSTERESIS_LIMIT = 0.14  # above 1 / _FULL_SCALE_SUM, readings would move backwards at small reversals
-
-
-SENSOR_FAULTS = ("dead", "offset", "loose", "drifting", "saturated")
 
 
 @dataclass(frozen=True)
@@ -222,9 +219,6 @@ def unstack_memory(rows: Array) -> StrainMemory:
     """The inverse of `stack_memory`."""
     plays, line = np.split(rows[..., _SINGLE_ROWS:, :], [PLAYS], axis=-2)
     return StrainMemory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
-
-
-_ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
 
 
 def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:
