@@ -25,9 +25,8 @@ _ROOT_PATTERN = re.compile(r"<[A-Za-z_][\w:.-]*")
 _DEFAULT_NAMESPACE_PATTERN = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
 # What a model may have at most, which is more than others have: Drake takes time by the square of these.
 _MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
-_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500) | dict.fromkeys(
-    ("visual", "collision", "geom"), 2500
-)
+_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500)
+_MAX_COUNTS |= dict.fromkeys(("visual", "collision", "geom"), 2500)
 _MAX_SHAPES = 500  # in a link
 LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
 _NUMBER_PATTERN = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
@@ -73,9 +72,8 @@ def _repair(where: Path | str, text: str) -> str:
     text = _COMMENT_PATTERN.sub(
         lambda comment: "\n" * comment[0].count("\n") if comment[0].endswith("-->") else "<", text
     )
-    prefixes = sorted(
-        set(_PREFIX_PATTERN.findall(text)) - {"xml", "xmlns"} - set(re.findall(r"\sxmlns:([\w.-]+)\s*=", text))
-    )
+    declared_prefixes = {"xml", "xmlns", *re.findall(r"\sxmlns:([\w.-]+)\s*=", text)}
+    prefixes = sorted(set(_PREFIX_PATTERN.findall(text)) - declared_prefixes)
     if len(prefixes) > _MAX_PREFIXES:
         expected = f"is one of more than {_MAX_PREFIXES} prefixes without a declaration; declare them by xmlns"
         raise InputError(where, "prefix", prefixes[0], expected)
@@ -131,9 +129,8 @@ def check_counts(where: object, model: ET.Element) -> None:
             raise InputError(where, f"<{tag}>", counts[tag], f"give at most {max_count} of them")
     for link in [element for element in model.iter() if element.tag in ("link", "body")]:
         if (count := sum(shape.tag in ("collision", "geom") for shape in link)) > _MAX_SHAPES:
-            raise InputError(
-                f"{where}: {link.tag} '{link.get('name')}'", "shapes", count, f"give at most {_MAX_SHAPES}"
-            )
+            place = f"{where}: {link.tag} '{link.get('name')}'"
+            raise InputError(place, "shapes", count, f"give at most {_MAX_SHAPES}")
 
 
 def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:

@@ -91,12 +91,7 @@ _CHILD_ATTRIBUTES = {
 }
 _PATH_CLASSES = {"chamber": Chamber, "tendon": Tendon}
 # Names in the file of those fields of a Finger that have another name there.
-_NAMES_IN_FILE = {
-    "length": "body.length",
-    "segments": "body.segments",
-    "relaxation_time": "body.relaxation_time",
-    "shear_factor": "body.shear_factor",
-    "yields": "body.yields",
+_NAMES_IN_FILE = {name: f"body.{name}" for name in _CHILD_ATTRIBUTES["body"]} | {
     "sensor_spacing": "sensors.spacing",
     "elastic_law.curvature": "elastic_law.angle",
     "elastic_law.base_moment": "elastic_law.base_torque",

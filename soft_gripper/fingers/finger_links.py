@@ -15,7 +15,7 @@ from soft_gripper.arrays import Array
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
-from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
+from soft_gripper.fingers.finger_parts import AXES, SLIDES
 
 _SILICONE_COLOR = "0.93 0.55 0.36 1"
 _JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment, over that of the link before
@@ -116,11 +116,14 @@ def finger_to_urdf(
     elastic = [spring for joint in spring_joints for spring in _springs(joint)]
     driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_deformations]
     actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
-    hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
+    hinges = [_hinge(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
+    mount_name, base = f"{finger.name}_mount", link_name(finger.name, 0)
+    mount_pose = {"xyz": _text(*mounted.xyz), "rpy": _text(*mounted.rpy)}
+    mount = _joint(mount_name, "fixed", mounted.parent, base, mount_pose)
     last_link, xyz = link_name(finger.name, finger.segments), _text(0, 0, finger.segment_length / 2)
     tip = _element("frame", name=tip_name(finger.name), link=last_link, xyz=xyz, rpy="0 0 0")
     filters = _collision_filters(finger, touches_itself)
-    return [*links, _mount(mounted), *joint_links, *hinges, *elastic, *actuators, tip, *filters]
+    return [*links, mount, *joint_links, *hinges, *elastic, *actuators, tip, *filters]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -152,8 +155,12 @@ def _visuals(finger: Finger, index: int) -> list[ET.Element]:
     elements = [_element("visual", *block.box(), _material(finger))]
     if index:
         elements += _knuckles(finger, block.width, block.begin)
-    if finger.tip_load is not None and index == finger.segments:
-        elements.append(_ball(finger.tip_load, block.length))
+    if (load := finger.tip_load) is not None and index == finger.segments:  # a steel ball with its mass
+        radius = (load.mass / (4 / 3 * np.pi * _STEEL_DENSITY)) ** (1 / 3)
+        origin = _element("origin", xyz=_text(load.x, 0, block.length + load.z))
+        ball = _element("geometry", _element("sphere", radius=_text(radius)))
+        steel = _element("material", _element("color", rgba=_STEEL_COLOR), name="steel")
+        elements.append(_element("visual", origin, ball, steel))
     return elements
 
 
@@ -190,24 +197,9 @@ class _Block(NamedTuple):
 
 def _inertial(mass: float, center: Sequence[float], moments: tuple[float, ...], ixz: float = 0.0) -> ET.Element:
     x, z = center
-    values = {name: _text(moment) for name, moment in zip(("ixx", "iyy", "izz"), moments, strict=True)}
-    return _element(
-        "inertial",
-        _element("origin", xyz=_text(x, 0, z)),
-        _element("mass", value=_text(mass)),
-        _element("inertia", **values, ixy="0", ixz=_text(ixz), iyz="0"),
-    )
-
-
-def _ball(load: TipLoad, length: float) -> ET.Element:
-    """A visual steel ball with the mass of the load, on the last link."""
-    radius = (load.mass / (4 / 3 * np.pi * _STEEL_DENSITY)) ** (1 / 3)
-    return _element(
-        "visual",
-        _element("origin", xyz=_text(load.x, 0, length + load.z)),
-        _element("geometry", _element("sphere", radius=_text(radius))),
-        _element("material", _element("color", rgba=_STEEL_COLOR), name="steel"),
-    )
+    ixx, iyy, izz = map(_text, moments)
+    inertia = _element("inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz=_text(ixz), iyz="0")
+    return _element("inertial", _element("origin", xyz=_text(x, 0, z)), _element("mass", value=_text(mass)), inertia)
 
 
 def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
@@ -221,15 +213,9 @@ def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
     radius = half / math.ceil(half / room)
     middles = np.linspace(radius - half, half - radius, 2 * round(half / radius) - 1) - section.neutral_axis
     size = {"radius": _text(radius), "length": _text(_KNUCKLE_WIDTH_RATIO * width)}
-    return [
-        _element(
-            "visual",
-            _element("origin", xyz=_text(x, 0, 0), rpy=_text(np.pi / 2, 0, 0)),
-            _element("geometry", _element("cylinder", **size)),
-            _material(finger),
-        )
-        for x in middles
-    ]
+    geometry, rpy = _element("geometry", _element("cylinder", **size)), _text(np.pi / 2, 0, 0)
+    origins = [_element("origin", xyz=_text(x, 0, 0), rpy=rpy) for x in middles]
+    return [_element("visual", origin, geometry, _material(finger)) for origin in origins]
 
 
 def _material(finger: Finger) -> ET.Element:
@@ -298,28 +284,17 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
     return [_element("collision", _element("origin", xyz=_text(*place)), sphere, touch) for place in places]
 
 
-def _mount(mounted: FingerElement) -> ET.Element:
-    return _element(
-        "joint",
-        _element("parent", link=mounted.parent),
-        _element("child", link=link_name(mounted.finger.name, 0)),
-        _element("origin", xyz=_text(*mounted.xyz), rpy=_text(*mounted.rpy)),
-        name=f"{mounted.finger.name}_mount",
-        type="fixed",
-    )
+def _hinge(joint: _Joint, damping: float) -> ET.Element:
+    kind, origin = "prismatic" if joint.slides else "continuous", {"xyz": _text(0, 0, joint.height)}
+    element = _joint(joint.name, kind, joint.parent, joint.child, origin)
+    ET.SubElement(element, "axis", xyz=_text(*AXES[joint.deformation]))
+    ET.SubElement(element, "dynamics", damping=_text(damping))
+    return element
 
 
-def _joint(joint: _Joint, damping: float) -> ET.Element:
-    return _element(
-        "joint",
-        _element("parent", link=joint.parent),
-        _element("child", link=joint.child),
-        _element("origin", xyz=_text(0, 0, joint.height)),
-        _element("axis", xyz=_text(*AXES[joint.deformation])),
-        _element("dynamics", damping=_text(damping)),
-        name=joint.name,
-        type="prismatic" if joint.slides else "continuous",
-    )
+def _joint(name: str, kind: str, parent: str, child: str, origin: dict[str, str]) -> ET.Element:
+    links = _element("parent", link=parent), _element("child", link=child)
+    return _element("joint", *links, _element("origin", **origin), name=name, type=kind)
 
 
 def _springs(joint: _Joint) -> list[ET.Element]:

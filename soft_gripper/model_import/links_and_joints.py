@@ -381,15 +381,13 @@ def scale_inertias(path: Path, model: ET.Element, factor: float) -> None:
 
 def _links_with_load(model: ModelFile, is_sdf: bool) -> set[str]:
     """The links that carry a fixed link with a mass, directly or through others."""
-    masses = {
-        link.get("name", ""): _read_inertial(f"{model.path}: link '{link.get('name')}'", link, is_sdf)[0]
-        for link in model.root.findall("link")
-    }
     fixed_joints = [joint for joint in model.root.findall("joint") if joint.get("type") == "fixed"]
     parents = {joint_end(joint, "child"): joint_end(joint, "parent") for joint in fixed_joints}
     loaded_links = set[str]()
-    for name in [name for name, mass in masses.items() if mass > 0]:
-        while (name := parents.get(name, "")) and name not in loaded_links:
+    for link in model.root.findall("link"):
+        name = link.get("name", "")
+        mass, _ = _read_inertial(f"{model.path}: link '{name}'", link, is_sdf)
+        while mass > 0 and (name := parents.get(name, "")) and name not in loaded_links:
             loaded_links.add(name)
     return loaded_links
 

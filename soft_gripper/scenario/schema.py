@@ -49,9 +49,8 @@ class ModelConfig(ByValue):
     """A model and its pose."""
 
     name: str = quantity("", is_name=True)  # a model with a single finger passes its name on to the finger
-    file: str = quantity(
-        "", filled=True
-    )  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
+    # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
+    file: str = quantity("", filled=True)
     parent: str = "world"  # frame to which it is welded: "world" or "model::frame"
     child: str | None = None  # frame of the model that is welded; None: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
