@@ -96,7 +96,11 @@ class Rules:
         if progress.phase == len(self.phases):
             return progress
         phase = self.phases[progress.phase]
-        progress = self._update_observations(progress, observation)
+        # Values that are not finite count as motion and as no grip.
+        if not abs(observation.opening - progress.quiet_opening) <= self.quiet_band:
+            progress = progress._replace(quiet_opening=observation.opening, since=observation.time)
+        if observation.torque > self.threshold and observation.opening > progress.grasped - CLOSING_ALLOWANCE:
+            progress = progress._replace(gripped=observation.time)
         if progress.outcome == Outcome.RUNNING:
             progress = progress._replace(outcome=self._judge(phase, progress, observation))
         follower = self._follower(phase, progress, observation)
@@ -114,13 +118,6 @@ class Rules:
         if progress.outcome > Outcome.DONE and phase.rescue is not None:
             return self.phases[phase.rescue].opening
         return phase.opening
-
-    def _update_observations(self, progress: Progress, observation: GripObservation) -> Progress:
-        """Progress with rest and grip of a sample; values that are not finite count as motion and as no grip."""
-        if not abs(observation.opening - progress.quiet_opening) <= self.quiet_band:
-            progress = progress._replace(quiet_opening=observation.opening, since=observation.time)
-        has_grip = observation.torque > self.threshold and observation.opening > progress.grasped - CLOSING_ALLOWANCE
-        return progress._replace(gripped=observation.time) if has_grip else progress
 
     def _judge(self, phase: Phase, progress: Progress, observation: GripObservation) -> Outcome:
         """The outcome after a sample: a failure of the phase, or none."""

@@ -228,7 +228,10 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     The pressure in a hydroelastic box is its modulus times the depth over half its smallest side, so that with an equal
     modulus, shorter boxes would be stiffer; and those of a very fine chain would be pressed to their middles.
     """
-    pieces = _pieces(finger)
+    pieces = np.arange(finger.segments + 1.0)  # number of the piece of skin of each link
+    if finger.segments > _FINEST_SKIN:
+        middles = (finger.link_ends[:-1] + finger.link_ends[1:]) / 2
+        pieces = np.round(_FINEST_SKIN * middles / finger.length + 1e-9)
     links = np.flatnonzero(pieces == pieces[index])
     if index != (links[len(links) // 2] if links[0] else 0):  # only link 0 may touch what the finger is mounted on
         return []
@@ -245,14 +248,6 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
         ]
         return [_element("collision", *block.box(origin), _proximity(finger, *surface))]
     return _pads(finger, block, origin, modulus, points)
-
-
-def _pieces(finger: Finger) -> Array:
-    """Number of the piece of skin that each link belongs to, (N + 1)."""
-    if finger.segments <= _FINEST_SKIN:
-        return np.arange(finger.segments + 1.0)
-    middles = (finger.link_ends[:-1] + finger.link_ends[1:]) / 2
-    return np.round(_FINEST_SKIN * middles / finger.length + 1e-9)
 
 
 def _proximity(finger: Finger, *stiffness: ET.Element) -> ET.Element:

@@ -176,7 +176,10 @@ def note_quantities(model: AddedModel, free: bool) -> None:
     if free and mass > _MAX_FREE_MASS:
         model.file.note(READ, "mass", f"{mass:g} kg", "is it in grams?")
     for body in bodies:
-        coefficients = [_friction(model, geometry) for geometry in plant.GetCollisionGeometriesForBody(body)]
+        shapes = plant.GetCollisionGeometriesForBody(body)
+        properties = [model.inspector.GetProximityProperties(shape) for shape in shapes]
+        frictions = [p.GetProperty(*_FRICTION_PROPERTY) for p in properties if p and p.HasProperty(*_FRICTION_PROPERTY)]
+        coefficients = [max(friction.static_friction(), friction.dynamic_friction()) for friction in frictions]
         if max(coefficients, default=0.0) > _MAX_FRICTION:
             why = "hardly any two materials have a coefficient of friction above 3"
             model.file.note(READ, f"link '{body.name()}': friction", f"{max(coefficients):g}", why)
@@ -185,15 +188,6 @@ def note_quantities(model: AddedModel, free: bool) -> None:
         if isinstance(joint, RevoluteJoint) and _MAX_ANGLE < max(map(abs, ends)) < _MIN_UNLIMITED:
             why = f"up to {max(map(abs, ends)) / 2 / math.pi:.3g} turns; are they in degrees?"
             model.file.note(READ, f"joint '{joint.name()}': limits", f"{ends[0]:g} to {ends[1]:g} rad", why)
-
-
-def _friction(model: AddedModel, geometry: GeometryId) -> float:
-    """The larger coefficient of friction of a geometry; 0 if it has none."""
-    properties = model.inspector.GetProximityProperties(geometry)
-    if properties is None or not properties.HasProperty(*_FRICTION_PROPERTY):
-        return 0.0
-    friction = properties.GetProperty(*_FRICTION_PROPERTY)
-    return max(friction.static_friction(), friction.dynamic_friction())
 
 
 def note_spread(model: AddedModel, stands: bool) -> None:

@@ -69,7 +69,14 @@ def plain(tag: str) -> str:
 def mend_joints(model: ModelFile, options: ImportOptions) -> list[Mimic]:
     """Converts joints to kinds of Drake, and takes couplings out of a model; raises an InputError if it cannot."""
     mimics = _take_mimics(model)
-    _drop_friction(model)
+    for joint in model.root.findall("joint"):
+        for dynamics in [*joint.findall("dynamics"), *joint.findall("axis/dynamics")]:
+            place = f"joint '{joint.get('name')}'"
+            friction = number(f"{model.path}: {place}", dynamics, "friction")
+            dynamics.attrib.pop("friction", None)
+            take(dynamics, "friction")
+            if friction:
+                model.note(LEFT_OUT, f"{place}: dynamics.friction", friction, "Drake's joints have damping only")
     _check_ranges(model)
     _free_from_world(model, options.free, options.child)
     return mimics
@@ -82,11 +89,17 @@ def _take_mimics(model: ModelFile) -> list[Mimic]:
     for joint in model.root.findall("joint"):
         for parent in [joint, *joint.findall("axis")]:
             for element in take(parent, "mimic"):
-                mimic = _mimic(model, joint.get("name", ""), element)
+                place = f"{model.path}: joint '{joint.get('name', '')}'"
+                multiplier, offset, reference = (
+                    finite_numbers(place, f"mimic.{key}", str(number(place, element, key, default)), 1)[0]
+                    for key, default in (("multiplier", "1"), ("offset", "0"), ("reference", "0"))
+                )
+                offset -= multiplier * reference
+                mimic = Mimic(joint.get("name", ""), element.get("joint", ""), multiplier, offset)
                 if kinds.get(mimic.leader) not in JOINTED:
                     joint_names = ", ".join(name for name, kind in kinds.items() if kind in JOINTED)
                     expected = f"no joint with one degree of freedom has this name; known: {joint_names}"
-                    raise InputError(f"{model.path}: joint '{mimic.joint}'", "mimic.joint", mimic.leader, expected)
+                    raise InputError(place, "mimic.joint", mimic.leader, expected)
                 mimics[mimic.joint] = mimic
     check_chains(model.path, list(mimics.values()))
     return list(mimics.values())
@@ -101,26 +114,6 @@ def check_chains(path: Path, mimics: Sequence[Mimic]) -> None:
             leader = leaders[leader] if leader in leaders and leader != name else leader
         if leader in leaders:
             raise InputError(f"{path}: joint '{name}'", "mimic.joint", leaders[name], "follows it in turn")
-
-
-def _mimic(model: ModelFile, name: str, element: ET.Element) -> Mimic:
-    place = f"{model.path}: joint '{name}'"
-    multiplier, offset, reference = (
-        finite_numbers(place, f"mimic.{key}", str(number(place, element, key, default)), 1)[0]
-        for key, default in (("multiplier", "1"), ("offset", "0"), ("reference", "0"))
-    )
-    return Mimic(name, element.get("joint", ""), multiplier, offset - multiplier * reference)
-
-
-def _drop_friction(model: ModelFile) -> None:
-    for joint in model.root.findall("joint"):
-        for dynamics in [*joint.findall("dynamics"), *joint.findall("axis/dynamics")]:
-            place = f"joint '{joint.get('name')}'"
-            friction = number(f"{model.path}: {place}", dynamics, "friction")
-            dynamics.attrib.pop("friction", None)
-            take(dynamics, "friction")
-            if friction:
-                model.note(LEFT_OUT, f"{place}: dynamics.friction", friction, "Drake's joints have damping only")
 
 
 def _check_ranges(model: ModelFile) -> None:

@@ -163,17 +163,13 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
     for first, second in pairs[:_MAX_PAIRS]:
         pair = parts[first], parts[second]
         point_count = _MAX_RAY_TESTS // (len(pairs) * sum(len(part.faces) for part in pair))
-        points = _overlap_grid(*pair, int(np.clip(point_count, 27, _MAX_SEARCH_POINTS)))
+        count = round(int(np.clip(point_count, 27, _MAX_SEARCH_POINTS)) ** (1 / 3))  # of points along each axis
+        steps = (np.arange(count) + 0.5) / count
+        grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+        begin, end = np.maximum(low[first], low[second]), np.minimum(high[first], high[second])
+        points = begin + grid * (end - begin)
         if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
             file.note(READ, f"parts {first} and {second}", "", "they overlap: density counts twice there")
-
-
-def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
-    """Grid of about `count` points in the box of a possible overlap of two parts, (M, 3)."""
-    steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
-    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    low, high = np.maximum(one.bounds[0], other.bounds[0]), np.minimum(one.bounds[1], other.bounds[1])
-    return low + grid * (high - low)
 
 
 def winding(points: Array, triangles: Array) -> Array:

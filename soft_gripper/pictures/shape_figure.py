@@ -3,7 +3,6 @@
 A finger that leaves this plane is drawn from the side as well, and so is its estimate if it is one in space.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -113,16 +112,12 @@ def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
         axes.plot(*to_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
         axes.plot(*to_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
         axes.plot(*to_mm(np.array([center])).T, "+", ms=7, **look)
-        _write_radius(axes, layout, arcs, section, **look)
-
-
-def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int, **look: Any) -> None:
-    """The radius of an arc, mm, beside its middle on the outer side of the bend."""
-    base, radius = layout.finger.base, abs(arcs.start[section] - arcs.centers[section])
-    offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
-    ((x, z),) = to_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
-    text = f"{1e3 * radius:.0f}" if radius < _MAX_LABELLED_RADIUS else "straight"
-    axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
+        # The radius, mm, beside the middle of the arc on the outer side of the bend.
+        base, radius = layout.finger.base, abs(start - center)
+        offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
+        ((x, z),) = to_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
+        text = f"{1e3 * radius:.0f}" if radius < _MAX_LABELLED_RADIUS else "straight"
+        axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
 def draw_force(axes: Axes, arrow: Array, color: str, label: str, width: float = 1.4) -> None:
@@ -168,8 +163,11 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     finger, now = layout.finger, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{finger.name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
-    if leaves_plane(true):
-        true_force = _true_in_space(signals)
+    if leaves_plane(true):  # its force is drawn in space, at the centre of pressure
+        true_force, force_W = None, signals.get("true_contact_force_world")
+        if force_W is not None:
+            R_BW, p_WB = signals["X_WB"][:, :3].T, signals["X_WB"][:, 3]
+            true_force = arrow(R_BW @ (signals["contact_center"] - p_WB), R_BW @ force_W)
     else:
         true_signals = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
         true_force = contact_arrow(finger, true, estimated_contact(true_signals, true))
@@ -189,15 +187,6 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
 def leaves_plane(corners: Array) -> bool:
     """Whether a finger with these corners, (..., 3) m in B, is bent sideways."""
     return bool(np.abs(corners[..., 1]).max() > _MIN_OFF_PLANE)
-
-
-def _true_in_space(signals: Mapping[str, Array]) -> Array | None:
-    """The arrow of the true contact force at the centre of pressure, (2, 3) m; None where nothing presses."""
-    force = signals.get("true_contact_force_world")
-    if force is None:
-        return None
-    X_WB = signals["X_WB"]
-    return arrow(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
 
 
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:

@@ -357,7 +357,13 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
             parents[body].remove(body)
     for section in [section for tag in _REFERRING_SECTIONS for section in model.root.findall(tag)]:
         for element in list(section):
-            if any(_references(part) & kinds for part in element.iter()):
+            references: set[tuple[str, str | None]] = set()  # kinds and names
+            for part in element.iter():
+                attributes = ((_REFERENCE_PATTERN.fullmatch(key), value) for key, value in part.attrib.items())
+                references |= {(match[1], value) for match, value in attributes if match}
+                named = _NAMED_KINDS.items()
+                references |= {(part.get(kind, "").removeprefix("x"), part.get(name)) for name, kind in named}
+            if references & kinds:
                 section.remove(element)
                 kinds.add((_kind_of(section), element.get("name")))
     take(model.root, "keyframe")

@@ -34,7 +34,12 @@ def read(robot: ModelFile, options: ImportOptions) -> ImportedModel:
         limit.attrib.pop("upper", None)
     for link in robot.root.findall("link"):
         link.attrib.pop("type", None)
-    _refuse_xacro(robot)
+    for element in robot.root.iter():
+        macros = [value for value in element.attrib.values() if "${" in value or "$(" in value]
+        if isinstance(element.tag, str) and "xacro" in element.tag:
+            macros.insert(0, plain(element.tag))
+        if macros:
+            robot.refuse("xacro", macros[0], f"is not expanded; run: xacro {robot.path.name} -o arm.urdf")
     mimics = mend_joints(robot, options)
     if options.is_arm:
         actuate(robot)
@@ -47,15 +52,6 @@ def read(robot: ModelFile, options: ImportOptions) -> ImportedModel:
 
 
 FORM = Form("URDF", ("robot",), read, scale_inertias)
-
-
-def _refuse_xacro(robot: ModelFile) -> None:
-    for element in robot.root.iter():
-        macros = [value for value in element.attrib.values() if "${" in value or "$(" in value]
-        if isinstance(element.tag, str) and "xacro" in element.tag:
-            macros.insert(0, plain(element.tag))
-        if macros:
-            robot.refuse("xacro", macros[0], f"is not expanded; run: xacro {robot.path.name} -o arm.urdf")
 
 
 def actuate(robot: ModelFile) -> None:
@@ -73,7 +69,11 @@ def actuate(robot: ModelFile) -> None:
         if is_simple and one_each and joints[0] in idle_joints and motors[0] not in used_names:
             idle_joints.remove(joints[0])
             used_names.add(motors[0])
-            _drop_reduction(robot, transmission)
+            for parent in [transmission, *transmission.findall("actuator")]:
+                for reduction in take(parent, "mechanicalReduction"):
+                    if (value := (reduction.text or "").strip()) not in ("1", "1.0"):
+                        name = f"<transmission> '{transmission.get('name')}': mechanicalReduction"
+                        robot.note(LEFT_OUT, name, value, "limits of joints are those after the gears")
         else:
             robot.root.remove(transmission)
             if not is_simple:
@@ -96,14 +96,6 @@ def _drop_doubles(robot: ModelFile) -> None:
             name = f"<transmission> '{transmission.get('name')}'"
             robot.note(LEFT_OUT, name, ", ".join(map(str, names)), "another has an actuator of this name")
         used_names |= names
-
-
-def _drop_reduction(robot: ModelFile, transmission: ET.Element) -> None:
-    for parent in [transmission, *transmission.findall("actuator")]:
-        for reduction in take(parent, "mechanicalReduction"):
-            if (value := (reduction.text or "").strip()) not in ("1", "1.0"):
-                name = f"<transmission> '{transmission.get('name')}': mechanicalReduction"
-                robot.note(LEFT_OUT, name, value, "limits of joints are those after the gears")
 
 
 def _set_colors(robot: ModelFile) -> None:
