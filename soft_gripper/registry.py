@@ -164,7 +164,6 @@ def make_block(field: str, name: str, make: Callable[..., "System"], *arguments:
 
 
 def _find_named(name: str) -> Any:
-    """The object that "module:name" or "file.py:name" names."""
     module, function = _import_module(module_of(name)), name.rpartition(":")[2]
     try:
         return getattr(module, function)

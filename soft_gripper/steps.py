@@ -28,7 +28,6 @@ _NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
 
 def same(value: Any) -> Any:
-    """Returns its argument."""
     return value
 
 
@@ -45,8 +44,6 @@ class Memory:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A quantity of one sample."""
-
     function: Callable[..., Any] | None = None  # of what is remembered, if anything is, and the sources; None: an input
     sources: tuple[str, ...] = ()
     memory: Memory | None = None
@@ -64,7 +61,6 @@ class Step:
 
 
 def constant(value: Array) -> Step:
-    """A step that never changes."""
     return Step(lambda: value, (), None, lambda time: np.broadcast_to(value, (len(time), *np.shape(value))), (TIME,))
 
 

@@ -362,24 +362,19 @@ class ToolFollower(LeafSystem):
 
     def _joint_velocities(self, missing: Array, positions: Array, velocities: Array, fallback: Array) -> Array:
         """Joint velocities that move the tool by a desired velocity; `fallback` where there are none."""
-        world, leads = self._arm.world_frame(), self._law.leads
-        jacobian = self._arm.CalcJacobianSpatialVelocity(
-            self._scratch, JacobianWrtVariable.kV, self._tool, [0, 0, 0], world, world
-        )
-        result = DoDifferentialInverseKinematics(
-            positions[leads], velocities[leads], missing, jacobian @ self._law.matrix, self._parameters
-        )
+        world, leads, by_v = self._arm.world_frame(), self._law.leads, JacobianWrtVariable.kV
+        jacobian = self._arm.CalcJacobianSpatialVelocity(self._scratch, by_v, self._tool, [0, 0, 0], world, world)
+        leader_jacobian, state = jacobian @ self._law.matrix, (positions[leads], velocities[leads])
+        result = DoDifferentialInverseKinematics(*state, missing, leader_jacobian, self._parameters)
         if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
             return fallback
         return np.asarray(self._law.matrix @ result.joint_velocities)
 
 
 def _parameters(limits: ArmLimits, law: Couplings, period: float) -> DifferentialInverseKinematicsParameters:
-    """The limits of the joints that follow no other."""
     parameters = DifferentialInverseKinematicsParameters(len(law.leads), len(law.leads))
-    lower, upper, velocity = (
-        np.clip(limit[law.leads], -_NO_LIMIT, _NO_LIMIT) for limit in (limits.lower, limits.upper, limits.velocity)
-    )
+    bounds = np.clip([limits.lower, limits.upper, limits.velocity], -_NO_LIMIT, _NO_LIMIT)
+    lower, upper, velocity = bounds[:, law.leads]
     parameters.set_time_step(period)
     parameters.set_joint_position_limits((lower, upper))
     parameters.set_joint_velocity_limits((-velocity, velocity))

@@ -60,7 +60,6 @@ class GripForce(ArrayBlock):
     """
 
     def __init__(self, fingers: Iterable[str]):
-        """`fingers` are their names."""
         super().__init__()
         ports = [f"{name}.contact_force_vector" for name in fingers]
         for port in ports:
@@ -88,7 +87,6 @@ class GripForceBound(LeafSystem):
     """
 
     def __init__(self, fingers: Iterable[str]):
-        """`fingers` are their names."""
         super().__init__()
         self._ports = []
         for name in fingers:

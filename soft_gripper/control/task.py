@@ -61,7 +61,6 @@ class Phase:
 
     @cached_property
     def duration(self) -> float:
-        """Duration of the motion, s."""
         return float(self.motion.end_time())
 
 

@@ -183,7 +183,6 @@ def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
 
 
 def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
-    """Reads a number, text, true or false."""
     base, words = _PRIMITIVE_KINDS[kind]
     is_one = type(value) is kind or (isinstance(value, base) and (kind is bool or not isinstance(value, bool)))
     if not is_one and (place.strict or not _converts(value, kind)):
@@ -194,7 +193,6 @@ def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
 
 
 def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, place: Place, default: Any) -> Any:
-    """A dataclass, or a config of Drake's."""
     is_own, is_object = is_dataclass(kind), isinstance(value, kind)
     document = {name: getattr(value, name) for name in fields} if is_object else _mapping(value, place)
     missing = [name for name in fields if is_own and name not in document]

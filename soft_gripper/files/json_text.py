@@ -77,7 +77,6 @@ def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is not a number of JSON")
 
 
-_DECODER = json.JSONDecoder(object_pairs_hook=_unique_keys, parse_int=_whole_number)
-_FINITE_DECODER = json.JSONDecoder(
-    object_pairs_hook=_unique_keys, parse_int=_whole_number, parse_constant=_refuse_constant
-)
+_HOOKS: dict[str, Any] = {"object_pairs_hook": _unique_keys, "parse_int": _whole_number}
+_DECODER = json.JSONDecoder(**_HOOKS)
+_FINITE_DECODER = json.JSONDecoder(**_HOOKS, parse_constant=_refuse_constant)

@@ -46,7 +46,6 @@ def make_note(outcome: str, file: Path | str, element: str, value: object, why: 
 
 
 def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:
-    """Reports one note, see `make_note`."""
     report([make_note(outcome, file, element, value, why)])
 
 

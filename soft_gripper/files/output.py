@@ -105,22 +105,17 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
     try:
         yield partial
         write_checksums(partial)
-        _move(partial, folder)
+        if not folder.is_dir():
+            partial.rename(folder)
+            return
+        (folder / SUMS).unlink(missing_ok=True)  # old checksums are removed first, new ones come last
+        files = [path for path in partial.rglob("*") if path.is_file()]
+        for file in sorted(files, key=lambda file: file.name == SUMS):
+            target = folder / file.relative_to(partial)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, target)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-
-
-def _move(partial: Path, folder: Path) -> None:
-    """Moves a folder, or its files into a folder that exists; old checksums are removed first, new ones come last."""
-    if not folder.is_dir():
-        partial.rename(folder)
-        return
-    (folder / SUMS).unlink(missing_ok=True)
-    files = [path for path in partial.rglob("*") if path.is_file()]
-    for file in sorted(files, key=lambda file: file.name == SUMS):
-        target = folder / file.relative_to(partial)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(file, target)
 
 
 def read_folder(folder: Path) -> dict[str, bytes]:
@@ -157,17 +152,15 @@ def _is_abandoned(path: Path) -> bool:
     """Whether a path is a `_partial` one of a process of this machine that has ended."""
     host, _, rest = path.name.removeprefix(_TEMP_PREFIX).partition("-")
     pid, _, _ = rest.partition("-")
-    return path.name.startswith(_TEMP_PREFIX) and host == _HOST_NAME and pid.isdecimal() and not _is_alive(int(pid))
-
-
-def _is_alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except (ProcessLookupError, OverflowError):
+    if not (path.name.startswith(_TEMP_PREFIX) and host == _HOST_NAME and pid.isdecimal()):
         return False
+    try:
+        os.kill(int(pid), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
     except PermissionError:
         pass
-    return True
+    return False
 
 
 def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
@@ -262,5 +255,4 @@ def release_folders() -> None:
 
 
 def next_folder(folder: Path) -> Path:
-    """The first of the folders 1, 2, 3 ... in a folder that does not exist."""
     return next(candidate for candidate in (folder / str(i) for i in itertools.count(1)) if not candidate.exists())

@@ -33,7 +33,6 @@ _UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
-    """Writes rows of one dataclass under the names of its fields."""
     write_rows(path, columns(type(rows[0])), map(cells, rows))
 
 
@@ -97,12 +96,10 @@ def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Seq
         title: a line above the table.
     """
     records = [*map(list, rows)]
-    has_values = [not records or any(not _is_nan(record[i]) for record in records) for i in range(len(forms))]
-    columns = [
-        _Column(heading, format_spec, [_cell_text(record[i], format_spec) for record in records])
-        for i, (heading, format_spec) in enumerate(zip(headings, forms, strict=True))
-        if has_values[i]
-    ]
+    columns = []
+    for i, (heading, format_spec) in enumerate(zip(headings, forms, strict=True)):
+        if not records or not all(_is_nan(record[i]) for record in records):
+            columns.append(_Column(heading, format_spec, [_cell_text(record[i], format_spec) for record in records]))
     if _width(columns) > WIDTH:
         columns = [column.narrow() for column in columns]
     blocks = ["\n".join(_lines(block)) for block in _blocks(columns)]
@@ -149,11 +146,9 @@ def _lines(columns: Sequence[_Column]) -> list[str]:
     if any(column.unit for column in columns):
         parts = [[*part, column.unit] for part, column in zip(parts, columns, strict=True)]
     texts = [[*part, *column.cells] for part, column in zip(parts, columns, strict=True)]
-    widths, sides = [column.width for column in columns], [column.side for column in columns]
-    return [
-        "  ".join(f"{text:{side}{width}}" for text, side, width in zip(line, sides, widths, strict=True)).rstrip()
-        for line in zip(*texts, strict=True)
-    ]
+    forms = [f"{column.side}{column.width}" for column in columns]
+    lines = (map(format, line, forms) for line in zip(*texts, strict=True))
+    return ["  ".join(line).rstrip() for line in lines]
 
 
 def _is_nan(cell: Any) -> bool:

@@ -165,8 +165,6 @@ def _visuals(finger: Finger, index: int) -> list[ET.Element]:
 
 
 class _Block(NamedTuple):
-    """Part of a straight finger that some links fill."""
-
     begin: float  # m, arc lengths of its ends
     end: float
     thickness: float  # m
@@ -240,13 +238,10 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     usual_side = min(block.thickness, block.width, usual_side / 2 if is_end else usual_side)
     modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual_side
     if points is None:
-        hint, hydroelastic_modulus = _text(finger.thinnest.thickness / 2), f"{modulus:.12g}"
-        surface = [
-            _element(DRAKE + "compliant_hydroelastic"),
-            _element(DRAKE + "mesh_resolution_hint", value=hint),
-            _element(DRAKE + "hydroelastic_modulus", value=hydroelastic_modulus),
-        ]
-        return [_element("collision", *block.box(origin), _proximity(finger, *surface))]
+        hint = _element(DRAKE + "mesh_resolution_hint", value=_text(finger.thinnest.thickness / 2))
+        surface = hint, _element(DRAKE + "hydroelastic_modulus", value=f"{modulus:.12g}")
+        properties = _proximity(finger, _element(DRAKE + "compliant_hydroelastic"), *surface)
+        return [_element("collision", *block.box(origin), properties)]
     return _pads(finger, block, origin, modulus, points)
 
 

@@ -168,6 +168,5 @@ def _expand(
 
 
 def _meshes(path: Path, robot: ET.Element) -> tuple[str, ...]:
-    """The absolute names of the meshes in a robot."""
     names = [mesh.get("filename", "") for mesh in robot.iter("mesh")]
     return tuple(n if "://" in n or not n else f"file://{os.path.realpath(path.parent / n)}" for n in names)

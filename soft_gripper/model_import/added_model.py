@@ -73,7 +73,6 @@ class AddedModel:
         return self.parser.scene_graph().model_inspector()
 
     def replace_properties(self, geometry: GeometryId, properties: ProximityProperties) -> None:
-        """Gives a geometry other properties of contact."""
         source = self.plant.get_source_id()
         self.parser.scene_graph().AssignRole(source, geometry, properties, RoleAssign.kReplace)
 

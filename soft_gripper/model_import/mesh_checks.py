@@ -80,7 +80,6 @@ class _Gltf:
         return self.objects(name, self.content.get(name, []))
 
     def objects(self, field: str, entries: Any, least: int = 0) -> Sequence[Mapping[str, Any]]:
-        """A value that must be a list of objects."""
         is_list = isinstance(entries, list) and len(entries) >= least
         if not is_list or not all(isinstance(entry, dict) for entry in entries):
             self.refuse(field, entries, "must be a list of objects")
@@ -93,7 +92,6 @@ class _Gltf:
         return value
 
     def find_entry(self, entry: Mapping[str, Any], field: str, name: str) -> Mapping[str, Any]:
-        """The entry of a list to which another refers."""
         entries = self.entries(name)
         index = self.count(entry, field)
         if index >= len(entries):

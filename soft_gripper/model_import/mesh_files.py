@@ -138,7 +138,6 @@ def _turn_outward(path: Path, origin: Path, modified: int) -> tuple[Path, list[N
 
 
 def keep(name: str, text: str) -> Path:
-    """Writes a file of the cache, unless it exists."""
     path = writable_folder(cache_folder()) / name
     if not path.exists():
         with atomic_file(path) as partial:
@@ -147,7 +146,6 @@ def keep(name: str, text: str) -> Path:
 
 
 def keep_by_content(text: str, suffix: str = ".obj") -> Path:
-    """Keeps a mesh file under a name made from its contents."""
     return keep(f"{_digest(text.encode())}{suffix}", text)
 
 

@@ -167,7 +167,6 @@ class CloseUp:
         self._camera = framing_camera(np.concatenate(corners), height, width, renderer.direction)
 
     def camera(self, time: float) -> Camera:
-        """Pose of the camera at a time, s."""
         X_WC = RigidTransform(self._shift(time)) @ self._camera.X_WC
         return replace(self._camera, X_WC=X_WC)
 

@@ -54,7 +54,6 @@ def read_nominal_model(config: NominalConfig) -> NominalModel:
 
 
 def describe_nominal_model(nominal: NominalConfig) -> str:
-    """The nominal model in a few words, for tables."""
     changes = [f"{path} {nominal.finger[path]}" for path in FINGER_PATHS if path in nominal.finger]
     creep = [] if nominal.creep else ["no creep"]
     response = ["response"] if nominal.response is not None else []

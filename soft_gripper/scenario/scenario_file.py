@@ -67,7 +67,6 @@ def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Sc
 
 
 def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
-    """Reads a scenario with changes, which come from `where`."""
     path = scenario_path(name_of(name_or_path))
     require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
     return load_changed(where, path, changes, partial(_read_document, path))

@@ -28,16 +28,9 @@ from soft_gripper.sensors.measurement import SpatialSensors
 
 STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
 # Places in units of the distances of the outermost sensors from the middle, x and y, and slopes of strands.
-_PATH_COORDINATES = {
-    "inner": (1, 0, 0),
-    "outer": (-1, 0, 0),
-    "left": (0, 1, 0),
-    "right": (0, -1, 0),
-    "outer_left": (-1, 1, 0),
-    "outer_right": (-1, -1, 0),
-    "rising": (-1, 0, 1),
-    "falling": (-1, 0, -1),
-}
+_PATH_COORDINATES = {"inner": (1, 0, 0), "outer": (-1, 0, 0), "left": (0, 1, 0), "right": (0, -1, 0)}
+_PATH_COORDINATES |= {"outer_left": (-1, 1, 0), "outer_right": (-1, -1, 0)}
+_PATH_COORDINATES |= {"rising": (-1, 0, 1), "falling": (-1, 0, -1)}
 LAYOUTS = {
     "outer_pair": ("outer_left", "outer_right"),
     "outer_pair_and_diagonals": ("outer_left", "outer_right", "rising", "falling"),

@@ -55,8 +55,6 @@ def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
 
 @dataclass(frozen=True)
 class SensorFault:
-    """A sensor that fails during a run."""
-
     kind: str  # one of SENSOR_FAULTS
     reading: int
     time: float  # s, of the onset

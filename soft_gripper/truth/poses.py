@@ -27,7 +27,6 @@ class PlantPoints:
     """Joints and tips of fingers, from the positions of their plant; joints before a tip turn or slide."""
 
     def __init__(self, fingers: Sequence[PlantFinger]):
-        """`fingers` are in one finalized plant."""
         self._chains = [finger.screws for finger in fingers]
 
     def __call__(self, state: Array) -> Array:

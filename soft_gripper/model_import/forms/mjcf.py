@@ -201,7 +201,6 @@ def _mass_or_density(where: str, values: Mapping[str, str]) -> tuple[str, float]
 
 
 def _mend(model: ModelFile, body: ET.Element, inertial: ET.Element, moves: bool) -> None:
-    """Makes the inertia of a body one that a body can have."""
     where = f"{model.path}: {_name(body)}"
     (mass,) = finite_numbers(where, "inertial.mass", inertial.get("mass", "0"), 1)
     check_mass(where, mass)
