@@ -20,7 +20,15 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.fingers.plant_finger import PlantFinger, add_torsion_springs
 from soft_gripper.fingers.urdf import ExpandedUrdf, expand_urdf
-from soft_gripper.model_import.added_model import AddedModel, add_model
+from soft_gripper.model_import.added_model import (
+    AddedModel,
+    add_model,
+    check_meshes,
+    note_quantities,
+    note_spread,
+    set_friction,
+    touch_at_surfaces,
+)
 from soft_gripper.model_import.arm_joints import (
     couple,
     exclude_contact,
@@ -28,11 +36,9 @@ from soft_gripper.model_import.arm_joints import (
     free_followers,
     set_limits,
 )
-from soft_gripper.model_import.contact_properties import set_friction, touch_at_surfaces
 from soft_gripper.model_import.drake_parsing import drake_reads
 from soft_gripper.model_import.imported_model import ImportedModel, ImportOptions, Mimic
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.plausible_sizes import check_meshes, note_quantities, note_spread
 from soft_gripper.model_import.read_model import has_form, read_model
 from soft_gripper.models import package_map
 from soft_gripper.scenario.deformables import deformable_body, deformable_kind

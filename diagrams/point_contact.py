@@ -56,7 +56,7 @@ def _add_parts(
     plant: MultibodyPlant, scene_graph: SceneGraph, geometry: GeometryId, mesh: Mesh, skins: set[GeometryId]
 ) -> None:
     """Adds convex parts to the body of a mesh, which fingers touch in place of the mesh."""
-    from soft_gripper.model_import.convex_parts import convex_parts
+    from soft_gripper.model_import.mesh_files import convex_parts
 
     inspector = scene_graph.model_inspector()
     body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))

@@ -52,5 +52,5 @@ from .scenario.schema import Scenario as Scenario
 from .scenario.schema import SensorConfig as SensorConfig
 from .scenario.schema import TaskConfig as TaskConfig
 from .scenario.shipped import scenario_names as scenario_names
-from .sensors.strain_sensor import StrainSensor as StrainSensor
+from .sensors.sensor_block import StrainSensor as StrainSensor
 from .signals import describe as describe

@@ -172,7 +172,9 @@ class ArrayBlock(LeafSystem):
         if step.function is same:
             (self._read[name],), self._tickets[name] = reads, tickets
         elif kept:
-            self._keep(name, _apply_to_context(step.function, reads), tickets)
+            self._calcs[name] = _apply_to_context(step.function, reads)
+            cached = Cached(self, name, partial(weakly(self._calc_step), name), tickets)
+            self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
         else:
             self._read[name] = _apply_to_context(step.function, reads)
             self._tickets[name] = tickets or {self.nothing_ticket()}
@@ -246,20 +248,15 @@ class ArrayBlock(LeafSystem):
         group = self._groups[name] = int(self.DeclareDiscreteState(begin.ravel()))
 
         def flat(context: Context) -> Array:
-            state: Array = context.get_discrete_state(group).value()
-            return state
+            return context.get_discrete_state(group).value()
 
         return flat if begin.ndim == 1 else lambda context: flat(context).reshape(begin.shape)
 
     @cached_property
     def _memories(self) -> list[tuple[int, Memory, list[Callable[[Context], Any]]]]:
         """Groups of the discrete state, their memories, and functions that read the sources of these."""
-        memories = [(group, self.steps[name].memory) for name, group in self._groups.items()]
-        return [
-            (g, memory, [self._read[source] for source in memory.sources])
-            for g, memory in memories
-            if memory is not None
-        ]
+        memories = ((group, self.steps[name].memory) for name, group in self._groups.items())
+        return [(g, memory, [self._read[name] for name in memory.sources]) for g, memory in memories if memory]
 
     def _begin(self, context: Context, values: DiscreteValues) -> None:
         """Prepares the memories at the initialization of a run, unless it goes on with the context of another."""
@@ -286,12 +283,6 @@ class ArrayBlock(LeafSystem):
 
     def _last_sample(self, context: Context) -> float:
         return float(context.get_discrete_state(self._last).value()[0])
-
-    def _keep(self, name: str, read: Callable[[Context], Any], tickets: set[Any]) -> None:
-        """Adds the cache entry of a step."""
-        self._calcs[name] = read
-        cached = Cached(self, name, partial(weakly(self._calc_step), name), tickets)
-        self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
         try:

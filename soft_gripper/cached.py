@@ -16,6 +16,9 @@ from weakref import proxy
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, LeafSystem, ValueProducer
 
+_Key = TypeVar("_Key")
+_T = TypeVar("_T")
+
 
 def weakly(method: Callable[..., Any]) -> Callable[..., Any]:
     """A bound method that does not keep its block alive, and costs no extra call."""
@@ -36,10 +39,6 @@ class Cached:
     def Eval(self, context: Context) -> Any:  # noqa: N802, named as that of ports
         """The value for the context of the block."""
         return self._block.get_cache_entry(self._index).Eval(context)
-
-
-_Key = TypeVar("_Key")
-_T = TypeVar("_T")
 
 
 def get_or_make(store: OrderedDict[_Key, _T], key: _Key, make: Callable[[], _T], max_count: int) -> _T:

@@ -21,7 +21,11 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         where, field, expected = (shortened(str(part)) for part in (self.where, self.field, self.expected))
-        return single_line(f"{where}: {field} = {_value_text(self.value)}: {expected}")
+        try:
+            value = shortened(repr(self.value), _MAX_VALUE_LENGTH)
+        except ValueError:  # Python's own limit
+            value = "a number of thousands of digits"
+        return single_line(f"{where}: {field} = {value}: {expected}")
 
     def inside(self, place: object) -> "InputError":
         """This error, reported from the file or option that contains the mistake."""
@@ -80,7 +84,6 @@ def is_near(name: object, valid_names: Iterable[str]) -> bool:
 
 
 def first_line(error: BaseException) -> str:
-    """The first line of an exception's message."""
     lines = str(error).strip().splitlines()
     return lines[0] if lines else type(error).__name__
 
@@ -96,14 +99,6 @@ def described(error: BaseException) -> str:
 def single_line(text: str) -> str:
     """Text without characters that break the line or move the cursor of a terminal."""
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
-
-
-def _value_text(value: object) -> str:
-    """A value as a message repeats it."""
-    try:
-        return shortened(repr(value), _MAX_VALUE_LENGTH)
-    except ValueError:  # Python's own limit
-        return "a number of thousands of digits"
 
 
 def shortened(text: str, longest: int = _MAX_PART_LENGTH) -> str:

@@ -23,8 +23,6 @@ def original_message(message: str) -> str:
 
 
 class _NotePrinter(logging.Handler):
-    """Prints each message once, in one line."""
-
     def __init__(self) -> None:
         super().__init__()
         self._seen: dict[int, set[str]] = {_MAX_LIBRARY_NOTES: set(), _MAX_OWN_NOTES: set()}
@@ -44,7 +42,6 @@ class _NotePrinter(logging.Handler):
 
 @contextmanager
 def drop_messages(drop: Callable[[str], bool]) -> Iterator[None]:
-    """Drops Drake's messages that a function selects."""
     drake = logging.getLogger(_DRAKE_LOGGER)
 
     def concerns_us(record: logging.LogRecord) -> bool:

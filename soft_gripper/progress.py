@@ -18,7 +18,14 @@ def simulated_seconds(total: float, name: str, **settings: Any) -> "tqdm[None]":
     """A progress bar of simulated seconds; `settings` go to tqdm."""
     form = f"{{desc}} {{bar}} {SIMULATED}"
     settings |= {"mininterval": _DRAWING_PERIOD, "dynamic_ncols": True}
-    return _bar_type()(total=total, desc=name, bar_format=form, **settings)
+    bar_type = tqdm
+    if _is_notebook():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", TqdmWarning)  # without ipywidgets the bar is text
+            from tqdm import auto
+
+            bar_type = auto.tqdm
+    return bar_type(total=total, desc=name, bar_format=form, **settings)
 
 
 @contextmanager
@@ -44,12 +51,3 @@ def _is_notebook() -> bool:
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return hasattr(shell, "kernel")
-
-
-def _bar_type() -> "type[tqdm[None]]":
-    if not _is_notebook():
-        return tqdm
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", TqdmWarning)  # without ipywidgets the bar is text
-        from tqdm.auto import tqdm as bar
-    return bar

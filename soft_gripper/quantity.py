@@ -25,7 +25,6 @@ _T = TypeVar("_T")
 
 
 def is_name(text: str) -> bool:
-    """Whether a text can name a part of a scenario."""
     return _NAME_PATTERN.fullmatch(text) is not None
 
 
@@ -64,18 +63,22 @@ class Rule:
 
     def violation(self, value: object) -> str | None:
         """Violated rule of a text, number, list or mapping, in words; None if valid."""
-        if isinstance(value, str):
-            return self._text_violation(value)
         if isinstance(value, int | float):
             return None if isinstance(value, bool) else self._number_violation(value)
-        return self._group_violation(value) if isinstance(value, Sequence | Mapping) else None
-
-    def _text_violation(self, value: str) -> str | None:
-        if self.is_name and not is_name(value):
+        if isinstance(value, str) and self.is_name and not is_name(value):
             return NAME_RULE
-        if self.known and value not in self.choices:
+        if isinstance(value, str) and self.known and value not in self.choices:
             return f"must be one of {', '.join(self.choices)}"
-        return "must not be empty" if self.filled and not value else None
+        if isinstance(value, Sequence | Mapping) and self.filled and not value:
+            return "must not be empty"
+        unit = f", {self.unit}" if self.unit else ""
+        if not isinstance(value, Sequence) or isinstance(value, str):
+            return None
+        if self.length is not None and len(value) != self.length:
+            return f"must have {self.length} entries{unit}"
+        if self.span and not (len(value) == 2 and value[0] <= value[1]):
+            return f"must be [least, most]{unit}"
+        return None
 
     def _number_violation(self, value: float) -> str | None:
         low_enough = (self.below is None or value < self.below) and (self.most is None or value <= self.most)
@@ -85,16 +88,6 @@ class Rule:
         low, high = self.sizes
         fits = value == 0 or low <= abs(value) <= high
         return None if fits else f"must be a finite number: 0, or {low:g} to {high:g} in size"
-
-    def _group_violation(self, value: Sequence[object] | Mapping[str, object]) -> str | None:
-        if self.filled and not value:
-            return "must not be empty"
-        unit = f", {self.unit}" if self.unit else ""
-        if self.length is not None and isinstance(value, Sequence) and len(value) != self.length:
-            return f"must have {self.length} entries{unit}"
-        if self.span and isinstance(value, Sequence) and not (len(value) == 2 and value[0] <= value[1]):  # type: ignore[operator]
-            return f"must be [least, most]{unit}"
-        return None
 
 
 _ANY_RULE = Rule()
@@ -111,8 +104,7 @@ def quantity(default: _T, unit: str = "", **rule: Any) -> _T:
         declaration: Any = field(default_factory=lambda: deepcopy(default), metadata=valid(unit, **rule))
     else:
         declaration = field(default=default, metadata=valid(unit, **rule))
-    typed: _T = declaration
-    return typed
+    return declaration
 
 
 def like(cls: type, name: str) -> Any:
@@ -122,7 +114,6 @@ def like(cls: type, name: str) -> Any:
 
 @cache
 def rules(cls: type) -> dict[str, Rule]:
-    """The rules of the fields of a dataclass, by their names."""
     return {part.name: part.metadata.get(_RULE_KEY, _ANY_RULE) for part in fields(cls)}
 
 

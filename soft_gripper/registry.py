@@ -52,10 +52,8 @@ class Registry(dict[str, _T]):
         field = field or self._field
         module, _, function = name.rpartition(":")
         if not module or not function:
-            own_form = '"module:function" of your own'
-            raise InputError(
-                where, field, name, f"{suggestion(name, self)} (or give {own_form})" if self else f"give {own_form}"
-            )
+            own_form = 'give "module:function" of your own'
+            raise InputError(where, field, name, f"{suggestion(name, self)} (or {own_form})" if self else own_form)
         try:
             function_or_class: _T = _find_named(name)
         except (Exception, SystemExit) as error:  # whatever a user's module may raise
@@ -83,11 +81,11 @@ def registered(kind: str) -> dict[str, Callable[..., Any]]:
 
     An extra declares it in its module `adds` as {name: "module:function"}, see docs/howto/own_extra.md.
     """
-    return {name: _load_on_call(text) for additions in added(kind) for name, text in additions.items()}
-
-
-def _load_on_call(text: str) -> Callable[..., Any]:
-    return lambda *arguments: _find_named(text)(*arguments)
+    functions: dict[str, Callable[..., Any]] = {}
+    for additions in added(kind):
+        for name, text in additions.items():
+            functions[name] = lambda *arguments, text=text: _find_named(text)(*arguments)
+    return functions
 
 
 def with_added_fields(cls: _Class) -> _Class:
@@ -100,7 +98,6 @@ def with_added_fields(cls: _Class) -> _Class:
 
 
 def is_own(name: str) -> bool:
-    """Whether a name is that of a user's function."""
     return ":" in name
 
 
@@ -167,7 +164,6 @@ def make_block(field: str, name: str, make: Callable[..., "System"], *arguments:
 
 
 def _find_named(name: str) -> Any:
-    """The object that "module:name" or "file.py:name" names."""
     module, function = _import_module(module_of(name)), name.rpartition(":")[2]
     try:
         return getattr(module, function)
@@ -180,25 +176,21 @@ def _nearest(name: str, valid_names: Iterable[str]) -> str:
     return f"; {suggestion(name, valid_names)}" if is_near(name, valid_names) else ""
 
 
-def _import_module(module: str) -> ModuleType:
+def _import_module(name: str) -> ModuleType:
     """Imports a module by its name, with the current folder searched last, or by its file, which is run once."""
-    if module.endswith(".py"):
-        return _import_file(module)
+    if name.endswith(".py") and name not in sys.modules:
+        sys.modules[name] = module = ModuleType(name)
+        module.__file__ = name
+        try:
+            SourceFileLoader(name, name).exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    if name in sys.modules:
+        return sys.modules[name]
     folder = str(Path.cwd())
     sys.path.append(folder)
     try:
-        return importlib.import_module(module)
+        return importlib.import_module(name)
     finally:
         sys.path.remove(folder)
-
-
-def _import_file(file: str) -> ModuleType:
-    if file not in sys.modules:
-        sys.modules[file] = module = ModuleType(file)
-        module.__file__ = file
-        try:
-            SourceFileLoader(file, file).exec_module(module)
-        except BaseException:
-            del sys.modules[file]
-            raise
-    return sys.modules[file]

@@ -1,11 +1,15 @@
 """Meaning of a port: its unit and its axes, declared beside the port and read by all that log it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pydrake.systems.framework import OutputPort, System
 
 _SIGNALS_ATTRIBUTE = "_signals"  # attribute of a system: what its output ports carry, by their names
+XYZ = ("x", "y", "z")
+XZ = ("x", "z")
+POSE = ("x", "z", "heading")  # of a point of the bending plane, with ("m", "m", "rad")
 
 
 class Signal(NamedTuple):
@@ -18,11 +22,6 @@ class Signal(NamedTuple):
     unit: str | tuple[str, ...] = "1"
     axes: Mapping[str, Sequence[Any]] = {}
     meanings: tuple[str, ...] = ()
-
-
-XYZ = ("x", "y", "z")
-XZ = ("x", "z")
-POSE = ("x", "z", "heading")  # of a point of the bending plane, with ("m", "m", "rad")
 
 
 def describe(
@@ -39,18 +38,16 @@ def describe(
     Raises:
         ValueError: if the axes do not fill the port, or the units do not fill the last axis.
     """
+    name, size = port.get_name(), math.prod(map(len, axes.values()))
     if not axes and port.size() > 1:
-        raise ValueError(f"port '{port.get_name()}': give axes for its entries, such as joint=range({port.size()})")
+        raise ValueError(f"port '{name}': give axes for its entries, such as joint=range({port.size()})")
     if "time" in axes:
-        raise ValueError(f"port '{port.get_name()}': 'time' is the axis of the samples; give another name")
-    size = 1
-    for labels in axes.values():
-        size *= len(labels)
+        raise ValueError(f"port '{name}': 'time' is the axis of the samples; give another name")
     if size != port.size():
-        raise ValueError(f"port '{port.get_name()}': axes of {size} entries for {port.size()} in the port")
+        raise ValueError(f"port '{name}': axes of {size} entries for {port.size()} in the port")
     units = unit if isinstance(unit, str) else tuple(unit)
     if isinstance(units, tuple) and (not axes or len(units) != len(list(axes.values())[-1])):
-        raise ValueError(f"port '{port.get_name()}': {len(units)} units do not fit its last axis")
+        raise ValueError(f"port '{name}': {len(units)} units do not fit its last axis")
     if isinstance(units, tuple) and len(set(units)) == 1:
         units = units[0]
     return _declare(port, Signal(units, dict(axes), tuple(meanings)))

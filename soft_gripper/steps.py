@@ -10,9 +10,9 @@ one sample only are called `row_by_row`. This graph puts out the sum of all x so
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import repeat
 from types import MappingProxyType
 from typing import Any
@@ -28,7 +28,6 @@ _NO_VALUES: Mapping[str, Any] = MappingProxyType({})
 
 
 def same(value: Any) -> Any:
-    """Returns its argument."""
     return value
 
 
@@ -45,8 +44,6 @@ class Memory:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A quantity of one sample."""
-
     function: Callable[..., Any] | None = None  # of what is remembered, if anything is, and the sources; None: an input
     sources: tuple[str, ...] = ()
     memory: Memory | None = None
@@ -55,7 +52,6 @@ class Step:
     loops: bool = False  # `over_time` loops over samples, (T, ..., size): several fingers share one loop
 
     def renamed(self, rename: Rename) -> "Step":
-        """A copy with other names of its sources."""
         memory = self.memory
         if memory is not None:
             begin_of = None if memory.begin_of is None else (memory.begin_of[0], rename(memory.begin_of[1]))
@@ -65,7 +61,6 @@ class Step:
 
 
 def constant(value: Array) -> Step:
-    """A step that never changes."""
     return Step(lambda: value, (), None, lambda time: np.broadcast_to(value, (len(time), *np.shape(value))), (TIME,))
 
 
@@ -102,7 +97,8 @@ class Steps(dict[str, Step]):
         """Number of steps, memories and outputs that take each step."""
         memories = (step.memory.sources for step in self.values() if step.memory is not None)
         outputs = (sources for _, sources in self.outputs.values())
-        return Counter(name for names in (*map(_sources, self.values()), *memories, *outputs) for name in names)
+        steps = (step.sources for step in self.values())
+        return Counter(name for names in (*steps, *memories, *outputs) for name in names)
 
     def value(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
         """Computes or looks up the value of a step.
@@ -128,16 +124,23 @@ class Steps(dict[str, Step]):
 
     def stacked(self, count: int) -> "Steps":
         """A copy with a leading axis of `count`, for inputs and a time that have it."""
-        return Steps({name: _stack_step(step, count) for name, step in self.items()}, self.outputs)
+
+        def repeated(value: Array) -> Array:
+            return np.broadcast_to(value, (count, *np.shape(value)))
+
+        steps = dict(self)
+        for name, step in self.items():
+            if step.memory is not None:
+                steps[name] = replace(step, memory=replace(step.memory, begin=repeated(step.memory.begin)))
+            elif step.function is not None and not step.sources:
+                steps[name] = replace(step, function=partial(same, repeated(step.function())))
+        return Steps(steps, self.outputs)
 
     @cached_property
     def recorded(self) -> "Steps":
         """The steps at all samples of a recording, (T, ...), without memories."""
-        computed_steps = {name: step for name, step in self.items() if step.function is not None and step.over_time}
-        steps = {
-            name: Step(step.over_time, step.sources_over_time, loops=step.loops)
-            for name, step in computed_steps.items()
-        }
+        computed_steps = ((name, step) for name, step in self.items() if step.function is not None and step.over_time)
+        steps = {name: Step(step.over_time, step.sources_over_time, loops=step.loops) for name, step in computed_steps}
         return Steps(steps, self.outputs)
 
     def follows(self, output: str, remembers: bool) -> bool:
@@ -145,56 +148,41 @@ class Steps(dict[str, Step]):
 
         `remembers`: what is remembered changes with the samples of the recording.
         """
-        return output in self.outputs and all(self._follows(name, remembers) for name in self.outputs[output][1])
-
-    def _follows(self, name: str, remembers: bool) -> bool:
-        step = self.get(name, Step())
-        is_known = step.over_time is not None and (step.memory is None or remembers)
-        return is_known and all(self._follows(source, remembers) for source in step.sources_over_time)
+        if output not in self.outputs:
+            return False
+        steps = [self.get(name, Step()) for name in self._upstream(output, over_time=True)]
+        return all(step.over_time is not None and (step.memory is None or remembers) for step in steps)
 
     def takes_time(self, output: str) -> bool:
         """Whether an output changes with the time between samples."""
-        return any(map(self._takes_time, self.outputs[output][1]))
-
-    def _takes_time(self, name: str) -> bool:
-        return name == TIME or any(map(self._takes_time, self.get(name, Step()).sources))
+        return TIME in self._upstream(output, over_time=False)
 
     def leaves(self, output: str) -> list[str]:
         """Names of the inputs that determine an output over a recording."""
-        return list(dict.fromkeys(leaf for name in self.outputs[output][1] for leaf in self._leaves(name)))
+        names = self._upstream(output, over_time=True)
+        return [name for name in names if name in self and self[name].function is None]
 
-    def _leaves(self, name: str) -> Iterator[str]:
-        if name in self and self[name].function is None:
-            yield name
-        for source in self.get(name, Step()).sources_over_time:
-            yield from self._leaves(source)
+    def _upstream(self, output: str, over_time: bool) -> list[str]:
+        """Names of the steps that an output takes, directly or through others."""
+        names: dict[str, None] = {}
 
+        def add(sources: Sequence[str]) -> None:
+            for name in [source for source in sources if source not in names]:
+                names[name] = None
+                step = self.get(name, Step())
+                add(step.sources_over_time if over_time else step.sources)
 
-def _sources(step: Step) -> tuple[str, ...]:
-    return step.sources
-
-
-def _stack_step(step: Step, count: int) -> Step:
-    def repeated(value: Array) -> Array:
-        return np.broadcast_to(value, (count, *np.shape(value)))
-
-    if step.memory is not None:
-        return replace(step, memory=replace(step.memory, begin=repeated(step.memory.begin)))
-    if step.function is None or step.sources:
-        return step
-    value = repeated(step.function())
-    return replace(step, function=lambda: value)
+        add(self.outputs[output][1])
+        return list(names)
 
 
 def row_by_row(graphs: Sequence[Steps]) -> Steps:
     """One graph of equal ones; each computes its row of a leading axis, as functions take one sample."""
     first = graphs[0]
-    steps = {name: _row_step([graph[name] for graph in graphs]) for name in first}
-    outputs = {
-        name: (_call_rows([graph.outputs[name][0] for graph in graphs]), sources)
-        for name, (_, sources) in first.outputs.items()
-    }
-    return Steps(steps, outputs)
+    outputs: dict[str, Output] = {}
+    for name, (_, sources) in first.outputs.items():
+        outputs[name] = _call_rows([graph.outputs[name][0] for graph in graphs]), sources
+    return Steps({name: _row_step([graph[name] for graph in graphs]) for name in first}, outputs)
 
 
 def _row_step(rows: Sequence[Step]) -> Step:
@@ -205,17 +193,15 @@ def _row_step(rows: Sequence[Step]) -> Step:
     memories = [row.memory for row in rows if row.memory is not None]
     functions = [row.function for row in rows if row.function is not None]
     if not memories and not first.sources:
-        value = np.array([function() for function in functions])
-        return replace(first, function=lambda: value)
+        return replace(first, function=partial(same, np.array([function() for function in functions])))
     function = same if first.function is same else _call_rows(functions)
-    return replace(first, function=function, memory=_row_memory(memories) if memories else None)
-
-
-def _row_memory(rows: Sequence[Memory]) -> Memory:
-    begins = [row.begin_of for row in rows if row.begin_of is not None]
-    begin_of = (_call_rows([function for function, _ in begins], np.array), begins[0][1]) if begins else None
-    keep = _call_rows([row.keep for row in rows], np.array)
-    return replace(rows[0], begin=np.array([row.begin for row in rows]), keep=keep, begin_of=begin_of)
+    if not memories:
+        return replace(first, function=function)
+    begins = [memory.begin_of for memory in memories if memory.begin_of is not None]
+    begin_of = (_call_rows([begin for begin, _ in begins], np.array), begins[0][1]) if begins else None
+    begin, keep = np.array([memory.begin for memory in memories]), [memory.keep for memory in memories]
+    memory = replace(memories[0], begin=begin, keep=_call_rows(keep, np.array), begin_of=begin_of)
+    return replace(first, function=function, memory=memory)
 
 
 def _call_rows(

@@ -16,10 +16,9 @@ from soft_gripper.scenario.sensor_presets import SENSORS, MakeSensor, is_measure
 from soft_gripper.sensors.base_pose import BasePoseSensor, FixedBasePose
 from soft_gripper.sensors.error_block import ErrorBlock
 from soft_gripper.sensors.measurement import MeasurementModel
-from soft_gripper.sensors.sensor_block import Hold, SensorBlock, joints_port
+from soft_gripper.sensors.sensor_block import Hold, SensorBlock, StrainSensor, joints_port
 from soft_gripper.sensors.sensor_layout import measures_strain
 from soft_gripper.sensors.strain_errors import ReadingErrorBlock
-from soft_gripper.sensors.strain_sensor import StrainSensor
 from soft_gripper.signals import describe
 
 RANDOM = ".random"  # suffix of the inputs of random numbers, and of their sources

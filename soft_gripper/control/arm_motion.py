@@ -35,6 +35,18 @@ POSE_TOLERANCE = 1e-6  # m and rad, tolerance of a solution
 NEAR_SEED = 1.0  # rad, distance from the seed within which no other branch is searched for
 NEAR_STARTS = 30  # initial postures of the solver in search of a nearer branch
 MAX_STARTS = 150  # the same without a solution so far
+SPACING = 0.01  # m, maximum distance of waypoints on a straight path
+TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
+MIN_STEPS = 6  # of a straight path
+MOST_STEPS = 10_000  # 100 m, farther than any arm reaches
+BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
+LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
+DURATION_MARGIN = 1.001  # safety factor on the duration, for times between the grid points
+LIMIT_TOLERANCE = 1e-9  # of any unit: how far a position may exceed its limit, and an effort must stay below it
+MIN_DURATION = 0.1  # s, of a motion between equal postures
+_PROBE_STATES = 3
+GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
+_NO_LIMIT = 1e3  # rad, m and per second, in place of an infinite limit
 
 
 def tool_pose(plant: MultibodyPlant, tool: Frame, q: Array) -> RigidTransform:
@@ -58,13 +70,18 @@ def solve_posture(
     """
     context = plant.CreateDefaultContext()
     law = coupled or no_couplings(plant)
-    movable = _moves_tool(plant, context, tool, seed, law)
+    plant.SetPositions(context, seed)
+    world = plant.world_frame()
+    jacobian = plant.CalcJacobianSpatialVelocity(context, JacobianWrtVariable.kV, tool, [0, 0, 0], world, world)
+    movable = (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)  # those that move the tool
     best_posture, distance = None, np.inf
     for start_index, start in enumerate(_starts(plant, seed)):
         q = _solve(plant, context, tool, X_WTool, seed, law.follow_leaders(start), law)
         q = law.follow_leaders(np.where(movable, _unwind(plant, q, seed), seed))
         plant.SetPositions(context, q)
-        if np.linalg.norm(q - seed) < distance and _miss(tool.CalcPoseInWorld(context), X_WTool) <= POSE_TOLERANCE:
+        X_miss = tool.CalcPoseInWorld(context).InvertAndCompose(X_WTool)
+        miss = max(float(np.linalg.norm(X_miss.translation())), X_miss.rotation().ToAngleAxis().angle())  # m or rad
+        if np.linalg.norm(q - seed) < distance and miss <= POSE_TOLERANCE:
             best_posture, distance = q, float(np.linalg.norm(q - seed))
         if distance < NEAR_SEED or (best_posture is not None and start_index + 1 >= NEAR_STARTS):
             break
@@ -78,7 +95,6 @@ def movable_joints(plant: MultibodyPlant) -> list[Joint]:
 
 
 def no_couplings(plant: MultibodyPlant) -> Couplings:
-    """The couplings of an arm without following joints."""
     return couplings([joint.name() for joint in movable_joints(plant)])
 
 
@@ -134,32 +150,6 @@ def _unwind(plant: MultibodyPlant, q: Array, seed: Array) -> Array:
     return q + np.where(is_revolute, turns * turn, 0.0)
 
 
-def _moves_tool(plant: MultibodyPlant, context: Context, tool: Frame, q: Array, law: Couplings) -> Array:
-    """Mask of the joints that move the tool, alone or by their followers, (n); sets the positions in the context."""
-    plant.SetPositions(context, q)
-    world, by_v = plant.world_frame(), JacobianWrtVariable.kV
-    jacobian = plant.CalcJacobianSpatialVelocity(context, by_v, tool, [0, 0, 0], world, world)
-    moves: Array = (law.matrix @ (jacobian @ law.matrix).any(axis=0)).astype(bool)
-    return moves
-
-
-def _miss(X_WA: RigidTransform, X_WB: RigidTransform) -> float:
-    """Distance, m, or angle, rad, between two poses, whichever is larger."""
-    X_AB = X_WA.InvertAndCompose(X_WB)
-    return max(float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle())
-
-
-SPACING = 0.01  # m, maximum distance of waypoints on a straight path
-TURN_SPACING = 0.1  # rad, maximum rotation of the tool between waypoints
-MIN_STEPS = 6  # of a straight path
-MOST_STEPS = 10_000  # 100 m, farther than any arm reaches
-BRANCH_JUMP = 0.2  # rad or m, of a joint between waypoints: more is another branch, or the tool could leave the line
-LIMIT_GRID = np.linspace(0.0, 1.0, 301)  # parts of the duration at which the limits are checked
-DURATION_MARGIN = 1.001  # safety factor on the duration, for times between the grid points
-LIMIT_TOLERANCE = 1e-9  # of any unit: how far a position may exceed its limit, and an effort must stay below it
-MIN_DURATION = 0.1  # s, of a motion between equal postures
-
-
 class UnreachableError(ValueError):
     """The arm cannot reach a pose; the message gives the position."""
 
@@ -198,7 +188,6 @@ class ArmLimits:
 
 
 def joint_path(q0: Array, q1: Array) -> Trajectory:
-    """A line in joint space."""
     return PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.array([q0, q1]).T)
 
 
@@ -215,7 +204,9 @@ def straight_path(
     """
     X_WStart = tool_pose(plant, tool, q0)
     line = PiecewisePose.MakeLinear([0.0, 1.0], [X_WStart, X_WTool])
-    steps = _steps(X_WStart.InvertAndCompose(X_WTool))
+    X_motion = X_WStart.InvertAndCompose(X_WTool)
+    distance, turn = float(np.linalg.norm(X_motion.translation())), X_motion.rotation().ToAngleAxis().angle()
+    steps = max(MIN_STEPS, int(np.ceil(distance / SPACING)), int(np.ceil(turn / TURN_SPACING)))
     if steps > MOST_STEPS:
         raise UnreachableError(f"the straight path would be {steps * SPACING:.4g} m long")
     s = np.linspace(0.0, 1.0, 1 + steps)
@@ -228,12 +219,6 @@ def straight_path(
             raise UnreachableError(f"at {part:.0%} of a straight path, {place} m {why}")
         postures.append(q)
     return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(s, np.array(postures).T, False)
-
-
-def _steps(X_AB: RigidTransform) -> int:
-    """The number of steps of a motion of the tool from A to B."""
-    distance, turn = float(np.linalg.norm(X_AB.translation())), X_AB.rotation().ToAngleAxis().angle()
-    return max(MIN_STEPS, int(np.ceil(distance / SPACING)), int(np.ceil(turn / TURN_SPACING)))
 
 
 def timed(
@@ -314,9 +299,6 @@ def _check_inside(plant: MultibodyPlant, law: Couplings, name: str, values: Arra
         raise LimitError(f"joint '{names[i]}': {name} {values[k, i]:.4g} is outside of its limits, {limits}")
 
 
-_PROBE_STATES = 3
-
-
 def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
     """Key of an arm plant: equal for equal limits, efforts and tool poses, whatever files they were read from.
 
@@ -329,10 +311,6 @@ def arm_fingerprint(plant: MultibodyPlant, tool: Frame) -> bytes:
     is_revolute = [isinstance(joint, RevoluteJoint) for joint in movable_joints(plant)]
     numbers = (*vars(limits).values(), *_efforts(plant, q, v, vdot), *poses, np.array(is_revolute))
     return b"".join(np.ascontiguousarray(array).tobytes() for array in numbers)
-
-
-GAIN = 4.0  # 1/s, tool velocity over its distance from the desired pose
-_NO_LIMIT = 1e3  # rad, m and per second, in place of an infinite limit
 
 
 class ToolFollower(LeafSystem):
@@ -373,7 +351,10 @@ class ToolFollower(LeafSystem):
         state = context.get_discrete_state_vector().value()
         self._arm.SetPositionsAndVelocities(self._scratch, state)
         positions, velocities = np.split(state, 2)
-        missing = GAIN * self._pose_error(self._target.Eval(context))
+        X_WTool, X_WGoal = self._tool.CalcPoseInWorld(self._scratch), self._target.Eval(context)
+        turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()
+        shift = X_WGoal.translation() - X_WTool.translation()
+        missing = GAIN * np.concatenate([turn.angle() * turn.axis(), shift])
         velocity = velocities - np.clip(velocities, -self._brake, self._brake)
         if np.isfinite(missing @ missing):
             velocity = self._joint_velocities(missing, positions, velocities, velocity)
@@ -381,30 +362,19 @@ class ToolFollower(LeafSystem):
 
     def _joint_velocities(self, missing: Array, positions: Array, velocities: Array, fallback: Array) -> Array:
         """Joint velocities that move the tool by a desired velocity; `fallback` where there are none."""
-        world, leads = self._arm.world_frame(), self._law.leads
-        jacobian = self._arm.CalcJacobianSpatialVelocity(
-            self._scratch, JacobianWrtVariable.kV, self._tool, [0, 0, 0], world, world
-        )
-        result = DoDifferentialInverseKinematics(
-            positions[leads], velocities[leads], missing, jacobian @ self._law.matrix, self._parameters
-        )
+        world, leads, by_v = self._arm.world_frame(), self._law.leads, JacobianWrtVariable.kV
+        jacobian = self._arm.CalcJacobianSpatialVelocity(self._scratch, by_v, self._tool, [0, 0, 0], world, world)
+        leader_jacobian, state = jacobian @ self._law.matrix, (positions[leads], velocities[leads])
+        result = DoDifferentialInverseKinematics(*state, missing, leader_jacobian, self._parameters)
         if result.status == DifferentialInverseKinematicsStatus.kNoSolutionFound:
             return fallback
         return np.asarray(self._law.matrix @ result.joint_velocities)
 
-    def _pose_error(self, X_WGoal: RigidTransform) -> Array:
-        """The rotation and translation to the desired pose of the tool, rad and m in the world, (6,)."""
-        X_WTool = self._tool.CalcPoseInWorld(self._scratch)
-        turn = (X_WGoal.rotation() @ X_WTool.rotation().inverse()).ToAngleAxis()
-        return np.concatenate([turn.angle() * turn.axis(), X_WGoal.translation() - X_WTool.translation()])
-
 
 def _parameters(limits: ArmLimits, law: Couplings, period: float) -> DifferentialInverseKinematicsParameters:
-    """The limits of the joints that follow no other."""
     parameters = DifferentialInverseKinematicsParameters(len(law.leads), len(law.leads))
-    lower, upper, velocity = (
-        np.clip(limit[law.leads], -_NO_LIMIT, _NO_LIMIT) for limit in (limits.lower, limits.upper, limits.velocity)
-    )
+    bounds = np.clip([limits.lower, limits.upper, limits.velocity], -_NO_LIMIT, _NO_LIMIT)
+    lower, upper, velocity = bounds[:, law.leads]
     parameters.set_time_step(period)
     parameters.set_joint_position_limits((lower, upper))
     parameters.set_joint_velocity_limits((-velocity, velocity))

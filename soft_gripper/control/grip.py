@@ -27,11 +27,7 @@ class LowSelector(ArrayBlock):
         super().__init__()
         for name in ("first", "second"):
             self.take(name, 1)
-        self.put_out("selected", _lower, "first", "second")
-
-
-def _lower(first: Array, second: Array) -> Array:
-    return np.where(second < first, second, first)
+        self.put_out("selected", lambda first, second: np.where(second < first, second, first), "first", "second")
 
 
 class GripTorque(ArrayBlock):
@@ -48,15 +44,8 @@ class GripTorque(ArrayBlock):
         ports = [f"{name}.external_torque" for name in joints]
         for port, n in zip(ports, joints.values(), strict=True):
             self.take(port, n)
-        self.put_out("torque", _mean_opening, *ports, unit="N m")
-
-
-def _mean_opening(*torques: Array) -> Array:
-    """Mean opening torque, (...) N m, from the torques of each finger, (..., N) N m, positive where they close it."""
-    torque_sum = torques[0][..., 0]
-    for torque in torques[1:]:
-        torque_sum = torque_sum + torque[..., 0]
-    return -torque_sum / len(torques)
+        # The torques of the first joints are positive where they close a finger.
+        self.put_out("torque", lambda *torques: -_sum([t[..., 0] for t in torques]) / len(torques), *ports, unit="N m")
 
 
 class GripForce(ArrayBlock):
@@ -71,20 +60,15 @@ class GripForce(ArrayBlock):
     """
 
     def __init__(self, fingers: Iterable[str]):
-        """`fingers` are their names."""
         super().__init__()
         ports = [f"{name}.contact_force_vector" for name in fingers]
         for port in ports:
             self.take(port, 3)
-        self.put_out("force", _mean_closing, *ports, unit="N")
+        self.put_out("force", lambda *forces: _sum(forces) @ CLOSING / len(forces), *ports, unit="N")
 
 
-def _mean_closing(*forces: Array) -> Array:
-    """Mean closing force, (...) N, from the forces on the fingers, (..., 3) N in the frames of their bases."""
-    force_sum = forces[0]
-    for force in forces[1:]:
-        force_sum = force_sum + force
-    return np.asarray(force_sum @ CLOSING / len(forces))
+def _sum(values: Sequence[Array]) -> Array:
+    return sum(values[1:], values[0])
 
 
 class GripForceBound(LeafSystem):
@@ -103,15 +87,11 @@ class GripForceBound(LeafSystem):
     """
 
     def __init__(self, fingers: Iterable[str]):
-        """`fingers` are their names."""
         super().__init__()
-        self._ports = [
-            (
-                self.DeclareVectorInputPort(f"{name}.contact_force_interval", len(INTERVAL)),
-                self.DeclareVectorInputPort(f"{name}.contact", 1),
-            )
-            for name in fingers
-        ]
+        self._ports = []
+        for name in fingers:
+            interval = self.DeclareVectorInputPort(f"{name}.contact_force_interval", len(INTERVAL))
+            self._ports.append((interval, self.DeclareVectorInputPort(f"{name}.contact", 1)))
         port = self.DeclareVectorOutputPort("force", 1, self._calc_force, {self.all_input_ports_ticket()})
         describe(port, "N")
 

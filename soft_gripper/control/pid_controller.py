@@ -13,8 +13,6 @@ from soft_gripper.quantity import quantity, valid
 
 
 class PidStep(NamedTuple):
-    """Result of one sample."""
-
     memory: list[float]  # after it, before back-calculation: I, d, y, u
     unlimited: float  # v
 

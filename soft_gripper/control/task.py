@@ -19,6 +19,8 @@ QUIET_TIME = 0.2  # s, ... and the time within it, for fingers at rest
 OPENED_BAND = 2e-3  # m, around the commanded opening: a gripper at rest within this band counts as opened
 GRIP_GAP = 0.1  # s, tolerated interruption of a grip
 CLOSING_ALLOWANCE = 8e-3  # m, by which the gripper may close further after grasping
+# Entries of the state of a task.
+_PHASE_ENTRY, _OUTCOME_ENTRY, _SET_POINT_ENTRY, _BEGIN_ENTRY = 0, 1, -2, -1
 
 
 class Outcome(IntEnum):
@@ -59,13 +61,10 @@ class Phase:
 
     @cached_property
     def duration(self) -> float:
-        """Duration of the motion, s."""
         return float(self.motion.end_time())
 
 
 class GripObservation(NamedTuple):
-    """One sample of the estimates."""
-
     time: float  # s
     opening: float  # m
     torque: float  # N m, opening torque on the fingers
@@ -93,11 +92,14 @@ class Rules:
     quiet_band: float = QUIET_BAND  # m
 
     def step(self, progress: Progress, observation: GripObservation) -> Progress:
-        """The progress after one more sample."""
         if progress.phase == len(self.phases):
             return progress
         phase = self.phases[progress.phase]
-        progress = self._update_observations(progress, observation)
+        # Values that are not finite count as motion and as no grip.
+        if not abs(observation.opening - progress.quiet_opening) <= self.quiet_band:
+            progress = progress._replace(quiet_opening=observation.opening, since=observation.time)
+        if observation.torque > self.threshold and observation.opening > progress.grasped - CLOSING_ALLOWANCE:
+            progress = progress._replace(gripped=observation.time)
         if progress.outcome == Outcome.RUNNING:
             progress = progress._replace(outcome=self._judge(phase, progress, observation))
         follower = self._follower(phase, progress, observation)
@@ -115,13 +117,6 @@ class Rules:
         if progress.outcome > Outcome.DONE and phase.rescue is not None:
             return self.phases[phase.rescue].opening
         return phase.opening
-
-    def _update_observations(self, progress: Progress, observation: GripObservation) -> Progress:
-        """Progress with rest and grip of a sample; values that are not finite count as motion and as no grip."""
-        if not abs(observation.opening - progress.quiet_opening) <= self.quiet_band:
-            progress = progress._replace(quiet_opening=observation.opening, since=observation.time)
-        has_grip = observation.torque > self.threshold and observation.opening > progress.grasped - CLOSING_ALLOWANCE
-        return progress._replace(gripped=observation.time) if has_grip else progress
 
     def _judge(self, phase: Phase, progress: Progress, observation: GripObservation) -> Outcome:
         """The outcome after a sample: a failure of the phase, or none."""
@@ -160,8 +155,6 @@ class Rules:
         return observation.time - progress.since >= QUIET_TIME
 
 
-# Entries of the state of a task.
-_PHASE_ENTRY, _OUTCOME_ENTRY, _SET_POINT_ENTRY, _BEGIN_ENTRY = 0, 1, -2, -1
 _PROGRESS_ENTRIES = slice(0, len(Progress._fields))
 _DESIRED_ENTRIES = slice(_PROGRESS_ENTRIES.stop, _SET_POINT_ENTRY)
 
@@ -220,11 +213,9 @@ class TaskMachine(ArrayBlock):
         return self.rules.phases
 
     def progress(self, context: Context) -> Progress:
-        """Progress of the task, from the context of this block."""
         return _progress(self._read["state"](context))
 
     def is_over(self, context: Context) -> bool:
-        """Whether the task is finished, from the context of this block."""
         return self.progress(context).phase == self._over
 
     def unobserved_motion(self, end: float) -> Iterator[tuple[float, Array]]:

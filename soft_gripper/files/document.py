@@ -23,6 +23,19 @@ from soft_gripper.files.number import CHANGE, changed, is_number
 from soft_gripper.quantity import Rule, rules, violations
 
 _T = TypeVar("_T")
+_TAG_KEY = "_tag"  # key under which Drake keeps a tag of YAML
+_PRIMITIVE_KINDS: dict[object, tuple[type, str]] = {
+    float: (Real, "a number"),
+    int: (Integral, "a whole number"),
+    bool: (bool, "true or false"),
+    str: (str, "text"),
+}
+_MAX_WHOLE_NUMBER = 2**32 - 1  # of Drake's seeds
+_ANY_RULE = Rule()
+_FRAMED_RULE = Rule(framed=True)
+_MAX_PLACES = 4  # that are suggested: a key in more, such as a name, says little
+_FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
+_ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
 
 
 def require(is_valid: bool, where: Path | str, field: str, value: object, expected: str) -> None:
@@ -38,18 +51,6 @@ def require_value(value: _T | None, where: Path | str, field: str, expected: str
     return value
 
 
-_TAG_KEY = "_tag"  # key under which Drake keeps a tag of YAML
-_PRIMITIVE_KINDS: dict[object, tuple[type, str]] = {
-    float: (Real, "a number"),
-    int: (Integral, "a whole number"),
-    bool: (bool, "true or false"),
-    str: (str, "text"),
-}
-_MAX_WHOLE_NUMBER = 2**32 - 1  # of Drake's seeds
-_ANY_RULE = Rule()
-_FRAMED_RULE = Rule(framed=True)
-
-
 class Place(NamedTuple):
     """Position of a value in a document, for messages."""
 
@@ -60,11 +61,9 @@ class Place(NamedTuple):
     strict: bool = False  # numbers given as text, as YAML reads 1e3, are refused
 
     def key(self, key: object) -> "Place":
-        """The place of a key of a mapping."""
         return Place(self.where, f"{self.field}.{key}" if self.field else str(key), *self[2:])
 
     def entry(self, i: int) -> "Place":
-        """The place of an entry of a list."""
         return Place(self.where, f"{self.field}[{i}]", *self[2:])
 
     def must(self, expected: str | None, value: object) -> None:
@@ -74,21 +73,12 @@ class Place(NamedTuple):
 
 
 def load_config(path: Path, document: Any, schema: type[_T]) -> _T:
-    """The configuration that plain data from a YAML file describe.
-
-    Raises:
-        InputError: naming file, field and value, if the data do not fit the schema or its rules.
-    """
-    config: _T = read(document, schema, _ANY_RULE, Place(path, "", schema, document))
-    return config
+    """The configuration that plain data from a YAML file describe; raises an InputError if they break the schema."""
+    return read(document, schema, _ANY_RULE, Place(path, "", schema, document))
 
 
 def check_config(where: Path | str, config: Any) -> None:
-    """Checks a dataclass made in Python, and all that it contains; NumPy numbers count as numbers.
-
-    Raises:
-        InputError: for the first field that has another type, is out of range, or contradicts another one.
-    """
+    """Raises an InputError for the first wrong field of a dataclass made in Python, or of what it contains."""
     read(config, type(config), _ANY_RULE, Place(where, "", type(config), config))
 
 
@@ -122,7 +112,11 @@ def read(value: Any, kind: Any, rule: Rule, place: Place, default: Any = None) -
     elif kind is np.ndarray:
         return np.array(read(value.tolist() if isinstance(value, np.ndarray) else value, list[float], rule, place))
     elif kind is Transform and isinstance(value, Transform):
-        place.must(None if _is_finite(value) else "must be a pose of finite numbers", value)
+        try:
+            is_finite = np.isfinite(value.GetDeterministicValue().GetAsMatrix34()).all()
+        except RuntimeError:  # it is random, or a rotation is not finite
+            is_finite = False
+        place.must(None if is_finite else "must be a pose of finite numbers", value)
         return value
     else:
         fields = _fields(kind)
@@ -149,7 +143,6 @@ def _dotted_items(changes: Mapping[Any, Any], paths: Mapping[str, Rule], outer: 
 
 
 def _as_text(change: Any) -> Any:
-    """A change with text for a number."""
     return str(change) if isinstance(change, Real) and not isinstance(change, bool) else change
 
 
@@ -190,7 +183,6 @@ def unwrap_optional(kind: Any) -> tuple[bool, Any, Any]:
 
 
 def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
-    """Reads a number, text, true or false."""
     base, words = _PRIMITIVE_KINDS[kind]
     is_one = type(value) is kind or (isinstance(value, base) and (kind is bool or not isinstance(value, bool)))
     if not is_one and (place.strict or not _converts(value, kind)):
@@ -201,7 +193,6 @@ def _read_entry(value: Any, kind: Any, rule: Rule, place: Place) -> Any:
 
 
 def _read_fields(value: Any, kind: Any, fields: dict[str, Any], rule: Rule, place: Place, default: Any) -> Any:
-    """A dataclass, or a config of Drake's."""
     is_own, is_object = is_dataclass(kind), isinstance(value, kind)
     document = {name: getattr(value, name) for name in fields} if is_object else _mapping(value, place)
     missing = [name for name in fields if is_own and name not in document]
@@ -244,9 +235,9 @@ def _hint(place: Place, key: str, value: Any, fields: Iterable[str]) -> str:
     if is_near(key, fields):
         return suggestion(key, fields)
     schema, document = place.schema, place.document
-    kinds = {"models": "a scenario"} | {
-        name: form for additions in added("DOCUMENTS") for name, form in additions.items()
-    }
+    kinds = {"models": "a scenario"}
+    for additions in added("DOCUMENTS"):
+        kinds |= additions
     other_kinds = [form for name, form in kinds.items() if name in document and name not in _fields(schema)]
     if other_kinds:
         return f"this seems to be {other_kinds[0]}"
@@ -268,10 +259,6 @@ def _suggested_places(schema: Any, field: str, value: Any) -> list[str]:
     return []
 
 
-_MAX_PLACES = 4  # that are suggested: a key in more, such as a name, says little
-_FIRST_KEY = re.compile(r"[^.[]+(?=[.[])")  # the first key of several
-
-
 @cache
 def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
     """Places of each key in a schema, with dots; an entry of a list or mapping is NAME."""
@@ -289,17 +276,6 @@ def _places(schema: Any, depth: int = 4) -> dict[str, list[str]]:
     return by_key
 
 
-def _is_finite(pose: Transform) -> bool:
-    """Whether a pose is known, and finite."""
-    try:
-        return bool(np.isfinite(pose.GetDeterministicValue().GetAsMatrix34()).all())
-    except RuntimeError:  # it is random, or a rotation is not finite
-        return False
-
-
-_ROTATION_KINDS = {"!Rpy": Rotation.Rpy, "!AngleAxis": Rotation.AngleAxis, "!Identity": Rotation.Identity}
-
-
 def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, Any]:
     """Poses are fixed: not random and, unless they are framed, not in a frame, which Drake would ignore here."""
     if not rule.framed and value.get("base_frame") is not None:
@@ -307,8 +283,7 @@ def _pose_parts(value: dict[str, Any], rule: Rule, place: Place) -> dict[str, An
     translation = _three(value.get("translation", [0, 0, 0]), place.key("translation"), "must be three numbers, m")
     rotation, expected = value.get("rotation", {}), "write !Rpy { deg: [roll, pitch, yaw] }"
     parts: dict[str, Any] = dict(rotation) if isinstance(rotation, dict) else {_TAG_KEY: None}
-    kind: Any
-    kind = _ROTATION_KINDS.get(parts.pop(_TAG_KEY, "!Identity"))
+    kind: Any = _ROTATION_KINDS.get(parts.pop(_TAG_KEY, "!Identity"))
     rotation_place = place.key("rotation")
     rotation_place.must(None if kind is not None and parts.keys() == _fields(kind).keys() else expected, rotation)
     for name, part in parts.items():

@@ -48,18 +48,13 @@ def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any
     except ValueError as error:
         reason = f"cannot be read as JSON: {single_line(first_line(error))}"
         raise InputError(where, "file", Path(where).name, reason) from None
-    if value_count > _MAX_DEPTH and (data is None or not _is_shallow(data)):
-        raise InputError(where, "depth", f"more than {_MAX_DEPTH}", "give fewer lists or objects in each other")
-    return data
-
-
-def _is_shallow(data: Any) -> bool:
-    """Whether data are no more than _MAX_DEPTH deep; works without recursion."""
     level = [data]
-    for _ in range(_MAX_DEPTH):
+    for _ in range(_MAX_DEPTH if value_count > _MAX_DEPTH and data is not None else 0):  # without recursion
         parts = (part for entry in level for part in (entry.values() if isinstance(entry, dict) else entry))
         level = [part for part in parts if isinstance(part, list | dict)]
-    return not level
+    if value_count > _MAX_DEPTH and level:
+        raise InputError(where, "depth", f"more than {_MAX_DEPTH}", "give fewer lists or objects in each other")
+    return data
 
 
 def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -82,7 +77,6 @@ def _refuse_constant(name: str) -> None:
     raise ValueError(f"{name} is not a number of JSON")
 
 
-_DECODER = json.JSONDecoder(object_pairs_hook=_unique_keys, parse_int=_whole_number)
-_FINITE_DECODER = json.JSONDecoder(
-    object_pairs_hook=_unique_keys, parse_int=_whole_number, parse_constant=_refuse_constant
-)
+_HOOKS: dict[str, Any] = {"object_pairs_hook": _unique_keys, "parse_int": _whole_number}
+_DECODER = json.JSONDecoder(**_HOOKS)
+_FINITE_DECODER = json.JSONDecoder(**_HOOKS, parse_constant=_refuse_constant)

@@ -31,7 +31,6 @@ class Note(NamedTuple):
 
     @property
     def subject(self) -> str:
-        """The element and its value."""
         return f"{self.element} = {self.value}" if self.value else self.element
 
     def __str__(self) -> str:
@@ -47,7 +46,6 @@ def make_note(outcome: str, file: Path | str, element: str, value: object, why: 
 
 
 def note(outcome: str, file: Path | str, element: str, value: object, why: str) -> None:
-    """Reports one note, see `make_note`."""
     report([make_note(outcome, file, element, value, why)])
 
 
@@ -94,12 +92,8 @@ def summarize(notes: Iterable[Note]) -> list[str]:
     subjects_by_note: dict[tuple[str, str, str], list[str]] = {}
     for entry in notes:
         subjects_by_note.setdefault((entry.file, entry.outcome, entry.why), []).append(entry.subject)
-    return [
-        f"{Path(file).name}: {outcome} {', '.join(subjects[:_MAX_SUBJECTS])}"
-        f"{_more(len(subjects) - _MAX_SUBJECTS)}: {why}"
-        for (file, outcome, why), subjects in subjects_by_note.items()
-    ]
-
-
-def _more(number: int) -> str:
-    return f" and {number} more" if number > 0 else ""
+    lines = []
+    for (file, outcome, why), subjects in subjects_by_note.items():
+        more = f" and {len(subjects) - _MAX_SUBJECTS} more" if len(subjects) > _MAX_SUBJECTS else ""
+        lines.append(f"{Path(file).name}: {outcome} {', '.join(subjects[:_MAX_SUBJECTS])}{more}: {why}")
+    return lines

@@ -6,34 +6,23 @@ import re
 # Quantifiers are possessive: a million digits that are not a number are read once.
 DECIMAL = r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:e[-+]?[0-9]++)?+"
 _DECIMAL_PATTERN = re.compile(DECIMAL, re.IGNORECASE)
+CHANGE = 'or a change such as "+10 %"'  # for messages
 
 
 def is_number(text: str) -> bool:
-    """Whether a text is a decimal number, perhaps with an exponent."""
     return _DECIMAL_PATTERN.fullmatch(text) is not None
 
 
 def number(text: str) -> float:
-    """The number that a text is, spaces around it aside; infinite beyond the range of a float.
-
-    Raises:
-        ValueError: if it is not a decimal number.
-    """
+    """The number that a text is, infinite beyond the range of a float; raises a ValueError if it is not decimal."""
     text = text.strip()
     if not is_number(text):
         raise ValueError(f"not a number: {text[:30]!r}")
     return float(text)
 
 
-CHANGE = 'or a change such as "+10 %"'  # for messages
-
-
 def changed(text: str, old_value: float) -> float:
-    """Computes a number from a signed change of the old value, such as "+10 %", or reads it from the text.
-
-    Raises:
-        ValueError: if the text is neither a number nor a change of one, or not finite.
-    """
+    """A finite number, or a change of the old value such as "+10 %"; raises a ValueError if the text is neither."""
     size, percent, rest = text.partition("%")
     value, sign = number(size), size.strip()[0]
     is_wrong = sign not in "+-" if percent else sign == "+"

@@ -21,6 +21,11 @@ from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
 
 SUMS = "SHA256SUMS"
+_TEMP_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
+_HOST_NAME = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
+_MAX_NAME_TAIL = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
+_made: list[Path] = []  # folders that this process has made for output, each after those inside it
+_locked: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
 def write_checksums(folder: Path) -> None:
@@ -39,17 +44,11 @@ def is_whole(folder: Path) -> bool:
 
 def _checksums(folder: Path) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != SUMS)
-    return "".join(f"{_digest(path)}  {path.relative_to(folder).as_posix()}\n" for path in files)
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-_TEMP_PREFIX = ".soft-gripper-"  # of what is incomplete; host and process follow, so that no other's files are removed
-_HOST_NAME = re.sub("[^A-Za-z0-9.]", "_", os.uname().nodename)[:64]
-_MAX_NAME_TAIL = 40  # characters of a name, its suffix among them, that a partial name ends with: 255 bytes hold both
+    lines = []
+    for path in files:
+        with path.open("rb") as file:
+            lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {path.relative_to(folder).as_posix()}\n")
+    return "".join(lines)
 
 
 @contextmanager
@@ -61,38 +60,26 @@ def atomic_file(path: Path) -> Iterator[Path]:
     _require_name(path)
     target = Path(os.path.realpath(path))
     try:
-        with (_write_to_device if _is_device(target) else _replace_on_success)(target, path.name) as partial:
+        if _is_device(target):
+            with TemporaryDirectory(prefix="soft-gripper-") as folder:
+                partial = Path(folder) / path.name
+                yield partial
+                with partial.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
+                    shutil.copyfileobj(content, file)
+            return
+        partial = _partial(target.with_name(path.name))
+        try:
             yield partial
+            os.replace(partial, target)
+        finally:
+            with suppress(OSError):
+                partial.unlink()
     except OSError as error:
         raise InputError("output", "file", str(path), f"cannot be written: {error.strerror or error}") from None
 
 
-@contextmanager
-def _replace_on_success(target: Path, name: str) -> Iterator[Path]:
-    partial = _partial(target.with_name(name))
-    try:
-        yield partial
-        os.replace(partial, target)
-    finally:
-        with suppress(OSError):
-            partial.unlink()
-
-
-@contextmanager
-def _write_to_device(target: Path, name: str) -> Iterator[Path]:
-    with TemporaryDirectory(prefix="soft-gripper-") as folder:
-        partial = Path(folder) / name
-        yield partial
-        with partial.open("rb") as content, os.fdopen(os.open(target, os.O_WRONLY), "wb") as file:
-            shutil.copyfileobj(content, file)
-
-
 def _is_device(path: Path) -> bool:
-    """Whether a path leads to a device that takes characters.
-
-    Raises:
-        OSError: if it leads to anything else that is not a regular file: writing to a pipe waits for a reader.
-    """
+    """Whether a path is a device for characters; raises an OSError for a pipe: writing would wait for a reader."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -118,35 +105,25 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
     try:
         yield partial
         write_checksums(partial)
-        _move(partial, folder)
+        if not folder.is_dir():
+            partial.rename(folder)
+            return
+        (folder / SUMS).unlink(missing_ok=True)  # old checksums are removed first, new ones come last
+        files = [path for path in partial.rglob("*") if path.is_file()]
+        for file in sorted(files, key=lambda file: file.name == SUMS):
+            target = folder / file.relative_to(partial)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, target)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _move(partial: Path, folder: Path) -> None:
-    """Moves a folder, or its files into a folder that exists; old checksums are removed first, new ones come last."""
-    if not folder.is_dir():
-        partial.rename(folder)
-        return
-    (folder / SUMS).unlink(missing_ok=True)
-    files = [path for path in partial.rglob("*") if path.is_file()]
-    for file in sorted(files, key=lambda file: file.name == SUMS):
-        target = folder / file.relative_to(partial)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.replace(file, target)
-
-
 def read_folder(folder: Path) -> dict[str, bytes]:
-    """The files of a folder by their names."""
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 
 def write_folder(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Writes files as `read_folder` returns them, all or nothing.
-
-    Raises:
-        InputError: if it cannot be written.
-    """
+    """Writes files as `read_folder` returns them, all or nothing; raises an InputError if it cannot be written."""
     try:
         with atomic_folder(folder) as partial:
             for name, content in files.items():
@@ -161,40 +138,29 @@ def _partial(path: Path) -> Path:
 
 
 def writable_folder(path: Path) -> Path:
-    """Makes a folder for output, so that one that cannot be written to is reported before any work is done.
-
-    Raises:
-        InputError: if the folder cannot be made or written to.
-    """
+    """Makes a folder for output, before any work is done; raises an InputError if it cannot be written to."""
     _try_writing("folder", path, path, "probe")
-    _remove_abandoned(path)
-    return path
-
-
-def _remove_abandoned(folder: Path) -> None:
-    """Removes only files that killed processes of this machine left half written, see `atomic_file`."""
-    with os.scandir(folder) as entries:
+    with os.scandir(path) as entries:  # what killed processes of this machine left half written, see `atomic_file`
         abandoned = [entry for entry in entries if entry.is_file(follow_symlinks=False) and _is_abandoned(Path(entry))]
     for entry in abandoned:
         with suppress(OSError):  # another user's
             os.unlink(entry)
+    return path
 
 
 def _is_abandoned(path: Path) -> bool:
     """Whether a path is a `_partial` one of a process of this machine that has ended."""
     host, _, rest = path.name.removeprefix(_TEMP_PREFIX).partition("-")
     pid, _, _ = rest.partition("-")
-    return path.name.startswith(_TEMP_PREFIX) and host == _HOST_NAME and pid.isdecimal() and not _is_alive(int(pid))
-
-
-def _is_alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except (ProcessLookupError, OverflowError):
+    if not (path.name.startswith(_TEMP_PREFIX) and host == _HOST_NAME and pid.isdecimal()):
         return False
+    try:
+        os.kill(int(pid), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
     except PermissionError:
         pass
-    return True
+    return False
 
 
 def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
@@ -220,25 +186,18 @@ def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
 
 def _keep_inputs(inputs: Iterable[Path | str], outputs: Iterable[Path]) -> None:
     for output, file in itertools.product(outputs, list(inputs)):
-        if _are_same(output, Path(file)):
+        try:
+            would_be_lost = output.samefile(file) and not _is_device(output)
+        except (OSError, ValueError):  # there is no such file
+            continue
+        if would_be_lost:
             expected = "is an input of this command, and would be lost: name another file"
             raise InputError("output", "file", str(output), expected)
-
-
-def _are_same(one: Path, other: Path) -> bool:
-    """Whether two paths lead to one file that can be lost, so not to a device."""
-    try:
-        return one.samefile(other) and not _is_device(one)
-    except (OSError, ValueError):  # there is no such file
-        return False
 
 
 def _require_name(path: Path) -> None:
     if not path.name or os.path.isdir(path):
         raise InputError("output", "file", str(path), "cannot be written: it is a folder; name a file")
-
-
-_made: list[Path] = []  # folders that this process has made for output, each after those inside it
 
 
 def _try_writing(field: str, output: Path, folder: Path, name: str) -> None:
@@ -255,9 +214,6 @@ def _try_writing(field: str, output: Path, folder: Path, name: str) -> None:
 
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
-
-
-_locked: dict[str, int] = {}  # folders of this process, and the open files that hold their locks
 
 
 def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[Path | str] = ()) -> Path:
@@ -299,5 +255,4 @@ def release_folders() -> None:
 
 
 def next_folder(folder: Path) -> Path:
-    """The first of the folders 1, 2, 3 ... in a folder that does not exist."""
     return next(candidate for candidate in (folder / str(i) for i in itertools.count(1)) if not candidate.exists())

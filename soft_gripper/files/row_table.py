@@ -25,15 +25,18 @@ from soft_gripper.files.output import atomic_file
 from soft_gripper.files.text import MAX_BYTES, read_text
 
 Row = TypeVar("Row")
+WIDTH = 100  # of a printed table
+_COLUMN_GAP = 2
+UNKNOWN = "not known"  # in sentences, in the place of nan
+_UNITS = {"deg": "degrees", "g": "g", "kpa": "kPa", "mj": "mJ", "mm": "mm", "mm2": "mm^2", "mnm": "mN m", "mns": "mN s"}
+_UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
-    """Writes rows of one dataclass under the names of its fields."""
     write_rows(path, columns(type(rows[0])), map(cells, rows))
 
 
 def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Writes rows of cells under the names of their columns."""
     with atomic_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
@@ -41,11 +44,7 @@ def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[str]]) 
 
 
 def read_csv(path: Path, row: type[Row]) -> list[Row]:
-    """Reads a file written by `write_csv`, as rows of type `row` with fields of str, bool, int or float.
-
-    Raises:
-        InputError: if the file is missing, has no rows, or contains anything else.
-    """
+    """Reads a file of `write_csv`, as rows of type `row`; raises an InputError if it has none, or anything else."""
     names = columns(row)
     try:
         records = list(csv.DictReader(StringIO(read_text(path, MAX_BYTES))))
@@ -60,28 +59,18 @@ def read_csv(path: Path, row: type[Row]) -> list[Row]:
 
 
 def columns(row: type[Any]) -> list[str]:
-    """Names of the columns of a table with rows of this type."""
     return [field.name for field in fields(row)]
 
 
 def cells(row: Any) -> list[str]:
-    """The cells of a row as `write_csv` writes them."""
-    return [_text(value) for value in astuple(row)]
+    # Adding zero turns -0.0 into 0.0.
+    return [f"{round(x, 6) + 0.0:.6f}" if isinstance(x, float) else str(x) for x in astuple(row)]
 
 
 def row_from_cells(texts: Sequence[str], row: type[Row]) -> Row:
     """The row with these cells; raises a ValueError if they do not fit."""
-    kinds = get_type_hints(row)
-    return row(*(_value(text, kinds[name]) for text, name in zip(texts, columns(row), strict=True)))
-
-
-def _value(text: str, kind: Any) -> Any:
-    return text == "True" if kind is bool else kind(text)
-
-
-def _text(value: object) -> str:
-    # Adding zero turns -0.0 into 0.0.
-    return f"{round(value, 6) + 0.0:.6f}" if isinstance(value, float) else str(value)
+    kinds, cells_by_name = get_type_hints(row), zip(texts, columns(row), strict=True)
+    return row(*(text == "True" if kinds[name] is bool else kinds[name](text) for text, name in cells_by_name))
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
@@ -107,20 +96,14 @@ def table_text(headings: Sequence[str], forms: Sequence[str], rows: Iterable[Seq
         title: a line above the table.
     """
     records = [*map(list, rows)]
-    has_values = [not records or any(not _is_nan(record[i]) for record in records) for i in range(len(forms))]
-    columns = [
-        _Column(heading, format_spec, [_cell_text(record[i], format_spec) for record in records])
-        for i, (heading, format_spec) in enumerate(zip(headings, forms, strict=True))
-        if has_values[i]
-    ]
+    columns = []
+    for i, (heading, format_spec) in enumerate(zip(headings, forms, strict=True)):
+        if not records or not all(_is_nan(record[i]) for record in records):
+            columns.append(_Column(heading, format_spec, [_cell_text(record[i], format_spec) for record in records]))
     if _width(columns) > WIDTH:
         columns = [column.narrow() for column in columns]
     blocks = ["\n".join(_lines(block)) for block in _blocks(columns)]
     return "\n".join([*([title] if title else []), "\n\n".join(blocks)])
-
-
-WIDTH = 100  # of a printed table
-_COLUMN_GAP = 2
 
 
 class _Column:
@@ -163,14 +146,9 @@ def _lines(columns: Sequence[_Column]) -> list[str]:
     if any(column.unit for column in columns):
         parts = [[*part, column.unit] for part, column in zip(parts, columns, strict=True)]
     texts = [[*part, *column.cells] for part, column in zip(parts, columns, strict=True)]
-    widths, sides = [column.width for column in columns], [column.side for column in columns]
-    return [
-        "  ".join(f"{text:{side}{width}}" for text, side, width in zip(line, sides, widths, strict=True)).rstrip()
-        for line in zip(*texts, strict=True)
-    ]
-
-
-UNKNOWN = "not known"  # in sentences, in the place of nan
+    forms = [f"{column.side}{column.width}" for column in columns]
+    lines = (map(format, line, forms) for line in zip(*texts, strict=True))
+    return ["  ".join(line).rstrip() for line in lines]
 
 
 def _is_nan(cell: Any) -> bool:
@@ -194,20 +172,11 @@ def print_rows(rows: Sequence[Any], title: str = "", leave: Collection[str] = ()
 
 def headings(row: type[Any], names: Sequence[str]) -> dict[str, str]:
     """The format of each of these fields of a row, by its heading, for `print_table`."""
-    kinds = get_type_hints(row, include_extras=True)
-    return {_heading(name): _format(kinds[name]) for name in names}
-
-
-_UNITS = {"deg": "degrees", "g": "g", "kpa": "kPa", "mj": "mJ", "mm": "mm", "mm2": "mm^2", "mnm": "mN m", "mns": "mN s"}
-_UNITS |= {"ms": "ms", "n": "N", "percent": "%", "s": "s"}
-
-
-def _heading(name: str) -> str:
-    words, _, unit = name.rpartition("_")
-    return f"{words} [{_UNITS[unit]}]".replace("_", " ") if words and unit in _UNITS else name.replace("_", " ")
-
-
-def _format(kind: Any) -> str:
-    if get_origin(kind) is Annotated:
-        return str(get_args(kind)[1])
-    return {int: "d", float: "g"}.get(kind, "")
+    kinds, formats = get_type_hints(row, include_extras=True), {}
+    for name in names:
+        words, _, unit = name.rpartition("_")
+        heading = f"{words} [{_UNITS[unit]}]" if words and unit in _UNITS else name
+        is_annotated = get_origin(kinds[name]) is Annotated
+        format_spec = str(get_args(kinds[name])[1]) if is_annotated else {int: "d", float: "g"}.get(kinds[name], "")
+        formats[heading.replace("_", " ")] = format_spec
+    return formats

@@ -9,14 +9,17 @@ from soft_gripper.errors import InputError
 MAX_BYTES = 2**28  # of a file that is read at once: half an hour of a log of 20 columns at 1 kHz
 MAX_TEXT_BYTES = 2**25  # of a model, a description or a document
 _LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+_BYTE_ORDER_MARKS = (  # those of UTF-32 begin like those of UTF-16
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
 
 
 def name_of(name_or_path: object) -> str:
-    """The name of something shipped, or a path, as text.
-
-    Raises:
-        InputError: if it is neither.
-    """
+    """The name of something shipped, or a path, as text; raises an InputError if it is neither."""
     if not isinstance(name_or_path, str | Path):
         raise InputError("file", "name", name_or_path, "give a name or a path, as text")
     return str(name_or_path)
@@ -36,22 +39,14 @@ def check_regular(path: Path, max_bytes: int | None = None) -> None:
 
 
 def read_bytes(path: Path, max_bytes: int = MAX_BYTES) -> bytes:
-    """The content of a regular file.
-
-    Raises:
-        InputError: as `check_regular`, or if the file cannot be read.
-    """
+    """The content of a regular file; raises as `check_regular`, or if the file cannot be read."""
     data = _read_beginning(path, max_bytes + 1, max_bytes)
     _check_size(path, len(data), max_bytes)  # some files of /proc say that they are empty
     return data
 
 
 def read_text(path: Path, max_bytes: int = MAX_TEXT_BYTES) -> str:
-    """The text of a regular file, in UTF-8, or in UTF-16 or UTF-32 with a byte order mark.
-
-    Raises:
-        InputError: as `read_bytes`, or if it is not text.
-    """
+    """The text of a regular file, in UTF-8, -16 or -32; raises as `read_bytes`, or an InputError if it is not text."""
     return decode(path, read_bytes(path, max_bytes))
 
 
@@ -62,7 +57,8 @@ def _read_beginning(path: Path, count: int, max_bytes: int | None) -> bytes:
         if not os.path.isfile(path):
             raise InputError(path, "file", path.name, "cannot be read: it is not a regular file")
         _check_size(path, size, max_bytes)
-        with open(path, "rb", opener=_open_without_waiting) as file:
+        # No read waits: some files of /proc are regular, and wait for data.
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
             data = file.read(count)
         if data is None:
             raise InputError(path, "file", path.name, "cannot be read: it waits for what others write")
@@ -77,23 +73,9 @@ def _read_beginning(path: Path, count: int, max_bytes: int | None) -> bytes:
     return data
 
 
-def _open_without_waiting(path: str, flags: int) -> int:
-    """Opens a file so that no read waits: some of /proc are regular, and wait for data."""
-    return os.open(path, flags | os.O_NONBLOCK)
-
-
 def _check_size(path: Path, size: int, max_bytes: int | None) -> None:
     if max_bytes is not None and size > max_bytes:
         raise InputError(path, "size", size, f"give a file of at most {max_bytes} bytes")
-
-
-_BYTE_ORDER_MARKS = (  # those of UTF-32 begin like those of UTF-16
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),
-    (codecs.BOM_UTF32_BE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
 
 
 def decode(path: Path, data: bytes, encoding: str | None = None, fallback: str | None = None) -> str:

@@ -23,6 +23,14 @@ _COMMENT_PATTERN = re.compile(r"<!--.*?(?:-->|\Z)", re.DOTALL)
 _PREFIX_PATTERN = re.compile(r"(?<=[<\s/])([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=[\s=/>])")
 _ROOT_PATTERN = re.compile(r"<[A-Za-z_][\w:.-]*")
 _DEFAULT_NAMESPACE_PATTERN = re.compile(r"""\sxmlns\s*=\s*("[^"]*"|'[^']*')""")
+# What a model may have at most, which is more than others have: Drake takes time by the square of these.
+_MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
+_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500)
+_MAX_COUNTS |= dict.fromkeys(("visual", "collision", "geom"), 2500)
+_MAX_SHAPES = 500  # in a link
+LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
+_NUMBER_PATTERN = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
+_COUNT_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -64,9 +72,8 @@ def _repair(where: Path | str, text: str) -> str:
     text = _COMMENT_PATTERN.sub(
         lambda comment: "\n" * comment[0].count("\n") if comment[0].endswith("-->") else "<", text
     )
-    prefixes = sorted(
-        set(_PREFIX_PATTERN.findall(text)) - {"xml", "xmlns"} - set(re.findall(r"\sxmlns:([\w.-]+)\s*=", text))
-    )
+    declared_prefixes = {"xml", "xmlns", *re.findall(r"\sxmlns:([\w.-]+)\s*=", text)}
+    prefixes = sorted(set(_PREFIX_PATTERN.findall(text)) - declared_prefixes)
     if len(prefixes) > _MAX_PREFIXES:
         expected = f"is one of more than {_MAX_PREFIXES} prefixes without a declaration; declare them by xmlns"
         raise InputError(where, "prefix", prefixes[0], expected)
@@ -114,34 +121,16 @@ def _drake_tag(tag: str) -> str:
     return DRAKE + name if uri.endswith("drake.mit.edu") else tag
 
 
-# What a model may have at most, which is more than others have: Drake takes time by the square of these.
-_MAX_COUNTS = dict.fromkeys(("link", "body", "frame", "finger"), 500)
-_MAX_COUNTS |= dict.fromkeys(("joint", "transmission", "default"), 1500) | dict.fromkeys(
-    ("visual", "collision", "geom"), 2500
-)
-_MAX_SHAPES = 500  # in a link
-
-
 def check_counts(where: object, model: ET.Element) -> None:
-    """Checks that a model is not so large that Drake takes minutes for it.
-
-    Raises:
-        InputError: if it has too many links, joints or shapes.
-    """
+    """Raises an InputError if a model has so many links, joints or shapes that Drake takes minutes for it."""
     counts = Counter(element.tag for element in model.iter() if isinstance(element.tag, str))
     for tag, max_count in _MAX_COUNTS.items():
         if counts[tag] > max_count:
             raise InputError(where, f"<{tag}>", counts[tag], f"give at most {max_count} of them")
     for link in [element for element in model.iter() if element.tag in ("link", "body")]:
         if (count := sum(shape.tag in ("collision", "geom") for shape in link)) > _MAX_SHAPES:
-            raise InputError(
-                f"{where}: {link.tag} '{link.get('name')}'", "shapes", count, f"give at most {_MAX_SHAPES}"
-            )
-
-
-LEAST, MOST = 1e-30, 1e15  # of the size of a number that is not 0: enough for all that models contain, in SI units
-_NUMBER_PATTERN = re.compile(rf"{DECIMAL}|[-+]?inf(inity)?", re.IGNORECASE)
-_COUNT_WORDS = {1: "a number", 2: "two numbers", 3: "three numbers", 4: "four numbers"}
+            place = f"{where}: {link.tag} '{link.get('name')}'"
+            raise InputError(place, "shapes", count, f"give at most {_MAX_SHAPES}")
 
 
 def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:
@@ -191,6 +180,14 @@ def number(where: object, element: ET.Element | None, name: str, default: str = 
         text = default if child is None else child.get("value", child.text or "")
     (value,) = read_numbers(where, f"{tag}.{name}", text or "", 1)
     return value
+
+
+def take(parent: ET.Element, *tags: str) -> list[ET.Element]:
+    """Removes the children of an element with these tags, and returns them."""
+    children = [child for tag in tags for child in parent.findall(tag)]
+    for child in children:
+        parent.remove(child)
+    return children
 
 
 def joint_end(joint: ET.Element, end: str) -> str:

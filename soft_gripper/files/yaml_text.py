@@ -66,7 +66,12 @@ class _Loader(yaml.SafeLoader):
         node = super().compose_scalar_node(anchor)
         self._require(len(node.value) <= _MAX_SCALAR, "length", len(node.value), f"{_MAX_SCALAR} characters of a value")
         self._count(node, 1)
-        _check_number(self._where, node)
+        kind, size = node.tag.rpartition(":")[2], node.value.lower().lstrip("+-")
+        if node.style is None and kind in ("int", "float") and size not in (".inf", ".nan"):
+            is_octal = kind == "int" and size.startswith("0") and size != "0"
+            if is_octal or not is_number(node.value):  # such as 1_0, 0x10, or 1:30 of base 60
+                expected = "give a decimal number, such as 10 or 1.5; put text in quotes"
+                raise InputError(self._where, "number", node.value, expected)
         return node
 
     def compose_sequence_node(self, anchor: str | None) -> yaml.SequenceNode:
@@ -106,21 +111,7 @@ class _Loader(yaml.SafeLoader):
             raise InputError(self._where, field, number, f"give no more than {limit}")
 
 
-def _check_number(where: Path | str, node: yaml.ScalarNode) -> None:
-    """Checks that a number of YAML is decimal: not 1_0, 0x10, octal 010, or 1:30 of base 60."""
-    kind, size = node.tag.rpartition(":")[2], node.value.lower().lstrip("+-")
-    if node.style is not None or kind not in ("int", "float") or size in (".inf", ".nan"):
-        return
-    is_octal = kind == "int" and size.startswith("0") and size != "0"
-    if is_octal or not is_number(node.value):
-        raise InputError(where, "number", node.value, "give a decimal number, such as 10 or 1.5; put text in quotes")
-
-
-def _construct_tagged(loader: _Loader, tag: str, node: yaml.Node) -> dict[Any, Any]:
-    return loader.construct_mapping(node) | {"_tag": tag}
-
-
-_Loader.add_multi_constructor("", _construct_tagged)
+_Loader.add_multi_constructor("", lambda loader, tag, node: loader.construct_mapping(node) | {"_tag": tag})
 
 
 def _check_plain(where: Path | str, value: Any, field: str) -> None:

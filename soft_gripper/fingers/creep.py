@@ -68,8 +68,7 @@ def advance(branches: Sequence[CreepBranch], z: Array, old_angle: Array, new_ang
         period: s.
     """
     decay, old_gain, new_gain = recursion(branches, period)
-    next_z: Array = decay * z + old_gain * old_angle[..., None, :] + new_gain * new_angle[..., None, :]
-    return next_z
+    return decay * z + old_gain * old_angle[..., None, :] + new_gain * new_angle[..., None, :]
 
 
 def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Array:
@@ -77,8 +76,7 @@ def memory_torque(finger: Finger, z: Array, pressure: Array | float = 0.0) -> Ar
 
     `pressure`, (...) Pa, is that in the chamber; it matters only to a finger with a pressure law.
     """
-    torque: Array = finger.softening(pressure)[..., None] * (shares(finger) @ z * finger.stiffness)
-    return torque
+    return finger.softening(pressure)[..., None] * (shares(finger) @ z * finger.stiffness)
 
 
 def shares(finger: Finger) -> Array:
@@ -156,9 +154,8 @@ class PressureSoftening(Diagram):
         divisor = if_then_else(abs(pressure) < NO_PRESSURE, 1.0, pressure)  # the branch not taken must not divide by 0
         ratio = if_then_else(abs(pressure) < NO_PRESSURE, float(law.softening(0.0)), effective / divisor)
         builder = DiagramBuilder()
-        curve = builder.AddNamedSystem(
-            "law", PiecewiseLinearBlock(PiecewiseLinear(law.curve.x[None], law.curve.y[None]))
-        )
+        curves = PiecewiseLinear(law.curve.x[None], law.curve.y[None])
+        curve = builder.AddNamedSystem("law", PiecewiseLinearBlock(curves))
         multiplexer = builder.AddNamedSystem("both", Multiplexer(2))
         softening = builder.AddNamedSystem("ratio", SymbolicVectorSystem(input=[effective, pressure], output=[ratio]))
         builder.ExportInput(curve.get_input_port(), "pressure")

@@ -32,7 +32,6 @@ from soft_gripper.quantity import Violation, quantity, valid
 _LENGTH_TOLERANCE = 1e-9  # m
 _MAX_SEGMENTS = 500
 _MAX_THICKNESS = 1000  # lengths of a segment; joints are drawn with as many cylinders
-_CHAMBER_SIZES = ("thickness", "width")  # of a chamber, along x and along y
 _STEP_TOLERANCE = 1e-9  # fraction of the length within which a position is at a step
 _MIN_SECTION_SPACING = 1e-6  # fraction of the length, minimum distance of sections that are not a step
 
@@ -144,7 +143,10 @@ class Finger:
         for s in {s for chamber in self.chambers for s in self._stations(chamber)}:
             holes = self._holes(s)
             off_plane = [hole for hole in holes if float(hole.area) > 0 and abs(float(hole.y)) > _LENGTH_TOLERANCE]
-            if any(not any(_are_mirrored(hole, other) for other in off_plane) for hole in off_plane):
+            mirrored = [np.array(hole) * [1, 1, 1, -1] for hole in off_plane]
+            if not all(
+                any(np.allclose(np.array(hole), m, 0, _LENGTH_TOLERANCE) for m in mirrored) for hole in off_plane
+            ):
                 yield "chamber.y", [float(hole.y) for hole in holes], "give a chamber at -y for each at y, and as wide"
             if any(_overlap(one, other) for i, one in enumerate(holes) for other in holes[:i]):
                 yield "chamber.x", [float(hole.x) for hole in holes], f"chambers overlap at {1e3 * s:.3g} mm"
@@ -154,12 +156,11 @@ class Finger:
         for s in self._stations(path):
             section = self.section(s)
             x, y = (float(path.value_at(name, s, self.length)) for name in "xy")
-            t, w = (
-                float(path.value_at(n, s, self.length)) / 2 if isinstance(path, Chamber) else 0.0
-                for n in _CHAMBER_SIZES
-            )
-            half = float(section.thickness) / 2
-            room = half - float(section.layer_thickness) if isinstance(path, Chamber) else half
+            t = w = 0.0
+            half = room = float(section.thickness) / 2
+            if isinstance(path, Chamber):
+                t, w = (float(path.value_at(name, s, self.length)) / 2 for name in ("thickness", "width"))
+                room = half - float(section.layer_thickness)
             if not (x + t <= room + _LENGTH_TOLERANCE and t - x <= half + _LENGTH_TOLERANCE):
                 expected = f"leaves the section at {1e3 * s:.3g} mm, where x runs from {-half:.3g} to {room:.3g} m"
                 yield "x", path.x, expected
@@ -205,9 +206,7 @@ class Finger:
         places, parameters = self._section_parameters
         piece = np.clip(np.searchsorted(places, position + _STEP_TOLERANCE) - 1, 0, len(places) - 2)
         fraction = (position - places[piece]) / (places[piece + 1] - places[piece])
-        numbers = {
-            name: values[piece] + (values[piece + 1] - values[piece]) * fraction for name, values in parameters.items()
-        }
+        numbers = {name: at[piece] + (at[piece + 1] - at[piece]) * fraction for name, at in parameters.items()}
         return PiercedSection(**numbers, bores=self._holes(s)) if self.chambers else CrossSection(**numbers)
 
     @cached_property
@@ -309,10 +308,8 @@ class Finger:
     @cached_property
     def pressures(self) -> int:
         """Number of supplied pressures: one for each chamber."""
-        is_pulled_alone = (
-            bool(self.tendons) and max(float(section.chamber_area) for section in self.cross_sections) == 0
-        )
-        return len(self.chambers) if self.chambers or is_pulled_alone else 1
+        largest_area = max(float(section.chamber_area) for section in self.cross_sections)
+        return len(self.chambers) if self.chambers or (self.tendons and largest_area == 0) else 1
 
     @cached_property
     def laws(self) -> tuple[PressureLaw | None, ...]:
@@ -460,8 +457,7 @@ class Finger:
     def link_centers(self) -> Planar:
         """Centre of mass of every link, m from its proximal end, z + i x, shape (N + 1,)."""
         x, z = self.links.center
-        centers: Planar = z + 1j * x
-        return centers
+        return z + 1j * x
 
     @property
     def link_gyration(self) -> Array:
@@ -474,8 +470,7 @@ class Finger:
         lengths, masses = np.diff(self.link_ends)[1:], self.link_masses[1:]
         outer_masses = np.cumsum(masses[::-1])[::-1] - masses
         moments = lengths * outer_masses + masses * self.link_centers[1:]
-        joint_moments: Planar = np.tril(np.outer(moments, np.ones(self.segments)))
-        return joint_moments
+        return np.tril(np.outer(moments, np.ones(self.segments)))
 
     def section_ends(self, sections: int) -> NDArray[np.int_]:
         """Segments covered up to the end of each sensor section, shape (sections + 1,), from 0 to N.
@@ -518,13 +513,15 @@ class Finger:
         dt^2 (K_explicit - K_implicit) - 2 dt D - 4 M is singular. Where the damping is beta times the stiffness, a mode
         of natural frequency w reaches it at dt = beta + sqrt(beta^2 + 4 / w^2). Infinite if no step is too long.
         """
-        max_stiffening = (
-            1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken_fraction.y)
-        )  # by pressure
+        max_stiffening = 1.0 if self.pressure_law is None else 1 - min(self.pressure_law.taken_fraction.y)
         max_stiffnesses = self.stiffnesses | {"bending": max_stiffening * self.joint_law.slopes.max(axis=-1)}
         joints = np.diag(np.concatenate(list(max_stiffnesses.values())))
         damping = self.relaxation_time * np.diag(np.concatenate(list(self.stiffnesses.values())))
-        stiffness = self._tendon_stiffness(list(max_stiffnesses)) + (-joints if implicit else joints)
+        # The stiffness that the tendons add at the joints of the straight finger, (W N, W N).
+        zeros = np.zeros((len(self.tendons), self.segments))
+        levers = np.concatenate([self.tension_gains.get(name, zeros) for name in max_stiffnesses], axis=-1)
+        tendons = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
+        stiffness = tendons + (-joints if implicit else joints)
         identity = np.eye(len(joints))
         inverse_mass = np.linalg.inv(self.mass_matrix(list(max_stiffnesses)))
         # The eigenvalues are the inverses of the steps at which the matrix above is singular.
@@ -532,21 +529,8 @@ class Finger:
         longest = float(np.linalg.eigvals(steps).real.max())
         return 1 / longest if longest > 0 else np.inf
 
-    def _tendon_stiffness(self, deformations: Sequence[str]) -> Array:
-        """Stiffness that the tendons add at the joints of the straight finger, (W N, W N)."""
-        zeros = np.zeros((len(self.tendons), self.segments))
-        levers = np.concatenate([self.tension_gains.get(deformation, zeros) for deformation in deformations], axis=-1)
-        stiffness: Array = (levers.T * [tendon.stiffness for tendon in self.tendons]) @ levers
-        return stiffness
-
-
-def _are_mirrored(first: Hole, second: Hole) -> bool:
-    """Whether two holes mirror each other in y."""
-    return bool(np.allclose(np.array(first) - np.array(second) * [1, 1, 1, -1], 0, atol=_LENGTH_TOLERANCE))
-
 
 def _overlap(first: Hole, second: Hole) -> bool:
-    """Whether two holes overlap."""
     (width, thickness, *_), (wide, thick, *_) = np.array(first, float), np.array(second, float)
     x, y = (np.array(first, float) - np.array(second, float))[2:]
     room = min((width + wide) / 2 - abs(y), (thickness + thick) / 2 - abs(x))

@@ -68,42 +68,11 @@ from soft_gripper.fingers.paths import Chamber, Tendon
 
 _Section = TypeVar("_Section", bound=CrossSection)
 _PASCALS_PER_PSI = 6894.757  # Pa
-
-
-class Silicone(NamedTuple):
-    """Properties of a silicone for a cross-section, and their source."""
-
-    youngs_modulus: float  # Pa, of small strains
-    density: float  # kg/m^3
-    source: str
-
-
-def _from_stress_at_twice_the_length(psi: float) -> float:
-    """Young's modulus, Pa, of a neo-Hookean solid with that nominal stress at 100 % strain."""
-    return 3 * psi * _PASCALS_PER_PSI / (2 - 1 / 4)
-
-
 _ECOFLEX_SOURCE = "Smooth-On, Ecoflex Series, technical bulletin: modulus at 100 % strain"
 _CANTILEVER_SOURCE = "Sim-to-Real for Differentiable Projective Dynamics on Soft Robots, 2021"
 _CONNOLLY_SOURCE = "F. Connolly et al., Mechanical Programming of Soft Actuators by Varying Fiber Angle, 2015"
 _POLYGERINOS_SOURCE = "P. Polygerinos et al., Towards a Soft Pneumatic Glove for Hand Rehabilitation, 2013"
 _DRAGON_SKIN_SOURCE = "Smooth-On, Dragon Skin Series, technical bulletin"
-SILICONES = {
-    "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX_SOURCE} 10 psi"),
-    "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX_SOURCE} 12 psi"),
-    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER_SOURCE}: bending of a cantilever; {_DRAGON_SKIN_SOURCE}"),
-    "dragon_skin_30": Silicone(
-        _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN_SOURCE}: modulus at 100 % strain 86 psi"
-    ),
-    "smooth_sil_950": Silicone(
-        3 * 0.68e6, 1240.0, f"{_CONNOLLY_SOURCE}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
-    ),
-    "elastosil_m4601": Silicone(
-        6 * 0.11e6, 1130.0, f"{_POLYGERINOS_SOURCE}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
-    ),
-}
-
-
 _CHILD_ATTRIBUTES = {
     "parent": ["link"],
     "origin": ["xyz", "rpy"],
@@ -122,12 +91,7 @@ _CHILD_ATTRIBUTES = {
 }
 _PATH_CLASSES = {"chamber": Chamber, "tendon": Tendon}
 # Names in the file of those fields of a Finger that have another name there.
-_NAMES_IN_FILE = {
-    "length": "body.length",
-    "segments": "body.segments",
-    "relaxation_time": "body.relaxation_time",
-    "shear_factor": "body.shear_factor",
-    "yields": "body.yields",
+_NAMES_IN_FILE = {name: f"body.{name}" for name in _CHILD_ATTRIBUTES["body"]} | {
     "sensor_spacing": "sensors.spacing",
     "elastic_law.curvature": "elastic_law.angle",
     "elastic_law.base_moment": "elastic_law.base_torque",
@@ -135,8 +99,39 @@ _NAMES_IN_FILE = {
     "tip_load.x": "tip_load.xyz",
     "tip_load.z": "tip_load.xyz",
 }
+_OPTIONAL = ("stiffness_taken",)  # of a law
 _REQUIRED_TAGS = ("parent", "body", "base", "tip", "sensors")
 _REPEATABLE_TAGS = ("section", *_PATH_CLASSES)
+_BODY_FIELDS = ("segments", "relaxation_time", "shear_factor")
+
+
+class Silicone(NamedTuple):
+    """Properties of a silicone for a cross-section, and their source."""
+
+    youngs_modulus: float  # Pa, of small strains
+    density: float  # kg/m^3
+    source: str
+
+
+def _from_stress_at_twice_the_length(psi: float) -> float:
+    """Young's modulus, Pa, of a neo-Hookean solid with that nominal stress at 100 % strain."""
+    return 3 * psi * _PASCALS_PER_PSI / (2 - 1 / 4)
+
+
+SILICONES = {
+    "ecoflex_00_30": Silicone(_from_stress_at_twice_the_length(10), 1070.0, f"{_ECOFLEX_SOURCE} 10 psi"),
+    "ecoflex_00_50": Silicone(_from_stress_at_twice_the_length(12), 1070.0, f"{_ECOFLEX_SOURCE} 12 psi"),
+    "dragon_skin_10": Silicone(2.64e5, 1070.0, f"{_CANTILEVER_SOURCE}: bending of a cantilever; {_DRAGON_SKIN_SOURCE}"),
+    "dragon_skin_30": Silicone(
+        _from_stress_at_twice_the_length(86), 1080.0, f"{_DRAGON_SKIN_SOURCE}: modulus at 100 % strain 86 psi"
+    ),
+    "smooth_sil_950": Silicone(
+        3 * 0.68e6, 1240.0, f"{_CONNOLLY_SOURCE}: neo-Hookean shear modulus 0.68 MPa; Smooth-On, Smooth-Sil Series"
+    ),
+    "elastosil_m4601": Silicone(
+        6 * 0.11e6, 1130.0, f"{_POLYGERINOS_SOURCE}: Yeoh C1 = 0.11 MPa, E = 6 C1; Wacker, Elastosil M 4601, data sheet"
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -202,8 +197,7 @@ class _Reader:
         child = self.child(tag)
         name = None if child is None else child.get("material")
         if child is None or name is None:
-            section: _Section = self.record(tag, cls)
-            return section
+            return self.record(tag, cls)
         if name not in SILICONES:
             raise InputError(self.where, f"{tag}.material", name, f"not known; known: {', '.join(SILICONES)}")
         silicone = SILICONES[name]
@@ -214,12 +208,13 @@ class _Reader:
         section = self.record(tag, cls, **silicone_values)
         return section
 
-    def sections(self) -> tuple[Station, ...]:
-        count = len(self.element.findall("section"))
-        return tuple(self.section(f"section[{i}]", Station) for i in range(count))
-
-    def numbers(self, tag: str, attribute: str) -> tuple[float, ...]:
-        return finite_numbers(self.where, f"{tag}.{attribute}", self.text(tag, attribute))
+    def columns(self, tag: str) -> list[tuple[float, ...]]:
+        """The attributes of <tag>, each a list of numbers; none without <tag>."""
+        child = self.child(tag)
+        if child is None:
+            return []
+        names = [name for name in _CHILD_ATTRIBUTES[tag] if name not in _OPTIONAL or child.get(name) is not None]
+        return [finite_numbers(self.where, f"{tag}.{name}", self.text(tag, name)) for name in names]
 
     def elastic_law(self, segment_length: float) -> ElasticLaw | None:
         if self.element.find("elastic_law") is None:
@@ -227,28 +222,11 @@ class _Reader:
         angle, base, tip = self.columns("elastic_law")
         return ElasticLaw(tuple(a / (segment_length or 1.0) for a in angle), base, tip)
 
-    def columns(self, tag: str) -> list[tuple[float, ...]]:
-        """The attributes of <tag>, each a list of numbers."""
-        return [self.numbers(tag, attribute) for attribute in _CHILD_ATTRIBUTES[tag]]
-
     def creep(self) -> tuple[CreepBranch, ...]:
-        if self.element.find("creep") is None:
-            return ()
-        shares, times = self.columns("creep")
+        shares, times = self.columns("creep") or [(), ()]
         if len(shares) != len(times):
             raise InputError(self.where, "creep.time", times, "give as many numbers as there are shares")
         return tuple(map(CreepBranch, shares, times))
-
-    def pressure_law(self) -> PressureLaw | None:
-        child = self.element.find("pressure_law")
-        if child is None:
-            return None
-        names = [
-            name
-            for name in _CHILD_ATTRIBUTES["pressure_law"]
-            if name != "stiffness_taken" or child.get(name) is not None
-        ]
-        return PressureLaw(*(self.numbers("pressure_law", name) for name in names))
 
     def tip_load(self) -> TipLoad | None:
         if self.element.find("tip_load") is None:
@@ -259,7 +237,6 @@ class _Reader:
         return TipLoad(self.number("tip_load", "mass"), x, z)
 
     def paths(self, tag: str) -> tuple[Any, ...]:
-        """The chambers, or the tendons."""
         cls = _PATH_CLASSES[tag]
         paths = []
         for child in self.element.findall(tag):
@@ -307,12 +284,12 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     parts = {
         "base": reader.section("base", CrossSection),
         "tip": reader.section("tip", CrossSection),
-        "sections": reader.sections(),
+        "sections": tuple(reader.section(f"section[{i}]", Station) for i in range(len(element.findall("section")))),
         "contact": reader.record("contact", ContactMaterial),
         "sensor_spacing": reader.number("sensors", "spacing"),
         "elastic_law": reader.elastic_law(body["length"] / max(file_segments, 1)),
         "creep": reader.creep(),
-        "pressure_law": reader.pressure_law(),
+        "pressure_law": PressureLaw(*law) if (law := reader.columns("pressure_law")) else None,
         "tip_load": reader.tip_load(),
         "chambers": reader.paths("chamber"),
         "tendons": reader.paths("tendon"),
@@ -321,12 +298,58 @@ def read_finger_element(file: str, element: ET.Element, segments: int | None = N
     try:
         return FingerElement(Finger(reader.name, **body, **parts), *mount)
     except InputError as error:
-        raise InputError(f"{file}: {error.where}", _name_in_file(error.field), error.value, error.expected) from None
+        field = error.field.replace("sections[", "section[", 1)
+        if not field.startswith("section["):
+            field = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
+        expected = _NAMES_IN_FILE.get(field, field), error.value, error.expected
+        raise InputError(f"{file}: {error.where}", *expected) from None
 
 
-def _name_in_file(field: str) -> str:
-    """The name in the file of a field of a Finger."""
-    if field.startswith("sections["):
-        return field.replace("sections", "section", 1)
-    name = re.sub(r"^(chamber|tendon)s\b", r"\1", re.sub(r"\[\d+\]", "", field))
-    return _NAMES_IN_FILE.get(name, name)
+def finger_element(mounted: FingerElement) -> ET.Element:
+    """The <finger> element of a finger, without default values."""
+    finger = mounted.finger
+    element = ET.Element("finger", name=finger.name)
+    ET.SubElement(element, "parent", link=mounted.parent)
+    ET.SubElement(element, "origin", xyz=_text(mounted.xyz), rpy=_text(mounted.rpy))
+    numbers = {name: _text(getattr(finger, name)) for name in _BODY_FIELDS}
+    yields = " ".join(finger.yields)
+    ET.SubElement(element, "body", {"length": _text(finger.length), **numbers, "yields": yields})
+    ET.SubElement(element, "base", _attributes(finger.base))
+    for section in finger.sections:
+        ET.SubElement(element, "section", _attributes(section))
+    ET.SubElement(element, "tip", _attributes(finger.tip))
+    ET.SubElement(element, "sensors", spacing=_text(finger.sensor_spacing))
+    ET.SubElement(element, "contact", _attributes(finger.contact))
+    if finger.elastic_law is not None:
+        law, ds = finger.elastic_law, finger.segment_length
+        angle = _text([ds * curvature for curvature in law.curvature])
+        torques = {"base_torque": _text(law.base_moment), "tip_torque": _text(law.tip_moment)}
+        ET.SubElement(element, "elastic_law", {"angle": angle, **torques})
+    if finger.creep:
+        shares, times = zip(*((branch.share, branch.time) for branch in finger.creep), strict=True)
+        ET.SubElement(element, "creep", share=_text(shares), time=_text(times))
+    if finger.pressure_law is not None:
+        ET.SubElement(element, "pressure_law", _attributes(finger.pressure_law))
+    if finger.tip_load is not None:
+        load = finger.tip_load
+        ET.SubElement(element, "tip_load", mass=_text(load.mass), xyz=_text((load.x, 0.0, load.z)))
+    for path in (*finger.chambers, *finger.tendons):
+        ET.SubElement(element, "chamber" if isinstance(path, Chamber) else "tendon", _attributes(path))
+    return element
+
+
+def _attributes(part: Any) -> dict[str, str]:
+    """Fields of a dataclass with other than default values, as text."""
+    values = ((parameter, getattr(part, parameter.name)) for parameter in fields(part))
+    return {
+        parameter.name: _text(value)
+        for parameter, value in values
+        if parameter.default is MISSING or value != parameter.default
+    }
+
+
+def _text(value: Any) -> str:
+    """A value, in full, so that the same finger is read again."""
+    if isinstance(value, str):
+        return value
+    return " ".join(map(_text, value)) if isinstance(value, tuple | list) else repr(value)

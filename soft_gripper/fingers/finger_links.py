@@ -15,13 +15,21 @@ from soft_gripper.arrays import Array
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
-from soft_gripper.fingers.finger_parts import AXES, SLIDES, TipLoad
+from soft_gripper.fingers.finger_parts import AXES, SLIDES
 
 _SILICONE_COLOR = "0.93 0.55 0.36 1"
 _JOINT_LINK_MASS_SHARE = 1e-6  # mass of a link between two joints of a segment, over that of the link before
 _KNUCKLE_WIDTH_RATIO = 0.994  # width of a knuckle over that of its link
 _STEEL_DENSITY = 7850.0  # kg/m^3
 _STEEL_COLOR = "0.6 0.62 0.65 1"
+SPRINGS = ("linear", "torsion", "implicit")
+_SKIN_LINKS = 12  # segments of a finger whose skin has the stiffness of its modulus
+_FINEST_SKIN = 24  # maximum of segments with a piece of skin each; with more, several share a piece
+# The row of points of the last link, and its share of the stiffness. A tip that presses on something leans on its end,
+# over a wedge that covers about half of this link; chosen by the force and the tip of the box grasp (docs/solver.md).
+_TIP_ROW, _TIP_SHARE = 0.6, 0.5
+_PAD_RADIUS = 2e-3  # m, maximum
+_CONTACT_FREE_PIECES = 2  # pieces of skin up to this distance apart never touch
 
 
 def link_name(finger: str, index: int) -> str:
@@ -35,13 +43,10 @@ def joint_name(finger: str, index: int, deformation: str = "bending") -> str:
 
 
 def tip_name(finger: str) -> str:
-    """Name of the frame at the tip."""
     return f"{finger}_tip"
 
 
 class _Joint(NamedTuple):
-    """Joint of a segment, for one deformation."""
-
     finger: Finger
     segment: int
     deformation: str
@@ -69,7 +74,6 @@ class _Joint(NamedTuple):
 
 
 def _joints(finger: Finger) -> list[_Joint]:
-    """Joints from the base to the tip."""
     joints: list[_Joint] = []
     for i in range(finger.segments):
         deformations = finger.deformations(i)
@@ -79,9 +83,6 @@ def _joints(finger: Finger) -> list[_Joint]:
         columns = deformations, links[:-1], links[1:], heights
         joints += [_Joint(finger, i, *joint) for joint in zip(*columns, strict=True)]
     return joints
-
-
-SPRINGS = ("linear", "torsion", "implicit")
 
 
 def finger_to_urdf(
@@ -104,18 +105,25 @@ def finger_to_urdf(
     finger = mounted.finger
     links = [_link(finger, i, visuals, points) for i in range(finger.segments + 1)]
     joints = _joints(finger)
-    joint_links = [_link_between(joint) for joint in joints if joint.child != link_name(finger.name, joint.segment + 1)]
+    joint_links: list[ET.Element] = []  # nearly massless
+    for joint in joints:
+        if joint.child != link_name(finger.name, joint.segment + 1):
+            mass = _JOINT_LINK_MASS_SHARE * float(finger.link_masses[joint.segment])
+            inertial = _inertial(mass, (0, 0), (mass * finger.segment_length**2,) * 3)
+            joint_links.append(_element("link", inertial, name=joint.child))
     is_implicit = springs == "implicit"
     spring_joints = [joint for joint in joints if springs == "linear" or (springs == "torsion" and joint.slides)]
     elastic = [spring for joint in spring_joints for spring in _springs(joint)]
     driven_joints = [joint for joint in joints if is_implicit or joint.deformation in finger.driven_deformations]
     actuators = [_actuator(joint, is_implicit) for joint in driven_joints]
-    frames_and_filters = [
-        _tip_frame(finger),
-        *_collision_filters(finger, _contact_free_links(finger) if touches_itself else finger.segments),
-    ]
-    hinges = [_joint(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
-    return [*links, _mount(mounted), *joint_links, *hinges, *elastic, *actuators, *frames_and_filters]
+    hinges = [_hinge(joint, 0.0 if is_implicit else joint.damping) for joint in joints]
+    mount_name, base = f"{finger.name}_mount", link_name(finger.name, 0)
+    mount_pose = {"xyz": _text(*mounted.xyz), "rpy": _text(*mounted.rpy)}
+    mount = _joint(mount_name, "fixed", mounted.parent, base, mount_pose)
+    last_link, xyz = link_name(finger.name, finger.segments), _text(0, 0, finger.segment_length / 2)
+    tip = _element("frame", name=tip_name(finger.name), link=last_link, xyz=xyz, rpy="0 0 0")
+    filters = _collision_filters(finger, touches_itself)
+    return [*links, mount, *joint_links, *hinges, *elastic, *actuators, tip, *filters]
 
 
 def _element(tag: str, /, *children: ET.Element, **attributes: str) -> ET.Element:
@@ -129,9 +137,13 @@ def _text(*values: float) -> str:
 
 
 def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.Element:
+    links = finger.links
+    mass = float(links.mass[index])
+    x, y, z = mass * links.gyration[:, index]
+    moments = (y + z, x + z, x + y)
     return _element(
         "link",
-        _link_inertial(finger, index),
+        _inertial(mass, links.center[:, index].tolist(), moments, -mass * float(links.product[index])),
         *(_visuals(finger, index) if visuals else []),
         *_skin(finger, index, points),
         name=link_name(finger.name, index),
@@ -139,19 +151,20 @@ def _link(finger: Finger, index: int, visuals: bool, points: int | None) -> ET.E
 
 
 def _visuals(finger: Finger, index: int) -> list[ET.Element]:
-    """Visible shape of a link."""
     block = _Block.from_links(finger, index, index)
     elements = [_element("visual", *block.box(), _material(finger))]
     if index:
         elements += _knuckles(finger, block.width, block.begin)
-    if finger.tip_load is not None and index == finger.segments:
-        elements.append(_ball(finger.tip_load, block.length))
+    if (load := finger.tip_load) is not None and index == finger.segments:  # a steel ball with its mass
+        radius = (load.mass / (4 / 3 * np.pi * _STEEL_DENSITY)) ** (1 / 3)
+        origin = _element("origin", xyz=_text(load.x, 0, block.length + load.z))
+        ball = _element("geometry", _element("sphere", radius=_text(radius)))
+        steel = _element("material", _element("color", rgba=_STEEL_COLOR), name="steel")
+        elements.append(_element("visual", origin, ball, steel))
     return elements
 
 
 class _Block(NamedTuple):
-    """Part of a straight finger that some links fill."""
-
     begin: float  # m, arc lengths of its ends
     end: float
     thickness: float  # m
@@ -160,7 +173,6 @@ class _Block(NamedTuple):
 
     @classmethod
     def from_links(cls, finger: Finger, first: int, last: int) -> "_Block":
-        """Block of adjacent links."""
         begin, end = float(finger.link_ends[first]), float(finger.link_ends[last + 1])
         section = finger.section(np.array((begin + end) / 2))
         return cls(begin, end, float(section.thickness), float(section.width), -float(section.neutral_axis))
@@ -181,33 +193,11 @@ class _Block(NamedTuple):
         return _element("origin", xyz=_text(self.middle, 0, height)), _element("geometry", _element("box", size=size))
 
 
-def _link_inertial(finger: Finger, index: int) -> ET.Element:
-    links = finger.links
-    mass = float(links.mass[index])
-    x, y, z = mass * links.gyration[:, index]
-    return _inertial(mass, links.center[:, index].tolist(), (y + z, x + z, x + y), -mass * float(links.product[index]))
-
-
 def _inertial(mass: float, center: Sequence[float], moments: tuple[float, ...], ixz: float = 0.0) -> ET.Element:
     x, z = center
-    values = {name: _text(moment) for name, moment in zip(("ixx", "iyy", "izz"), moments, strict=True)}
-    return _element(
-        "inertial",
-        _element("origin", xyz=_text(x, 0, z)),
-        _element("mass", value=_text(mass)),
-        _element("inertia", **values, ixy="0", ixz=_text(ixz), iyz="0"),
-    )
-
-
-def _ball(load: TipLoad, length: float) -> ET.Element:
-    """A visual steel ball with the mass of the load, on the last link."""
-    radius = (load.mass / (4 / 3 * np.pi * _STEEL_DENSITY)) ** (1 / 3)
-    return _element(
-        "visual",
-        _element("origin", xyz=_text(load.x, 0, length + load.z)),
-        _element("geometry", _element("sphere", radius=_text(radius))),
-        _element("material", _element("color", rgba=_STEEL_COLOR), name="steel"),
-    )
+    ixx, iyy, izz = map(_text, moments)
+    inertia = _element("inertia", ixx=ixx, iyy=iyy, izz=izz, ixy="0", ixz=_text(ixz), iyz="0")
+    return _element("inertial", _element("origin", xyz=_text(x, 0, z)), _element("mass", value=_text(mass)), inertia)
 
 
 def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
@@ -221,23 +211,13 @@ def _knuckles(finger: Finger, width: float, s: float) -> list[ET.Element]:
     radius = half / math.ceil(half / room)
     middles = np.linspace(radius - half, half - radius, 2 * round(half / radius) - 1) - section.neutral_axis
     size = {"radius": _text(radius), "length": _text(_KNUCKLE_WIDTH_RATIO * width)}
-    return [
-        _element(
-            "visual",
-            _element("origin", xyz=_text(x, 0, 0), rpy=_text(np.pi / 2, 0, 0)),
-            _element("geometry", _element("cylinder", **size)),
-            _material(finger),
-        )
-        for x in middles
-    ]
+    geometry, rpy = _element("geometry", _element("cylinder", **size)), _text(np.pi / 2, 0, 0)
+    origins = [_element("origin", xyz=_text(x, 0, 0), rpy=rpy) for x in middles]
+    return [_element("visual", origin, geometry, _material(finger)) for origin in origins]
 
 
 def _material(finger: Finger) -> ET.Element:
     return _element("material", _element("color", rgba=_SILICONE_COLOR), name=f"{finger.name}_skin")
-
-
-_SKIN_LINKS = 12  # segments of a finger whose skin has the stiffness of its modulus
-_FINEST_SKIN = 24  # maximum of segments with a piece of skin each; with more, several share a piece
 
 
 def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
@@ -246,7 +226,10 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     The pressure in a hydroelastic box is its modulus times the depth over half its smallest side, so that with an equal
     modulus, shorter boxes would be stiffer; and those of a very fine chain would be pressed to their middles.
     """
-    pieces = _pieces(finger)
+    pieces = np.arange(finger.segments + 1.0)  # number of the piece of skin of each link
+    if finger.segments > _FINEST_SKIN:
+        middles = (finger.link_ends[:-1] + finger.link_ends[1:]) / 2
+        pieces = np.round(_FINEST_SKIN * middles / finger.length + 1e-9)
     links = np.flatnonzero(pieces == pieces[index])
     if index != (links[len(links) // 2] if links[0] else 0):  # only link 0 may touch what the finger is mounted on
         return []
@@ -255,49 +238,30 @@ def _skin(finger: Finger, index: int, points: int | None) -> list[ET.Element]:
     usual_side = min(block.thickness, block.width, usual_side / 2 if is_end else usual_side)
     modulus = finger.contact.hydroelastic_modulus * block.thinnest / usual_side
     if points is None:
-        return [_element("collision", *block.box(origin), _proximity(finger, modulus))]
+        hint = _element(DRAKE + "mesh_resolution_hint", value=_text(finger.thinnest.thickness / 2))
+        surface = hint, _element(DRAKE + "hydroelastic_modulus", value=f"{modulus:.12g}")
+        properties = _proximity(finger, _element(DRAKE + "compliant_hydroelastic"), *surface)
+        return [_element("collision", *block.box(origin), properties)]
     return _pads(finger, block, origin, modulus, points)
 
 
-def _pieces(finger: Finger) -> Array:
-    """Number of the piece of skin that each link belongs to, (N + 1)."""
-    if finger.segments <= _FINEST_SKIN:
-        return np.arange(finger.segments + 1.0)
-    middles = (finger.link_ends[:-1] + finger.link_ends[1:]) / 2
-    return np.round(_FINEST_SKIN * middles / finger.length + 1e-9)
-
-
-def _proximity(finger: Finger, modulus: float) -> ET.Element:
+def _proximity(finger: Finger, *stiffness: ET.Element) -> ET.Element:
     contact = finger.contact
     return _element(
         DRAKE + "proximity_properties",
-        _element(DRAKE + "compliant_hydroelastic"),
-        _element(DRAKE + "mesh_resolution_hint", value=_text(finger.thinnest.thickness / 2)),
-        _element(DRAKE + "hydroelastic_modulus", value=f"{modulus:.12g}"),
+        *stiffness,
         _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
         _element(DRAKE + "mu_static", value=_text(contact.friction)),
         _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
     )
 
 
-# The row of points of the last link, and its share of the stiffness. A tip that presses on something leans on its end,
-# over a wedge that covers about half of this link; chosen by the force and the tip of the box grasp (docs/solver.md).
-_TIP_ROW, _TIP_SHARE = 0.6, 0.5
-_PAD_RADIUS = 2e-3  # m, maximum
-
-
 def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: int) -> list[ET.Element]:
     """Spheres under the skin on the inner and the outer side of a block, that many on each, in a row across its middle.
 
     Together they are as stiff as the surface: the pressure of a hydroelastic box is the modulus E times the depth over
-    H, half its smallest side, so all points of a side of area A have the stiffness E A / H.
-
-    Args:
-        finger: the finger.
-        block: the part of it that has the skin.
-        origin: arc length of the frame, m.
-        modulus: of the surface, Pa.
-        points: in a row.
+    H, half its smallest side, so all points of a side of area A have the stiffness E A / H. The frame is at the arc
+    length `origin`, m.
     """
     radius, width = min(_PAD_RADIUS, block.thickness / 5), block.width
     row, stiffness_fraction = (_TIP_ROW, _TIP_SHARE) if block.end == finger.length else (0.5, 1.0)
@@ -306,51 +270,21 @@ def _pads(finger: Finger, block: _Block, origin: float, modulus: float, points: 
     y_positions = ((np.arange(points) + 0.5) / points - 0.5) * width
     places = [(block.middle + side * offset, y, height) for side in (1, -1) for y in y_positions.tolist()]
     sphere = _element("geometry", _element("sphere", radius=_text(radius)))
-    return [
-        _element("collision", _element("origin", xyz=_text(*place)), sphere, _touch(finger, stiffness))
-        for place in places
-    ]
+    touch = _proximity(finger, _element(DRAKE + "point_contact_stiffness", value=_text(stiffness)))
+    return [_element("collision", _element("origin", xyz=_text(*place)), sphere, touch) for place in places]
 
 
-def _touch(finger: Finger, stiffness: float) -> ET.Element:
-    contact = finger.contact
-    return _element(
-        DRAKE + "proximity_properties",
-        _element(DRAKE + "point_contact_stiffness", value=_text(stiffness)),
-        _element(DRAKE + "hunt_crossley_dissipation", value=_text(contact.dissipation)),
-        _element(DRAKE + "mu_static", value=_text(contact.friction)),
-        _element(DRAKE + "mu_dynamic", value=_text(contact.friction)),
-    )
+def _hinge(joint: _Joint, damping: float) -> ET.Element:
+    kind, origin = "prismatic" if joint.slides else "continuous", {"xyz": _text(0, 0, joint.height)}
+    element = _joint(joint.name, kind, joint.parent, joint.child, origin)
+    ET.SubElement(element, "axis", xyz=_text(*AXES[joint.deformation]))
+    ET.SubElement(element, "dynamics", damping=_text(damping))
+    return element
 
 
-def _mount(mounted: FingerElement) -> ET.Element:
-    return _element(
-        "joint",
-        _element("parent", link=mounted.parent),
-        _element("child", link=link_name(mounted.finger.name, 0)),
-        _element("origin", xyz=_text(*mounted.xyz), rpy=_text(*mounted.rpy)),
-        name=f"{mounted.finger.name}_mount",
-        type="fixed",
-    )
-
-
-def _joint(joint: _Joint, damping: float) -> ET.Element:
-    return _element(
-        "joint",
-        _element("parent", link=joint.parent),
-        _element("child", link=joint.child),
-        _element("origin", xyz=_text(0, 0, joint.height)),
-        _element("axis", xyz=_text(*AXES[joint.deformation])),
-        _element("dynamics", damping=_text(damping)),
-        name=joint.name,
-        type="prismatic" if joint.slides else "continuous",
-    )
-
-
-def _link_between(joint: _Joint) -> ET.Element:
-    """Nearly massless link beyond a joint."""
-    mass = _JOINT_LINK_MASS_SHARE * float(joint.finger.link_masses[joint.segment])
-    return _element("link", _inertial(mass, (0, 0), (mass * joint.finger.segment_length**2,) * 3), name=joint.child)
+def _joint(name: str, kind: str, parent: str, child: str, origin: dict[str, str]) -> ET.Element:
+    links = _element("parent", link=parent), _element("child", link=child)
+    return _element("joint", *links, _element("origin", **origin), name=name, type=kind)
 
 
 def _springs(joint: _Joint) -> list[ET.Element]:
@@ -382,16 +316,11 @@ def _springs(joint: _Joint) -> list[ET.Element]:
 
 def _spring(joint: _Joint, p_AP: Array, p_BQ: Array, free_length: float, stiffness: float) -> ET.Element:
     tag = DRAKE + "linear_spring_damper"
-    return _element(
-        tag,
-        _element(f"{tag}_body_A", name=joint.parent),
-        _element(f"{tag}_p_AP", value=_text(*p_AP)),
-        _element(f"{tag}_body_B", name=joint.child),
-        _element(f"{tag}_p_BQ", value=_text(*p_BQ)),
-        _element(f"{tag}_free_length", value=_text(free_length)),
-        _element(f"{tag}_stiffness", value=_text(stiffness)),
-        _element(f"{tag}_damping", value="0"),
-    )
+    body_A = _element(f"{tag}_body_A", name=joint.parent), _element(f"{tag}_p_AP", value=_text(*p_AP))
+    body_B = _element(f"{tag}_body_B", name=joint.child), _element(f"{tag}_p_BQ", value=_text(*p_BQ))
+    numbers = {"free_length": _text(free_length), "stiffness": _text(stiffness), "damping": "0"}
+    law = (_element(f"{tag}_{name}", value=value) for name, value in numbers.items())
+    return _element(tag, *body_A, *body_B, *law)
 
 
 def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
@@ -399,51 +328,24 @@ def _actuator(joint: _Joint, is_spring: bool) -> ET.Element:
 
     As a spring it also has stiffness and damping of the joint, as gains of a PD controller.
     """
-    name = joint.name
-    interface = "hardware_interface/EffortJointInterface"
-    gains = {"p": _text(joint.stiffness), "d": _text(joint.damping)}
-    controller = [_element(DRAKE + "controller_gains", **gains)] if is_spring else []
-    return _element(
-        "transmission",
-        _text_element("type", "transmission_interface/SimpleTransmission"),
-        _element("joint", _text_element("hardwareInterface", interface), name=name),
-        _element("actuator", _text_element("hardwareInterface", interface), *controller, name=name),
-        name=f"{name}_transmission",
-    )
+    transmission, interface = ET.Element("transmission", name=f"{joint.name}_transmission"), "hardwareInterface"
+    ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
+    for tag in ("joint", "actuator"):
+        end = ET.SubElement(transmission, tag, name=joint.name)
+        ET.SubElement(end, interface).text = "hardware_interface/EffortJointInterface"
+    if is_spring:
+        ET.SubElement(end, DRAKE + "controller_gains", p=_text(joint.stiffness), d=_text(joint.damping))
+    return transmission
 
 
-def _text_element(tag: str, text: str) -> ET.Element:
-    element = ET.Element(tag)
-    element.text = text
-    return element
-
-
-def _tip_frame(finger: Finger) -> ET.Element:
-    return _element(
-        "frame",
-        name=tip_name(finger.name),
-        link=link_name(finger.name, finger.segments),
-        xyz=_text(0, 0, finger.segment_length / 2),
-        rpy="0 0 0",
-    )
-
-
-_CONTACT_FREE_PIECES = 2  # pieces of skin up to this distance apart never touch
-
-
-def _contact_free_links(finger: Finger) -> int:
-    """Distance, in links, up to which links of a finger never touch."""
-    return _CONTACT_FREE_PIECES * math.ceil(finger.segments / _FINEST_SKIN)
-
-
-def _collision_filters(finger: Finger, distance: int) -> list[ET.Element]:
-    """Filters contacts of links up to `distance` apart: neighbours overlap on the inner side of a bend."""
-    names = [link_name(finger.name, i) for i in range(finger.segments + 1)]
-    groups = [names[i : i + distance + 1] for i in range(max(len(names) - distance, 1))]
-    return [_contact_filter_group(f"{finger.name}_links_{i}", group) for i, group in enumerate(groups)]
-
-
-def _contact_filter_group(name: str, links: Sequence[str]) -> ET.Element:
-    members = [_element(DRAKE + "member", link=link) for link in links]
-    ignored = _element(DRAKE + "ignored_collision_filter_group", name=name)
-    return _element(DRAKE + "collision_filter_group", *members, ignored, name=name)
+def _collision_filters(finger: Finger, touches_itself: bool) -> list[ET.Element]:
+    """Filters contacts of links, or of those near each other: neighbours overlap on the inner side of a bend."""
+    links = [link_name(finger.name, i) for i in range(finger.segments + 1)]
+    free_links = _CONTACT_FREE_PIECES * math.ceil(finger.segments / _FINEST_SKIN)
+    distance, groups = free_links if touches_itself else finger.segments, []
+    for i in range(max(len(links) - distance, 1)):
+        name = f"{finger.name}_links_{i}"
+        members = [_element(DRAKE + "member", link=link) for link in links[i : i + distance + 1]]
+        ignored = _element(DRAKE + "ignored_collision_filter_group", name=name)
+        groups.append(_element(DRAKE + "collision_filter_group", *members, ignored, name=name))
+    return groups

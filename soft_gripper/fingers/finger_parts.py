@@ -23,6 +23,8 @@ AXES = {
 }
 SLIDES = ("shear", "stretch")
 YIELDS = tuple(deformation for deformation in AXES if deformation != "shear")
+_SOFTENING_TOLERANCE = 1e-9
+NO_PRESSURE = 1.0  # Pa, minimum at which the ratio of a pressure law is evaluated
 
 
 def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
@@ -34,10 +36,6 @@ def joint_order(yields: Sequence[str], segment: int) -> tuple[str, ...]:
     """
     deformations = tuple(deformation for deformation in AXES if deformation in yields)
     return deformations[::-1] if segment % 2 else deformations
-
-
-_SOFTENING_TOLERANCE = 1e-9
-NO_PRESSURE = 1.0  # Pa, minimum at which the ratio of a pressure law is evaluated
 
 
 def _curve_violations(law: Any, columns: Sequence[str]) -> Iterator[Violation]:
@@ -159,8 +157,7 @@ class LinkInertias(NamedTuple):
         x, y, z = self.gyration
         zero = np.zeros(self.mass.shape)
         rows = [[y + z, zero, -self.product], [zero, x + z, zero], [-self.product, zero, x + y]]
-        tensors: Array = self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
-        return tensors
+        return self.mass[:, None, None] * np.moveaxis(np.array(rows), -1, 0)
 
     def with_load(self, mass: float, position: Array) -> "LinkInertias":
         """Copy with a point mass (kg) fixed to the last link, at `position`, (2,) m along x and z."""

@@ -30,8 +30,7 @@ class Sites(NamedTuple):
 
     def torques(self, forces: Planar) -> Array:
         """Torques of forces on the points, (..., M) N in B, at the joints, N m, (..., M, N); positive closes."""
-        torques: Array = (self.jacobian.conj() * forces[..., None]).real
-        return torques
+        return (self.jacobian.conj() * forces[..., None]).real
 
 
 class Chain(NamedTuple):
@@ -80,8 +79,7 @@ class Chain(NamedTuple):
 
     @property
     def _joint_arc_lengths(self) -> Array:
-        lengths: Array = (np.arange(self.joints.shape[-1]) + 0.5) * self.segment_length
-        return lengths
+        return (np.arange(self.joints.shape[-1]) + 0.5) * self.segment_length
 
 
 def _pick(values: NDArray[Any], number: NDArray[np.int_]) -> NDArray[Any]:
@@ -103,20 +101,17 @@ def in_space(planar: Planar) -> Array:
 
 def as_planar(points: Array) -> Planar:
     """Planar vectors of (x, z) pairs, (..., 2) -> (...)."""
-    planar: Planar = points[..., 1] + 1j * points[..., 0]
-    return planar
+    return points[..., 1] + 1j * points[..., 0]
 
 
 def planar_vector(x: Array | float, z: Array | float) -> Planar:
     """Planar vectors of their components, (...)."""
-    planar: Planar = z + 1j * np.asarray(x)
-    return planar
+    return z + 1j * np.asarray(x)
 
 
 def rotated(vectors: Planar, angle: Array | float) -> Planar:
     """Rotates planar vectors by angles, rad, from z toward x, (...)."""
-    rotated_vectors: Planar = vectors * np.exp(1j * angle)
-    return rotated_vectors
+    return vectors * np.exp(1j * angle)
 
 
 def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | None = None) -> Chain:
@@ -137,8 +132,7 @@ def link_directions(q: Array) -> Planar:
     Points of links move as  p = p_0 + directions @ levers , with levers (N, M) of every point along the direction of a
     link; an imaginary part is along the link's normal.
     """
-    directions: Planar = np.exp(1j * q.cumsum(axis=-1))
-    return directions
+    return np.exp(1j * q.cumsum(axis=-1))
 
 
 def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
@@ -148,8 +142,7 @@ def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array
     `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
     """
     directions = np.exp(1j * q.cumsum(axis=-1))  # as `link_directions`, without a call: this runs at every sample
-    torque: Array = (np.conj(directions @ finger.mass_moments) * gravity).imag
-    return torque
+    return (np.conj(directions @ finger.mass_moments) * gravity).imag
 
 
 def _sums_from_zero(steps: NDArray[Any]) -> Any:

@@ -59,16 +59,12 @@ class Tendons:
             sliding: z of the friction, (..., T), from -1 to 1; None: no friction.
         """
         axial_forces = -tensions[..., None]
-        if sliding is not None:
-            axial_forces = axial_forces * self._capstan(q, sliding)
+        if sliding is not None:  # tension in the middle of every segment over that at the pulled end
+            bend = np.hypot(q["bending"], q["sideways"]) if "sideways" in q else np.abs(q["bending"])
+            wrap = bend[..., None, :] * self.paths.share
+            angle = wrap.cumsum(axis=-1) - wrap / 2
+            axial_forces = axial_forces * np.exp(-(self._friction * sliding)[..., None] * angle)
         return {name: (axial_forces * slope).sum(axis=-2) for name, slope in length_gradients(self.paths, q).items()}
-
-    def _capstan(self, q: Joints, sliding: Array) -> Array:
-        """Tension in the middle of every segment over that at the pulled end, (..., T, N)."""
-        bend = np.hypot(q["bending"], q["sideways"]) if "sideways" in q else np.abs(q["bending"])
-        wrap = bend[..., None, :] * self.paths.share
-        angle = wrap.cumsum(axis=-1) - wrap / 2
-        return np.asarray(np.exp(-(self._friction * sliding)[..., None] * angle))
 
     def next_sliding(self, sliding: Array, travel: Array) -> Array:
         """z of the friction after tendons travelled by (..., T) m toward their pulled ends, (..., T)."""

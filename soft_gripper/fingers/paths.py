@@ -30,6 +30,7 @@ from soft_gripper.quantity import Violation, quantity, valid
 
 SIZES = (1e-9, 1e12)
 Stations = tuple[float, ...]
+Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by deformation
 
 
 @dataclass(frozen=True)
@@ -42,23 +43,18 @@ class Path:
     at: Stations = quantity((0.0, 1.0), least=0, most=1)  # the stations, as fractions of the length; increasing
 
     def violations(self) -> Iterator[Violation]:
-        """Yields stations out of order, and lists of another length."""
         if len(self.at) < 2 or not np.all(np.diff(self.at) > 0):
             yield "at", self.at, "must be two increasing fractions of the length or more, such as 0 0.5"
-        for column in self._columns():
+        for column in [part.name for part in fields(self) if part.name in ("x", "y", "width", "thickness")]:
             if len(getattr(self, column)) not in (1, len(self.at)):
                 expected = f"give one number, or one for each of the {len(self.at)} stations"
                 yield column, getattr(self, column), expected
-
-    def _columns(self) -> list[str]:
-        return [part.name for part in fields(self) if part.name in ("x", "y", "width", "thickness")]
 
     def value_at(self, column: str, s: Array | float, length: float) -> Array:
         """A number of the path at arc lengths `s`, m, of a finger of `length`; constant beyond its ends."""
         values = getattr(self, column)
         stations = np.array(self.at) * length
-        column_values: Array = np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
-        return column_values
+        return np.interp(s, stations, values if len(values) > 1 else np.repeat(values, len(stations)))
 
 
 @dataclass(frozen=True)
@@ -72,7 +68,6 @@ class Chamber(Path):
     law_effective: Stations | None = quantity(None, "Pa")
 
     def violations(self) -> Iterator[Violation]:
-        """Yields violations by the path, and by the pressure law."""
         yield from super().violations()
         if self.law is not None:
             yield from ((f"law_{field}", value, expected) for field, value, expected in self.law.violations())
@@ -128,9 +123,8 @@ class PathsOnChain:
         """Levers by the strain of a segment, 1/m, (3, P, N) m, by deformation."""
         zeros, ones = np.zeros_like(self.x), np.ones_like(self.x)
         axial_levers = {"bending": -self.x, "sideways": self.y, "stretch": ones}
-        return {deformation: np.stack([zeros, zeros, c]) for deformation, c in axial_levers.items()} | {
-            "twist": np.stack([-self.y, self.x, zeros])
-        }
+        levers = {deformation: np.stack([zeros, zeros, lever]) for deformation, lever in axial_levers.items()}
+        return levers | {"twist": np.stack([-self.y, self.x, zeros])}
 
 
 def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: float) -> PathsOnChain:
@@ -153,17 +147,11 @@ def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: f
         x = np.array([path.value_at("x", s, length) for s in (low, high)]) - axis
         y = np.array([path.value_at("y", s, length) for s in (low, high)])
         distance = np.where(lengths > 0, lengths, 1.0)
-        slopes = [_zero_rounding(np.diff(coordinate, axis=0)[0] / distance) for coordinate in (x, y)]
+        slopes = np.diff([x, y], axis=1)[:, 0] / distance
+        slopes[np.abs(slopes) < 1e-12] = 0.0  # rounding
         columns.append((x.mean(axis=0), y.mean(axis=0), *slopes, lengths))
     x, y, x_slope, y_slope, lengths = np.array(columns).reshape(len(paths), 5, segments).swapaxes(0, 1)
     return PathsOnChain(x, y, x_slope, y_slope, lengths, segment_length)
-
-
-def _zero_rounding(slope: Array) -> Array:
-    return np.where(np.abs(slope) < 1e-12, 0.0, slope)
-
-
-Joints = Mapping[str, Array]  # positions, (..., N) rad, or m where they slide, by deformation
 
 
 def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple[Array, Array]:

@@ -105,8 +105,11 @@ class PressureDrive(Diagram):
             begin = builder.AddNamedSystem("begin", RunBegin())
             builder.Connect(begin.get_output_port(), chain[-1].GetInputPort("offset"))
         chamber_laws = [law for name in torque_maps for law in (laws or {}).get(name, ())]
-        if any(chamber_laws):
-            chain.append(builder.AddNamedSystem("laws", _law_block(chamber_laws)))
+        if any(chamber_laws):  # as one block; each is linear between the points of all
+            points = np.unique(np.concatenate([law.pressure for law in chamber_laws if law is not None]))
+            effective = np.array([points if law is None else law.curve(points) for law in chamber_laws])
+            curves = PiecewiseLinear(np.broadcast_to(points, effective.shape), effective)
+            chain.append(builder.AddNamedSystem("laws", PiecewiseLinearBlock(curves)))
         chambers = builder.AddNamedSystem("chambers", MatrixGain(np.hstack(columns)))
         for upstream, downstream in zip([commands, *chain], [*chain, chambers], strict=True):
             builder.Connect(upstream.get_output_port(), downstream.get_input_port(0))
@@ -126,13 +129,6 @@ def lag(time_constant: float, time_step: float, count: int) -> System:
         return FirstOrderLowPassFilter(time_constant, count)
     decay, identity = np.exp(-time_step / time_constant), np.eye(count)
     return LinearSystem(A=decay * identity, B=(1 - decay) * identity, C=identity, D=0 * identity, time_period=time_step)
-
-
-def _law_block(laws: Sequence[PressureLaw | None]) -> PiecewiseLinearBlock:
-    """Laws of several pressures as one block; each is linear between the points of all."""
-    points = np.unique(np.concatenate([law.pressure for law in laws if law is not None]))
-    effective = np.array([points if law is None else law.curve(points) for law in laws])
-    return PiecewiseLinearBlock(PiecewiseLinear(np.broadcast_to(points, effective.shape), effective))
 
 
 def pressure_torque_map(finger: PlantFinger) -> Array:

@@ -22,6 +22,7 @@ from soft_gripper.fingers.finger_parts import AXES, SLIDES, joint_order
 _LOAD_STEPS = 6
 _MAX_ITERATIONS = 100
 _POSITION_TOLERANCE = 1e-11  # rad, and m: the last change of a shape in balance
+_UNIT_CROSS_MATRICES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +36,8 @@ class SpatialChain:
     @classmethod
     def from_yields(cls, segments: int, segment_length: float, yields: Sequence[str]) -> "SpatialChain":
         """Makes a chain with these deformations in every segment."""
-        orders = [joint_order(yields, i) for i in range(segments)]
-        return cls(
-            tuple(deformation for order in orders for deformation in order),
-            np.repeat(np.arange(segments), len(yields)),
-            segment_length,
-        )
+        deformations = [deformation for i in range(segments) for deformation in joint_order(yields, i)]
+        return cls(tuple(deformations), np.repeat(np.arange(segments), len(yields)), segment_length)
 
     @cached_property
     def axes(self) -> Array:
@@ -81,10 +78,8 @@ class SpatialChain:
     def interleaved(self, values: dict[str, Array]) -> Array:
         """Interleaves values of joints by deformation, (..., N) each, to (..., J); missing deformations have 0."""
         shape = np.broadcast_shapes(*(np.shape(value)[:-1] for value in values.values()))
-        columns = [
-            values[name][..., i] if name in values else 0.0
-            for name, i in zip(self.deformations, self.segments, strict=True)
-        ]
+        joints = zip(self.deformations, self.segments, strict=True)
+        columns = [values[name][..., i] if name in values else 0.0 for name, i in joints]
         return np.stack([np.broadcast_to(value, shape) for value in columns], axis=-1)
 
     def separated(self, q: Array) -> dict[str, Array]:
@@ -163,10 +158,7 @@ def _planar_posture(chain: SpatialChain, q: Array) -> Posture:
     pose_terms[..., 3] += chain.heights[0]
     frames = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
     frames[..., 0, :, :], frames[..., 1:, :, :] = np.eye(4), (pose_terms @ _PLANAR_FRAME).reshape(*q.shape, 4, 4)
-    frames[..., 1:, 0, 3], frames[..., 1:, 2, 3] = (
-        pose_terms[..., 2],
-        pose_terms[..., 3],
-    )  # finite if the angle beyond is NaN
+    frames[..., 1:, [0, 2], 3] = pose_terms[..., 2:4]  # finite if the angle beyond is NaN
     return Posture(frames, (pose_terms @ _PLANAR_MOTION).reshape(*q.shape, 3, 4))
 
 
@@ -203,9 +195,6 @@ def _products(steps: Array, joints_per_segment: int) -> Array:
     return products
 
 
-_UNIT_CROSS_MATRICES = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(-1, -2).reshape(3, 9)
-
-
 def cross_matrices(a: Array) -> Array:
     """Matrices of the products  a x  , (..., 3) -> (..., 3, 3)."""
     return np.asarray(a @ _UNIT_CROSS_MATRICES).reshape(*a.shape, 3)
@@ -228,11 +217,9 @@ class Loads(NamedTuple):
     def positions(self, bent: Posture) -> Array:
         """Positions of the points, (..., M, 3) m in B."""
         rotated_points = bent.rotations[..., self.frames, :, :] @ self.points[..., None]
-        positions: Array = bent.origins[..., self.frames, :] + rotated_points[..., 0]
-        return positions
+        return bent.origins[..., self.frames, :] + rotated_points[..., 0]
 
     def times(self, fraction: float) -> "Loads":
-        """A fraction of the loads."""
         return self._replace(forces=fraction * self.forces, moments=fraction * self.moments)
 
 

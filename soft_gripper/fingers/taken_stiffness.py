@@ -25,8 +25,7 @@ from soft_gripper.piecewise_linear import PiecewiseLinear, PiecewiseLinearBlock
 
 def taken_torque(finger: Finger, q: Array, pressure: Array | float) -> Array:
     """Torque with which a pressure, (...) Pa, drives joints at q, (..., N) rad, further, (..., N) N m."""
-    torque: Array = finger.share_taken(pressure)[..., None] * (finger.stiffness * q)
-    return torque
+    return finger.share_taken(pressure)[..., None] * (finger.stiffness * q)
 
 
 class TakenStiffness(Diagram):

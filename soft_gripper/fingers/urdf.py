@@ -15,19 +15,19 @@ from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.text import read_text
 from soft_gripper.files.xml_text import check_counts, parse_xml
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.finger_element import FingerElement, read_finger_element
+from soft_gripper.fingers.finger_element import FingerElement, finger_element, read_finger_element
 from soft_gripper.fingers.finger_links import finger_to_urdf
-from soft_gripper.fingers.finger_writer import finger_element
+from soft_gripper.model_import.links_and_joints import remove_links
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.removed_links import remove_links
 
 GUARD = "fingers: load with soft_gripper.add_fingers, or soft-gripper expand"
+_Source = tuple[Path, str, int | None, str | None, tuple[str, ...], str | None]  # path, text and options of a file
+_MAX_CACHED_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,6 @@ class ExpandedUrdf:
 
     @property
     def text(self) -> str:
-        """The URDF as text."""
         return _text(self.robot)
 
 
@@ -73,11 +72,11 @@ def expand_urdf(
         InputError: if the file cannot be read or is not a URDF, or a <finger> in it is wrong.
     """
     path = Path(file)
-    source = _Source(path, read_text(path), segments, only_name, tuple(without), model_name)
+    source = path, read_text(path), segments, only_name, tuple(without), model_name
     robot, parsed = _parse_fingers(source)
     elements = tuple(map(change, parsed))
     meshes = _meshes(path, robot)  # links may have changed
-    options = _ExpansionOptions(springs, visuals, points, touches_itself)
+    options = springs, visuals, points, touches_itself
     return ExpandedUrdf(_expand(source, elements, meshes, options), tuple(element.finger for element in elements))
 
 
@@ -86,7 +85,7 @@ def read_fingers(
 ) -> tuple[FingerElement, ...]:
     """Reads the fingers of a URDF and their mounts; args and raises as `expand_urdf`."""
     path = Path(file)
-    return _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None)).elements
+    return _parse_fingers((path, read_text(path), segments, only_name, tuple(without), None))[1]
 
 
 def changed_urdf(
@@ -101,7 +100,7 @@ def changed_urdf(
     Args and raises as `expand_urdf`.
     """
     path = Path(file)
-    parsed, elements = _parse_fingers(_Source(path, read_text(path), segments, only_name, tuple(without), None))
+    parsed, elements = _parse_fingers((path, read_text(path), segments, only_name, tuple(without), None))
     robot = deepcopy(parsed)
     for mesh, filename in zip(robot.iter("mesh"), _meshes(path, robot), strict=True):
         mesh.set("filename", filename)
@@ -116,57 +115,46 @@ def _text(robot: ET.Element) -> str:
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-class _Source(NamedTuple):
-    """Inputs of reading the fingers of a file; with these and its meshes, those of its expansion."""
-
-    path: Path
-    text: str
-    segments: int | None
-    only_name: str | None
-    without: tuple[str, ...]
-    model_name: str | None
-
-
-class _ExpansionOptions(NamedTuple):
-    """Options of the expansion, see `expand_urdf`."""
-
-    springs: str
-    visuals: bool
-    points: int | None
-    touches_itself: bool
-
-
-class _Unexpanded(NamedTuple):
-    """A <robot> with its <finger>s, and their contents; both are cached, so they must not be changed."""
-
-    robot: ET.Element
-    elements: tuple[FingerElement, ...]
-
-
-_MAX_CACHED_TEXTS = 16  # files, or expansions of about 0.1 MB: a sweep reads the same ones for every run
-
-
 @lru_cache(maxsize=_MAX_CACHED_TEXTS)
-def _parse_fingers(source: _Source) -> _Unexpanded:
-    path, only_name = source.path, source.only_name
-    robot = _parse_robot(path, source.text)
+def _parse_fingers(source: _Source) -> tuple[ET.Element, tuple[FingerElement, ...]]:
+    """A <robot> with its <finger>s, and their contents; both are cached, so they must not be changed."""
+    path, text, segments, only_name, without, model_name = source
+    robot = parse_xml(path, text)
+    if robot.tag != "robot" or not robot.get("name"):
+        raise InputError(path, "root element", robot.tag, "a URDF begins with <robot name='...'>")
     check_counts(path, robot)
-    remove_links(ModelFile(path, robot), source.without)
-    _take_guard(path, robot)
-    if source.model_name is not None:
-        robot.set("name", source.model_name)
+    remove_links(ModelFile(path, robot), without)
+    # Expanding removes the element that makes Drake refuse the file; one with fingers must have it.
+    guards = [frame for frame in robot.findall("frame") if frame.get("name") == GUARD]
+    for guard in guards:
+        robot.remove(guard)
+    if robot.find("finger") is not None and not guards:
+        expected = f'add <frame name="{GUARD}"/> beside the <finger>s: Drake by itself then refuses the file, whose'
+        raise InputError(path, "frame", None, f"{expected} fingers it would skip without a word")
+    if model_name is not None:
+        robot.set("name", model_name)
     if only_name is not None and len(robot.findall("finger")) == 1:
         robot.findall("finger")[0].set("name", only_name)
-    elements = tuple(read_finger_element(str(path), e, source.segments) for e in robot.findall("finger"))
-    return _Unexpanded(robot, elements)
+    return robot, tuple(read_finger_element(str(path), e, segments) for e in robot.findall("finger"))
 
 
 @lru_cache(maxsize=_MAX_CACHED_TEXTS)
 def _expand(
-    source: _Source, elements: tuple[FingerElement, ...], meshes: tuple[str, ...], options: _ExpansionOptions
+    source: _Source,
+    elements: tuple[FingerElement, ...],
+    meshes: tuple[str, ...],
+    options: tuple[str, bool, int | None, bool],
 ) -> ET.Element:
-    robot = deepcopy(_parse_fingers(source).robot)
-    _check_links(source.path, robot, elements)
+    """The <robot> with the last arguments of `finger_to_urdf` as options."""
+    robot = deepcopy(_parse_fingers(source)[0])
+    path, links = source[0], [link.get("name") for link in robot.findall("link")]
+    names = [element.finger.name for element in elements]
+    for element in elements:
+        place = f"{path}: finger '{element.finger.name}'"
+        if element.parent not in links:
+            raise InputError(place, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
+        if names.count(element.finger.name) > 1:
+            raise InputError(path, "finger.name", element.finger.name, "appears more than once")
     for mesh, filename in zip(robot.iter("mesh"), meshes, strict=True):
         if filename:
             mesh.set("filename", filename)
@@ -179,39 +167,6 @@ def _expand(
     return robot
 
 
-def _parse_robot(path: Path, text: str) -> ET.Element:
-    robot = parse_xml(path, text)
-    if robot.tag != "robot" or not robot.get("name"):
-        raise InputError(path, "root element", robot.tag, "a URDF begins with <robot name='...'>")
-    return robot
-
-
-def _take_guard(path: Path, robot: ET.Element) -> None:
-    """Removes the element that makes Drake refuse the file; a file with fingers must have it."""
-    guards = [frame for frame in robot.findall("frame") if frame.get("name") == GUARD]
-    for guard in guards:
-        robot.remove(guard)
-    if robot.find("finger") is not None and not guards:
-        expected = f'add <frame name="{GUARD}"/> beside the <finger>s: Drake by itself then refuses the file, whose'
-        raise InputError(path, "frame", None, f"{expected} fingers it would skip without a word")
-
-
-def _check_links(path: Path, robot: ET.Element, elements: Sequence[FingerElement]) -> None:
-    links = [link.get("name") for link in robot.findall("link")]
-    names = [element.finger.name for element in elements]
-    for element in elements:
-        place = f"{path}: finger '{element.finger.name}'"
-        if element.parent not in links:
-            raise InputError(place, "parent.link", element.parent, f"no such link; known: {', '.join(map(str, links))}")
-        if names.count(element.finger.name) > 1:
-            raise InputError(path, "finger.name", element.finger.name, "appears more than once")
-
-
 def _meshes(path: Path, robot: ET.Element) -> tuple[str, ...]:
-    """The absolute names of the meshes in a robot."""
-    return tuple(_absolute_name(path, mesh.get("filename", "")) for mesh in robot.iter("mesh"))
-
-
-def _absolute_name(path: Path, filename: str) -> str:
-    is_uri = "://" in filename or not filename
-    return filename if is_uri else f"file://{os.path.realpath(path.parent / filename)}"
+    names = [mesh.get("filename", "") for mesh in robot.iter("mesh")]
+    return tuple(n if "://" in n or not n else f"file://{os.path.realpath(path.parent / n)}" for n in names)

@@ -35,7 +35,8 @@ def set_limits(model: AddedModel, limits: Mapping[str, JointLimits]) -> None:
         InputError: if there is no such joint, or one has a range, velocity or effort of zero.
     """
     leaders = {mimic.joint: mimic.leader for mimic in model.mimics}
-    joints = {joint.name(): joint for joint in _movable(model)}
+    model_joints = (model.plant.get_joint(index) for index in model.plant.GetJointIndices(model.index))
+    joints = {joint.name(): joint for joint in model_joints if joint.num_velocities() == 1}
     for name, config in limits.items():
         if name not in joints:
             raise InputError("arm", "limits", name, f"no such joint; known: {', '.join(joints)}")
@@ -52,23 +53,15 @@ def set_limits(model: AddedModel, limits: Mapping[str, JointLimits]) -> None:
         _check(model, joints[name], motor.effort_limit() if motor is not None else 0.0)
 
 
-def _movable(model: AddedModel) -> list[Joint]:
-    joints = (model.plant.get_joint(index) for index in model.plant.GetJointIndices(model.index))
-    return [joint for joint in joints if joint.num_velocities() == 1]
-
-
 def _actuators(model: AddedModel) -> list[JointActuator]:
     actuators = (model.plant.get_joint_actuator(index) for index in model.plant.GetJointActuatorIndices())
-    return [
-        actuator for actuator in actuators if actuator.model_instance() == model.index
-    ]  # not sorted before Finalize
+    return [actuator for actuator in actuators if actuator.model_instance() == model.index]
 
 
 def _limits(joint: Joint) -> tuple[float, float, float]:
     """The least and the largest position and the largest velocity of a joint."""
-    limits = joint.position_lower_limits(), joint.position_upper_limits(), joint.velocity_upper_limits()
-    lower, upper, velocity = (float(limit[0]) for limit in limits)
-    return lower, upper, velocity
+    (lower,), (upper,) = joint.position_lower_limits(), joint.position_upper_limits()
+    return float(lower), float(upper), float(joint.velocity_upper_limits()[0])
 
 
 def _set_limits(plant: MultibodyPlant, joint: Joint, motor: JointActuator | None, limits: JointLimits) -> None:
@@ -103,11 +96,7 @@ def _check(model: AddedModel, joint: Joint, effort: float) -> None:
 
 
 def couple(model: AddedModel) -> None:
-    """Lets joints follow others, by Drake's couplers; followers have no actuators.
-
-    Raises:
-        InputError: if the solver of the plant knows no couplers.
-    """
+    """Lets joints follow others, without actuators; raises an InputError if the plant's solver knows no couplers."""
     followers = {mimic.joint for mimic in model.mimics}
     for actuator in [actuator for actuator in _actuators(model) if actuator.joint().name() in followers]:
         model.plant.RemoveJointActuator(actuator)

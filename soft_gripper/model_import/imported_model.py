@@ -41,8 +41,6 @@ class ImportOptions:
 
 
 class ImportedModel(NamedTuple):
-    """A model as Drake reads it."""
-
     text: str | None  # None: the file as it is
     suffix: str = ""  # of the format of the text
     mimics: Sequence[Mimic] = ()

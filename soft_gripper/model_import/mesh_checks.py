@@ -23,15 +23,12 @@ _FILE_PATTERNS = {
     ".obj": re.compile(rb"^\s*mtllib\s+(.*\S)", re.MULTILINE),
     ".mtl": re.compile(rb"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s+(?:.*\s)?(\S+)", re.MULTILINE),
 }
+_COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers
 
 
 def check_mesh_file(path: Path) -> None:
-    """Checks a mesh file before it is read.
-
-    Raises:
-        InputError: if there is none, it is no kind of mesh, or reading it, or what it names, would fail or take
-            minutes and gigabytes.
-    """
+    """Raises an InputError if a file is no mesh, or reading it, or what it names, would fail or take minutes."""
     if not os.path.isfile(path):
         raise InputError(path, "mesh", path.name, "there is no such file")
     if path.suffix.lower() not in MESH_SUFFIXES:
@@ -61,11 +58,7 @@ def _check_content(path: Path, modified: int) -> None:
 
 
 def named_file(path: Path, name: str) -> Path:
-    """The file that a mesh file names, which need not be there.
-
-    Raises:
-        InputError: if it is a pipe or a device, or too large.
-    """
+    """The file that a mesh file names, if any; raises an InputError if it is a pipe or a device, or too large."""
     file = path.parent / name
     if os.path.exists(file):
         if not os.path.isfile(file):
@@ -74,49 +67,44 @@ def named_file(path: Path, name: str) -> Path:
     return file
 
 
-_COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # bytes
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers
-
-
 class _Gltf:
     """JSON of a glTF file; its entries refer to each other by index."""
 
-    def __init__(self, path: Path, content: Any):
-        self._path, self._content = path, content
+    def __init__(self, path: Path, content: Mapping[str, Any]):
+        self._path, self.content = path, content
 
     def refuse(self, field: str, value: object, expected: str) -> NoReturn:
-        """Raises an InputError."""
         raise InputError(self._path, field, value, expected)
 
-    def asset_version(self) -> str:
-        """The version of glTF; empty if none is given."""
-        asset = self._content.get("asset") if isinstance(self._content, dict) else None
-        return str(asset.get("version", "")) if isinstance(asset, dict) else ""
-
     def entries(self, name: str) -> Sequence[Mapping[str, Any]]:
-        """The objects of a list."""
-        entries = self._content.get(name, []) if isinstance(self._content, dict) else None
-        if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-            self.refuse(name, entries, "must be a list of objects")
+        return self.objects(name, self.content.get(name, []))
+
+    def objects(self, field: str, entries: Any, least: int = 0) -> Sequence[Mapping[str, Any]]:
+        is_list = isinstance(entries, list) and len(entries) >= least
+        if not is_list or not all(isinstance(entry, dict) for entry in entries):
+            self.refuse(field, entries, "must be a list of objects")
         return entries
 
     def count(self, entry: Mapping[str, Any], field: str, default: int | None = None, least: int = 0) -> int:
-        """A whole number of an entry."""
         value = entry.get(field, default)
         if type(value) is not int or value < least:
             self.refuse(field, value, f"give a whole number of at least {least}")
         return value
 
     def find_entry(self, entry: Mapping[str, Any], field: str, name: str) -> Mapping[str, Any]:
-        """The entry of a list to which another refers."""
         entries = self.entries(name)
         index = self.count(entry, field)
         if index >= len(entries):
             self.refuse(field, index, f"there are {len(entries)} {name}")
         return entries[index]
 
+    def check_entries(self, entry: Mapping[str, Any], names: Mapping[str, str]) -> None:
+        """Checks the lists to which fields of an entry refer, as far as it has these."""
+        for field, name in names.items():
+            if field in entry:
+                self.find_entry(entry, field, name)
+
     def indices(self, entry: Mapping[str, Any], field: str) -> list[int]:
-        """The nodes that an entry lists."""
         indices = entry.get(field, [])
         if not isinstance(indices, list):
             self.refuse(field, indices, "must be a list of numbers")
@@ -129,10 +117,12 @@ def _check_gltf(path: Path) -> None:
     """Checks that all that a glTF file refers to is there, and that its nodes are a tree."""
     content, binary = _parts(path, read_bytes(path))
     try:
-        gltf = _Gltf(path, parse_json(path, content))
+        document = parse_json(path, content)
     except InputError as error:
         raise InputError(path, "mesh", path.name, f"is not glTF: {error.expected}") from None
-    version = gltf.asset_version()
+    gltf = _Gltf(path, document if isinstance(document, dict) else {})
+    asset = gltf.content.get("asset")
+    version = str(asset.get("version", "")) if isinstance(asset, dict) else ""
     if not version.startswith("2."):
         gltf.refuse("asset.version", version, "must be 2.0")
     sizes = [_buffer_size(gltf, path, buffer, binary) for buffer in gltf.entries("buffers")]
@@ -199,28 +189,20 @@ def _check_accessor(gltf: _Gltf, accessor: Mapping[str, Any]) -> None:
 
 
 def _check_mesh(gltf: _Gltf, mesh: Mapping[str, Any]) -> None:
-    primitives = mesh.get("primitives")
-    if not isinstance(primitives, list) or not primitives or not all(isinstance(part, dict) for part in primitives):
-        gltf.refuse("mesh.primitives", primitives, "must be a list of objects")
-    for part in primitives:
+    for part in gltf.objects("mesh.primitives", mesh.get("primitives"), least=1):
         attributes = part.get("attributes")
         if not isinstance(attributes, dict) or "POSITION" not in attributes:
             gltf.refuse("primitive.attributes", attributes, "give a POSITION")
         if gltf.find_entry(attributes, "POSITION", "accessors")["type"] != "VEC3":
             gltf.refuse("primitive.attributes.POSITION", attributes["POSITION"], "must be an accessor of type VEC3")
-        for name in attributes:
-            gltf.find_entry(attributes, name, "accessors")
-        for field, name in (("indices", "accessors"), ("material", "materials")):
-            if field in part:
-                gltf.find_entry(part, field, name)
+        gltf.check_entries(attributes, dict.fromkeys(attributes, "accessors"))
+        gltf.check_entries(part, {"indices": "accessors", "material": "materials"})
 
 
 def _check_tree(gltf: _Gltf) -> None:
     nodes, parents = gltf.entries("nodes"), set[int]()
     for node in [*nodes, *gltf.entries("scenes")]:
-        for field, name in (("mesh", "meshes"), ("camera", "cameras"), ("skin", "skins")):
-            if field in node:
-                gltf.find_entry(node, field, name)
+        gltf.check_entries(node, {"mesh": "meshes", "camera": "cameras", "skin": "skins"})
     for node in nodes:
         for child in gltf.indices(node, "children"):
             if child in parents:

@@ -32,9 +32,7 @@ class ModelFile:
         return part
 
     def note(self, outcome: str, element: str, value: object, why: str) -> None:
-        """Adds a note on an element of the file."""
         self.notes.append(make_note(outcome, self.path, element, value, why))
 
     def refuse(self, field: str, value: object, expected: str) -> NoReturn:
-        """Raises an InputError."""
-        raise InputError(self.path, field, value, expected)
+        raise InputError(self.path, field, value, expected) from None

@@ -21,11 +21,7 @@ _BY_MARK = {mark: form for form in FORMS for mark in form.marks}
 
 
 def form_of(file: ModelFile) -> Form | None:
-    """The form of a file; None if Drake alone may know it.
-
-    Raises:
-        InputError: if it is XML of no known form.
-    """
+    """The form of a file; None if Drake alone may know it. Raises an InputError if it is XML of no known form."""
     suffix = file.path.suffix.lower()
     if suffix not in _XML_SUFFIXES:
         return _BY_MARK.get(suffix)

@@ -20,20 +20,10 @@ _FLAT_VOLUME = 1e-9  # volume of a part over that of a cube around it, below whi
 
 
 def solid(file: ModelFile, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A mesh of the parts of `closed_parts`; overlaps are noted, since density counts twice there.
-
-    Raises:
-        InputError: if a part is not closed.
-    """
+    """A mesh of the parts of `closed_parts`, raises as that; overlaps are noted, since density counts twice there."""
     parts = closed_parts(file, mesh)
     _note_overlap(file, [part for part in parts if part.volume > 0])
-    return join_parts(parts)
-
-
-def join_parts(parts: list[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """One mesh of several parts."""
-    mesh: trimesh.Trimesh = trimesh.util.concatenate(parts)
-    return mesh
+    return trimesh.util.concatenate(parts)
 
 
 def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -70,10 +60,7 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
 
 def _part_of_faces(mesh: trimesh.Trimesh) -> NDArray[np.int_]:
     """The number of the part to which each face belongs, (F,): edges of two faces hold a part together."""
-    numbers: NDArray[np.int_] = trimesh.graph.connected_component_labels(
-        mesh.face_adjacency, node_count=len(mesh.faces)
-    )
-    return numbers
+    return trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
 
 
 def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
@@ -121,7 +108,6 @@ def _join_vertices(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def _turn(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
-    """Turns faces and parts outward."""
     for number, part in enumerate(parts):
         if not part.is_winding_consistent:
             part.faces = _consistent(part)
@@ -146,8 +132,7 @@ def _consistent(part: trimesh.Trimesh) -> NDArray[np.int_]:
     def runs_along(face: NDArray[np.int_]) -> NDArray[np.bool_]:
         """Mask of the edges that run along a face rather than against it."""
         starts = faces[face] == edges[:, :1]
-        follows: NDArray[np.bool_] = (np.roll(faces[face], -1, axis=1) == edges[:, 1:])[starts]
-        return follows
+        return (np.roll(faces[face], -1, axis=1) == edges[:, 1:])[starts]
 
     # Neighbours that are turned alike run along their edge in opposite ways.
     differs = runs_along(pairs[:, 0]) == runs_along(pairs[:, 1])
@@ -178,23 +163,13 @@ def _note_overlap(file: ModelFile, parts: list[trimesh.Trimesh]) -> None:
     for first, second in pairs[:_MAX_PAIRS]:
         pair = parts[first], parts[second]
         point_count = _MAX_RAY_TESTS // (len(pairs) * sum(len(part.faces) for part in pair))
-        points = _overlap_grid(*pair, int(np.clip(point_count, 27, _MAX_SEARCH_POINTS)))
+        count = round(int(np.clip(point_count, 27, _MAX_SEARCH_POINTS)) ** (1 / 3))  # of points along each axis
+        steps = (np.arange(count) + 0.5) / count
+        grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+        begin, end = np.maximum(low[first], low[second]), np.minimum(high[first], high[second])
+        points = begin + grid * (end - begin)
         if np.all([winding(points, part.triangles) > _INSIDE_WINDING for part in pair], axis=0).any():
             file.note(READ, f"parts {first} and {second}", "", "they overlap: density counts twice there")
-
-
-def _room(one: trimesh.Trimesh, other: trimesh.Trimesh) -> Array:
-    """The size of the box in which two parts may overlap, (3,); negative along separating axes."""
-    room: Array = np.minimum(one.bounds[1], other.bounds[1]) - np.maximum(one.bounds[0], other.bounds[0])
-    return room
-
-
-def _overlap_grid(one: trimesh.Trimesh, other: trimesh.Trimesh, count: int) -> Array:
-    """Grid of about `count` points in the box of a possible overlap of two parts, (M, 3)."""
-    steps = (np.arange(round(count ** (1 / 3))) + 0.5) / round(count ** (1 / 3))
-    grid = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
-    points: Array = np.maximum(one.bounds[0], other.bounds[0]) + grid * _room(one, other)
-    return points
 
 
 def winding(points: Array, triangles: Array) -> Array:

@@ -31,6 +31,17 @@ SHADES = ("0.93", "0.98")
 _CHARACTER_WIDTH = 0.053  # inches per character of a phase name
 _FORCE_MARGIN = 0.3  # of the range of the forces, on either side of it
 _LEAST_SLIP = 1.0  # mm, of the axis: less is creep, not to be magnified
+_LEVEL_AXES, _ALL_AXES = np.array([1.0, 1.0, 0.0]), np.ones(3)
+STYLE: dict[Any, Any] = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}
+DPI = 200
+# Inches.
+WIDTH = 9.0
+COLUMNS, STRIP_LEFT, PANEL_HEIGHT, GAP = 4, 2.71, 2.1, 0.04  # of the strip
+TITLE = 0.25  # above a picture
+RIGHT, LEGENDS = 0.85, 0.4  # right of the pictures: the torque scale; right of the plots: legends, which take more
+LEFT, PLOT_HEIGHT, PLOT_GAP, NAMES, TIME = 0.74, 0.68, 0.1, 0.32, 0.33  # of the plots; above and below them
+_PATH_COLOR, _PATH_POINTS = "#b5462f", 200
+Place = tuple[float, float, float, float]  # left, top, width and height, inches from the upper left corner
 
 
 def recorded_plots(recording: Recording, slips: Array | None = None, forces: ContactForces | None = None) -> list[str]:
@@ -101,7 +112,7 @@ def _draw_slip(axes: Axes, recording: Recording, slips: Array | None) -> None:
     axes.set_ylabel("slip\n[mm]")
 
 
-def _draw_opening(axes: Axes, scenario: Scenario, recording: Recording) -> None:
+def _draw_opening(axes: Axes, _: Scenario, recording: Recording) -> None:
     _plot(axes, recording, 1e3, "grip.set_point", "set point", WANTED)
     _plot(axes, recording, 1e3, "grip.opening", "estimated", MEASURED)
     axes.set_ylabel("opening\n[mm]")
@@ -140,13 +151,8 @@ def _name_spans(axes: Axes, spans: Sequence[Span]) -> None:
     for i, span in enumerate(spans, 1):
         text = f"{i} {span.phase.name}"
         fits = _CHARACTER_WIDTH * len(text) < width * (span.end - span.begin) / (end - begin)
-        middle = ((span.begin + span.end) / 2, 1.04)
-        axes.annotate(
-            text if fits else str(i), middle, xycoords=axes.get_xaxis_transform(), ha="center", fontsize="small"
-        )
-
-
-_LEVEL_AXES, _ALL_AXES = np.array([1.0, 1.0, 0.0]), np.ones(3)
+        middle, transform = ((span.begin + span.end) / 2, 1.04), axes.get_xaxis_transform()
+        axes.annotate(text if fits else str(i), middle, xycoords=transform, ha="center", fontsize="small")
 
 
 class CloseUp:
@@ -161,25 +167,11 @@ class CloseUp:
         self._camera = framing_camera(np.concatenate(corners), height, width, renderer.direction)
 
     def camera(self, time: float) -> Camera:
-        """Pose of the camera at a time, s."""
         X_WC = RigidTransform(self._shift(time)) @ self._camera.X_WC
         return replace(self._camera, X_WC=X_WC)
 
     def _shift(self, time: float) -> Array:
         return self._follows * self._scene.gripper_position(time)
-
-
-STYLE: dict[Any, Any] = {"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}
-DPI = 200
-# Inches.
-WIDTH = 9.0
-COLUMNS, STRIP_LEFT, PANEL_HEIGHT, GAP = 4, 2.71, 2.1, 0.04  # of the strip
-TITLE = 0.25  # above a picture
-RIGHT, LEGENDS = 0.85, 0.4  # right of the pictures: the torque scale; right of the plots: legends, which take more
-LEFT, PLOT_HEIGHT, PLOT_GAP, NAMES, TIME = 0.74, 0.68, 0.1, 0.32, 0.33  # of the plots; above and below them
-_PATH_COLOR, _PATH_POINTS = "#b5462f", 200
-
-Place = tuple[float, float, float, float]  # left, top, width and height, inches from the upper left corner
 
 
 def phases_figure(
@@ -204,7 +196,9 @@ def phases_figure(
     """
     spans = phase_spans(recording, phases)
     numbered = list(enumerate(spans, 1))
-    panels = [(i, span) for i, span in numbered if not _goes_home(span.phase, scenario)] or numbered
+    assert scenario.arm is not None
+    home, ends = scenario.arm.home, [span.phase.motion.value(span.phase.duration)[:, 0] for span in spans]
+    panels = [place for place, end in zip(numbered, ends, strict=True) if not np.allclose(end, home)] or numbered
     count = -(-len(panels) // COLUMNS)
     strip = [panels[len(panels) * row // count : len(panels) * (row + 1) // count] for row in range(count)]
     strip_height = len(strip) * (TITLE + PANEL_HEIGHT)
@@ -223,11 +217,6 @@ def phases_figure(
         draw_grip_plots(plots, scenario, recording, spans, slips, forces)
         figure.align_ylabels(plots)
     return figure
-
-
-def _goes_home(phase: Phase, scenario: Scenario) -> bool:
-    assert scenario.arm is not None
-    return np.allclose(phase.motion.value(phase.duration)[:, 0], scenario.arm.home)
 
 
 def _axes(figure: Figure, place: Place) -> Axes:

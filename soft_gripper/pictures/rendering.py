@@ -41,6 +41,31 @@ from soft_gripper.diagrams.view.torque_colors import link_colors
 from soft_gripper.files.text import read_bytes
 from soft_gripper.scenario.schema import Scenario
 
+ANGLE_OF_VIEW = np.radians(20.0)  # vertical
+DIRECTION = np.array([0.2, 1.0, -0.22])  # for fingers without an arm: onto the x-z plane, from slightly left and above
+MARGIN = 0.08  # share of the picture left free around its contents
+ASPECTS = (0.9, 2.0)  # narrowest and widest, if no width is given
+# Position, m, for a viewer who looks along +y, and intensity. Point lights cast no shadows.
+LAMPS = (
+    ((0.0, -1.0, 6.0), 0.8),
+    ((-2.0, -6.0, 1.5), 0.6),
+    ((6.0, -2.0, 0.5), 0.38),
+    ((-6.0, -2.0, 0.5), 0.42),
+    ((0.0, -1.0, -6.0), 0.3),
+)
+DIMMED = 0.9  # factor on these intensities when there is a sun
+SUN = np.array([-0.22, -0.40, 0.89])  # unit vector toward it
+SUN_INTENSITY = 0.25
+SUN_DISTANCE = 8.0  # in radii of the lit region
+_SUN_CONE_ANGLE = 12.0  # degrees, half angle of its light cone
+_WHITE_COLOR = [1.0, 1.0, 1.0]
+_NO_ROTATION, _QUARTER_TURN = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
+Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
+_RENDERER_NAME = "vtk"
+_OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
+_FARTHEST_FRAMED = 2.0  # m from the centre; anything beyond is not framed
+_FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
+
 
 def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
     """Replaces OBJ files without normals by meshes with normals, wherever a renderer would see one."""
@@ -49,14 +74,10 @@ def give_normals(scene_graph: SceneGraph, source: SourceId) -> None:
         shape = inspector.GetShape(geometry)
         is_file = isinstance(shape, Mesh) and shape.extension() == ".obj" and shape.source().is_path()
         if is_file and b"\nvn " not in read_bytes(shape.source().path()):
-            scene_graph.ChangeShape(source, geometry, _with_normals(shape))
-
-
-def _with_normals(mesh: Mesh) -> Mesh:
-    """A mesh with smooth shading except at sharp edges."""
-    smooth_mesh = trimesh.load(mesh.source().path(), force="mesh").smooth_shaded
-    text = trimesh.exchange.obj.export_obj(smooth_mesh, include_normals=True, include_texture=False, header=None)
-    return Mesh(InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals")), mesh.scale3())
+            mesh = trimesh.load(shape.source().path(), force="mesh").smooth_shaded  # except at sharp edges
+            text = trimesh.exchange.obj.export_obj(mesh, include_normals=True, include_texture=False, header=None)
+            memory = InMemoryMesh(mesh_file=MemoryFile(text, ".obj", "mesh with normals"))
+            scene_graph.ChangeShape(source, geometry, Mesh(memory, shape.scale3()))
 
 
 class RecordedScene:
@@ -73,13 +94,10 @@ class RecordedScene:
 
     @property
     def times(self) -> Array:
-        """Times of the recorded samples, s."""
-        times: Array = self._recording.data["time"].values
-        return times
+        return self._recording.data["time"].values
 
     @property
     def scene_graph_context(self) -> Context:
-        """The inspector of the SceneGraph."""
         return self.scene_graph.GetMyMutableContextFromRoot(self._context)
 
     def signals(self, time: float) -> xr.Dataset:
@@ -87,21 +105,18 @@ class RecordedScene:
         return self._recording.data.sel(time=time, method="nearest")
 
     def query(self, time: float) -> QueryObject:
-        """The geometries at their poses at a time, s."""
         self._go_to(time)
         return self.scene_graph.get_query_output_port().Eval(self.scene_graph_context)
 
     def object_position(self, name: str, time: float) -> Array:
         """Position of a free model at a time, s; (3) m in the world: its first link's, or its middle if it has none."""
         if name in self._deformables:
-            middle: Array = self._deformables[name].vertices(self._go_to(time)).mean(axis=0)
-            return middle
+            return self._deformables[name].vertices(self._go_to(time)).mean(axis=0)
         return self._position(self.plant.GetBodyIndices(self.plant.GetModelInstanceByName(name))[0], time)
 
     def gripper_position(self, time: float) -> Array:
         """Mean position of the finger bases at a time, s; (3) m in the world."""
-        middle: Array = np.mean([self._position(finger.base.index(), time) for finger in self.fingers], axis=0)
-        return middle
+        return np.mean([self._position(finger.base.index(), time) for finger in self.fingers], axis=0)
 
     def gripper_corners(self, time: float) -> Array:
         """Corners of the bounding boxes of all parts of the models with fingers at a time, s; (M, 3) m in the world."""
@@ -120,13 +135,11 @@ class RecordedScene:
         return np.concatenate([movable, *small, *deformed])
 
     def geometries(self, body: BodyIndex) -> list[GeometryId]:
-        """The visible geometries of a body."""
         frame = self.plant.GetBodyFrameIdOrThrow(body)
         return self.scene_graph.model_inspector().GetGeometries(frame, Role.kPerception)
 
     def _position(self, body: BodyIndex, time: float) -> Array:
-        position: Array = self.plant.EvalBodyPoseInWorld(self._go_to(time), self.plant.get_body(body)).translation()
-        return position
+        return self.plant.EvalBodyPoseInWorld(self._go_to(time), self.plant.get_body(body)).translation()
 
     def _corners(self, models: Iterable[ModelInstanceIndex], time: float) -> Array:
         return box_corners(self.plant, self.scene_graph, self._go_to(time), models, Role.kPerception)
@@ -144,12 +157,6 @@ class RecordedScene:
 def _extent(corners: Array) -> float:
     """The diagonal of the bounding box of points, m."""
     return float(np.linalg.norm(np.ptp(corners, axis=0)))
-
-
-ANGLE_OF_VIEW = np.radians(20.0)  # vertical
-DIRECTION = np.array([0.2, 1.0, -0.22])  # for fingers without an arm: onto the x-z plane, from slightly left and above
-MARGIN = 0.08  # share of the picture left free around its contents
-ASPECTS = (0.9, 2.0)  # narrowest and widest, if no width is given
 
 
 @dataclass(frozen=True)
@@ -173,8 +180,7 @@ class Camera:
         """Projects points in the world, (..., 3) m, onto the picture, (..., 2) pixels right and down."""
         X_CW = self.X_WC.inverse()
         p_C = p_W @ X_CW.rotation().matrix().T + X_CW.translation()
-        pixels: Array = (p_C / p_C[..., 2:] @ self.info().intrinsic_matrix().T)[..., :2]
-        return pixels
+        return (p_C / p_C[..., 2:] @ self.info().intrinsic_matrix().T)[..., :2]
 
 
 def framing_camera(p_W: Array, height: int, width: int | None = None, direction: Array = DIRECTION) -> Camera:
@@ -188,23 +194,6 @@ def framing_camera(p_W: Array, height: int, width: int | None = None, direction:
         width = round(height * np.clip(picture_width / picture_height, *ASPECTS))
     slope = np.tan(ANGLE_OF_VIEW / 2) * (1 - MARGIN) * np.array([width / height, 1.0])
     return Camera(RigidTransform(R_WC, nearest_eye(p_W, R_WC, -slope, slope)), width, height)
-
-
-# Position, m, for a viewer who looks along +y, and intensity. Point lights cast no shadows.
-LAMPS = (
-    ((0.0, -1.0, 6.0), 0.8),
-    ((-2.0, -6.0, 1.5), 0.6),
-    ((6.0, -2.0, 0.5), 0.38),
-    ((-6.0, -2.0, 0.5), 0.42),
-    ((0.0, -1.0, -6.0), 0.3),
-)
-DIMMED = 0.9  # factor on these intensities when there is a sun
-SUN = np.array([-0.22, -0.40, 0.89])  # unit vector toward it
-SUN_INTENSITY = 0.25
-SUN_DISTANCE = 8.0  # in radii of the lit region
-_SUN_CONE_ANGLE = 12.0  # degrees, half angle of its light cone
-_WHITE_COLOR = [1.0, 1.0, 1.0]
-_NO_ROTATION, _QUARTER_TURN = RotationMatrix(), RotationMatrix.MakeZRotation(np.pi / 2)
 
 
 def make_renderer(turn: RotationMatrix = _NO_ROTATION, light: float = 1.0) -> RenderEngine:
@@ -241,14 +230,6 @@ def _lamp(position: Array, intensity: float) -> LightParameter:
     return LightParameter(type="point", frame="world", position=position, intensity=intensity)
 
 
-Picture = NDArray[np.uint8]  # (height, width, 3) red, green, blue
-
-_RENDERER_NAME = "vtk"
-_OVERSAMPLING = 2  # factor by which pictures are rendered larger and then reduced, against jagged edges
-_FARTHEST_FRAMED = 2.0  # m from the centre; anything beyond is not framed
-_FRAMED_TIMES = 30  # number of times in a recording that the camera must cover
-
-
 class SceneRenderer:
     """Renders a recording of a scenario with one camera that covers the whole motion.
 
@@ -282,19 +263,16 @@ class SceneRenderer:
     def render(self, time: float, camera: Camera | None = None) -> Picture:
         """The scene at a time of the recording, s, seen by the default camera or by another one."""
         camera = camera or self.camera
-        self._paint_fingers(time)
-        query, world = self.scene.query(time), self.scene.scene_graph.world_frame_id()
-        image = query.RenderColorImage(camera.render_camera(_RENDERER_NAME, _OVERSAMPLING), world, camera.X_WC).data
-        size = (camera.width, camera.height)
-        return np.asarray(Image.fromarray(image[..., :3]).resize(size, Image.Resampling.BOX))
-
-    def _paint_fingers(self, time: float) -> None:
         if self._torque_limit is not None:
             signals = self.scene.signals(time)
             for finger in self.scene.fingers:
                 torque = signals[f"{finger.name}.true_external_torque"].values
                 for link, rgb in zip(finger.links, link_colors(torque, self._torque_limit), strict=True):
                     self._paint_body(link.index(), Rgba(*rgb))
+        query, world = self.scene.query(time), self.scene.scene_graph.world_frame_id()
+        image = query.RenderColorImage(camera.render_camera(_RENDERER_NAME, _OVERSAMPLING), world, camera.X_WC).data
+        size = (camera.width, camera.height)
+        return np.asarray(Image.fromarray(image[..., :3]).resize(size, Image.Resampling.BOX))
 
     def _paint_body(self, body: BodyIndex, rgba: Rgba) -> None:
         scene_graph, context = self.scene.scene_graph, self.scene.scene_graph_context

@@ -3,7 +3,6 @@
 A finger that leaves this plane is drawn from the side as well, and so is its estimate if it is one in space.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -43,6 +42,10 @@ _TEXT_DISTANCE = 9e-3  # m, from the side of the finger to the label of its radi
 _EDGE_COLOR = "0.35"
 _FRONT_AXES, _SIDE_AXES = [0, 2], [1, 2]  # axes of B: as seen along y, and along x
 _MIN_OFF_PLANE = 1e-4  # m, beyond which a finger is drawn from the side as well
+STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
+WIDTH = 8.4  # inches
+_TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
 
 
 def to_mm(planar: Planar) -> Array:
@@ -109,16 +112,12 @@ def draw_arcs(axes: Axes, layout: MeasurementModel, arcs: Arcs) -> None:
         axes.plot(*to_mm(curve).T, lw=2.4, solid_capstyle="butt", **look)
         axes.plot(*to_mm(np.array([start, center, end])).T, lw=0.7, ls=(0, (4, 2)), **look)
         axes.plot(*to_mm(np.array([center])).T, "+", ms=7, **look)
-        _write_radius(axes, layout, arcs, section, **look)
-
-
-def _write_radius(axes: Axes, layout: MeasurementModel, arcs: Arcs, section: int, **look: Any) -> None:
-    """The radius of an arc, mm, beside its middle on the outer side of the bend."""
-    base, radius = layout.finger.base, abs(arcs.start[section] - arcs.centers[section])
-    offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
-    ((x, z),) = to_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
-    text = f"{1e3 * radius:.0f}" if radius < _MAX_LABELLED_RADIUS else "straight"
-    axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
+        # The radius, mm, beside the middle of the arc on the outer side of the bend.
+        base, radius = layout.finger.base, abs(start - center)
+        offset = base.outer_face - _TEXT_DISTANCE if arcs.theta[section] > 0 else base.inner_face + _TEXT_DISTANCE
+        ((x, z),) = to_mm(points_on_arcs(arcs, np.array([section]), np.array([0.5]), offset))
+        text = f"{1e3 * radius:.0f}" if radius < _MAX_LABELLED_RADIUS else "straight"
+        axes.text(x, z, text, ha="center", va="center", fontsize="small", **look)
 
 
 def draw_force(axes: Axes, arrow: Array, color: str, label: str, width: float = 1.4) -> None:
@@ -137,12 +136,6 @@ def draw_band(axes: Axes, points: Array, std: Array, label: str = "") -> None:
     outline = 1e3 * np.concatenate([points + offsets, (points - offsets)[::-1]])
     axes.add_patch(Polygon(outline, facecolor=BAND_COLOR, alpha=0.45, lw=0, zorder=4, label=label))
     axes.plot(*(1e3 * points).T, color="black", lw=0.8, zorder=4)
-
-
-STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
-TITLES = ("(a) simulation", "(b) estimated arcs", "(c) estimate")
-WIDTH = 8.4  # inches
-_TRUE_WIDTH = 2.4  # points, so that the estimated force does not hide the true one
 
 
 class Shown(NamedTuple):
@@ -170,8 +163,11 @@ def read_snapshot(layout: MeasurementModel, recording: Recording, time: float) -
     finger, now = layout.finger, recording.data.sel(time=time, method="nearest")
     signals = {str(kind).removeprefix(f"{finger.name}."): signal.values for kind, signal in now.data_vars.items()}
     true = corners(signals[TRUE_JOINTS], signals[TRUE_TIP])
-    if leaves_plane(true):
-        true_force = _true_in_space(signals)
+    if leaves_plane(true):  # its force is drawn in space, at the centre of pressure
+        true_force, force_W = None, signals.get("true_contact_force_world")
+        if force_W is not None:
+            R_BW, p_WB = signals["X_WB"][:, :3].T, signals["X_WB"][:, 3]
+            true_force = arrow(R_BW @ (signals["contact_center"] - p_WB), R_BW @ force_W)
     else:
         true_signals = {name: signals[f"true_{name}"] for name in CONTACTS[1] if f"true_{name}" in signals}
         true_force = contact_arrow(finger, true, estimated_contact(true_signals, true))
@@ -193,15 +189,6 @@ def leaves_plane(corners: Array) -> bool:
     return bool(np.abs(corners[..., 1]).max() > _MIN_OFF_PLANE)
 
 
-def _true_in_space(signals: Mapping[str, Array]) -> Array | None:
-    """The arrow of the true contact force at the centre of pressure, (2, 3) m; None where nothing presses."""
-    force = signals.get("true_contact_force_world")
-    if force is None:
-        return None
-    X_WB = signals["X_WB"]
-    return arrow(X_WB[:, :3].T @ (signals["contact_center"] - X_WB[:, 3]), X_WB[:, :3].T @ force)
-
-
 def shape_figure(layout: MeasurementModel, recording: Recording, time: float) -> Figure:
     """Three panels at a time, s: the simulation, the estimated arcs over the true joints, the estimate.
 
@@ -219,7 +206,11 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
     true, estimate = snapshot.true, snapshot.estimate
     limit = torque_limit([estimate.torque, true.torque])
     x_limits, z_limits = _limits(layout, snapshot)
-    side_panels, y_limits = _side_panels(snapshot), _side_limits(finger, snapshot)
+    side_panels = [("(d) simulation", true), ("(e) estimate", estimate)][: 1 + snapshot.is_in_space]
+    side_panels = side_panels if leaves_plane(true.corners) else []
+    drawn_points = [points for points in (true.corners, true.force, estimate.force) if points is not None]
+    y, half = 1e3 * np.concatenate(drawn_points)[:, 1], 1e3 * finger.base.width
+    y_limits = np.array([y.min() - half, y.max() + half])
     widths = [float(np.ptp(limits)) for limits in [*x_limits, *[y_limits] * len(side_panels)]]
     height = 1.3 + (WIDTH - 2.2) * float(np.ptp(z_limits)) / sum(widths) + 0.2 * bool(side_panels)
     highest = 4.5 if side_panels else 4.2
@@ -266,19 +257,6 @@ def _draw_load(
     if true is not None:
         prefix = hidden if estimate is None else "_"
         draw_force(axes, true[:, view], TRUE_COLOR, f"{prefix}true contact force", _TRUE_WIDTH)
-
-
-def _side_panels(snapshot: Snapshot) -> list[tuple[str, Shown]]:
-    """Titles and shapes of the panels that are seen from the side."""
-    panels = [("(d) simulation", snapshot.true), ("(e) estimate", snapshot.estimate)]
-    return panels[: 1 + snapshot.is_in_space] if leaves_plane(snapshot.true.corners) else []
-
-
-def _side_limits(finger: Finger, snapshot: Snapshot) -> Array:
-    """Limits of y, mm, in the panels from the side."""
-    arrows, half = (snapshot.true.force, snapshot.estimate.force), 1e3 * finger.base.width
-    y = 1e3 * np.concatenate([points[:, 1] for points in (snapshot.true.corners, *arrows) if points is not None])
-    return np.array([y.min() - half, y.max() + half])
 
 
 def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], Array]:

@@ -7,7 +7,6 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image, ImageDraw, ImageFont
 
@@ -29,6 +28,7 @@ _LIGHT_IN_SPACE = 0.85  # of a finger that turns toward the lamps, and would be 
 _PLOT_GAP = 4  # pixels, between it and the scene
 _DRIVE_UNITS = {"pressure": (1e-3, "kPa"), "tension": (1.0, "N")}  # of what drives fingers
 _FRAMED_TIMES = 20  # number of times in a recording that the close-up must cover
+ANIMATIONS = (".gif", ".webp", ".png")
 
 
 class Film:
@@ -43,25 +43,22 @@ class Film:
         self.times = np.arange(max(1, round(self.duration * FRAME_RATE))) / FRAME_RATE  # s, of the frames
         self.size = (width, height + FOOTER)  # pixels
         self._scenario, self._recording = scenario, recording
-        limit, leaves_planes = recorded_limit(recording), _leave_planes(recording)
+        joints = (signal.values for name, signal in recording.data.items() if str(name).endswith(f".{TRUE_JOINTS}"))
+        limit, leaves_planes = recorded_limit(recording), any(map(leaves_plane, joints))
         light = _LIGHT_IN_SPACE if leaves_planes else 1.0
         render = partial(SceneRenderer, scenario, recording, height, torque_limit=limit, light=light)
         inset_width = round(_INSET_WIDTH * width) if scenario.arm is not None or leaves_planes else 0
         self._renderer = render(width=width - inset_width)
         self._render_beside: Callable[[float], Picture] | None = None
         if scenario.arm is not None:
-            self._render_beside = self._close_up(height, inset_width - _PLOT_GAP)
+            times = np.linspace(0, self.duration, _FRAMED_TIMES)
+            close_up = CloseUp(self._renderer, times, height, inset_width - _PLOT_GAP)
+            self._render_beside = lambda time: self._renderer.render(time, close_up.camera(time))
         elif leaves_planes:
             self._render_beside = render(width=inset_width - _PLOT_GAP, aside=True).render
         self._scale = _draw_scale(limit, width // 2)
 
-    def _close_up(self, height: int, width: int) -> Callable[[float], Picture]:
-        """Renders the gripper at a time, s."""
-        close_up = CloseUp(self._renderer, np.linspace(0, self.duration, _FRAMED_TIMES), height, width)
-        return lambda time: self._renderer.render(time, close_up.camera(time))
-
     def frame(self, time: float) -> Image.Image:
-        """The frame at a time, s."""
         width, height = self.size
         frame = Image.new("RGB", self.size, "white")
         frame.paste(Image.fromarray(self._renderer.render(time)), (0, 0))
@@ -82,20 +79,11 @@ class Film:
             for name, signal in data.data_vars.items()
             if str(name).endswith(f".{kind}")
         ]
-        task = [self._phase(data)] if self._scenario.task is not None else []
-        return "     ".join([f"{time:4.1f} s", ", ".join(dict.fromkeys(pressures)), *task])
-
-    def _phase(self, data: xr.Dataset) -> str:
-        """The phase of the task, or its outcome after the last phase or a failure."""
-        assert self._scenario.task is not None
-        phases, phase_index = self._scenario.task.phases, int(data["task.phase"])
-        return phases[phase_index].name if phase_index < len(phases) else Outcome(int(data["task.outcome"])).words
-
-
-def _leave_planes(recording: Recording) -> bool:
-    """Whether any finger leaves its bending plane."""
-    joints = (signal.values for name, signal in recording.data.items() if str(name).endswith(f".{TRUE_JOINTS}"))
-    return any(map(leaves_plane, joints))
+        texts = [f"{time:4.1f} s", ", ".join(dict.fromkeys(pressures))]
+        if self._scenario.task is not None:  # its phase, or its outcome after the last phase or a failure
+            phases, i = self._scenario.task.phases, int(data["task.phase"])
+            texts.append(phases[i].name if i < len(phases) else Outcome(int(data["task.outcome"])).words)
+        return "     ".join(texts)
 
 
 def _draw_scale(limit: float, width: int) -> Image.Image:
@@ -110,15 +98,8 @@ def _draw_scale(limit: float, width: int) -> Image.Image:
     return Image.open(picture)
 
 
-ANIMATIONS = (".gif", ".webp", ".png")
-
-
 def check_video(path: Path) -> None:
-    """Checks, before any work is done, that a video with this name can be written.
-
-    Raises:
-        InputError: if the ending is not supported, or the encoder is not installed.
-    """
+    """Raises an InputError if a video with this name cannot be written, before any work is done."""
     if path.suffix == ".mp4":
         try:
             import imageio_ffmpeg  # noqa: F401
@@ -152,16 +133,16 @@ def write_video(
     """
     check_video(path)
     film = Film(scenario, recording, width, height)
+
+    def frames() -> Iterator[Image.Image]:
+        for time in film.times:
+            yield film.frame(time)
+            if progress is not None:
+                progress(min(time + 1 / FRAME_RATE, film.duration))
+
     write = {".mp4": _write_mp4, ".gif": _write_gif}.get(path.suffix, _write_animation)
     with atomic_file(path) as partial:
-        write(partial, film, _frames(film, progress))
-
-
-def _frames(film: Film, progress: Callable[[float], None] | None) -> Iterator[Image.Image]:
-    for time in film.times:
-        yield film.frame(time)
-        if progress is not None:
-            progress(min(time + 1 / FRAME_RATE, film.duration))
+        write(partial, film, frames())
 
 
 def _write_animation(path: Path, film: Film, frames: Iterator[Image.Image]) -> None:

@@ -48,9 +48,8 @@ class FingerCalibrationConfig:
     pressure_offset_std: float = quantity(0.0, "Pa", least=0)
     hysteresis: float = 0.0  # loop width, share of the stroke
     drifts: list[float] = quantity([], "1/s")  # of the extension ratio of every reading
-    tip_measured: bool = (
-        False  # if not, a common gain and the bend per pressure are known only as well as the gains were before
-    )
+    # If not, a common gain and the bend per pressure are known only as well as the gains were before.
+    tip_measured: bool = False
     doubtful: list[str] = field(default_factory=list)  # holds of recordings that are not free bending
     # States of the calibration: strains path after path, torque of the drive at the first joint, gravity along x and z
     fitted: FittedStatesConfig | None = None
@@ -73,11 +72,7 @@ class CalibrationConfig:
 
 
 def apply_calibration(sensors: MeasurementModel, calibration: CalibrationConfig) -> SensorLayout:
-    """Nominal layout with the calibrated gains, offsets and stiffness of its finger.
-
-    Raises:
-        InputError: if the calibration is for other fingers or sensors.
-    """
+    """Nominal layout with the calibration of its finger; raises an InputError if that is for another one."""
     layout = strain_sensors(sensors, "nominal.calibration")
     name, finger, curve = layout.finger.name, layout.finger, layout.response
     if name not in calibration.fingers:
@@ -93,17 +88,13 @@ def apply_calibration(sensors: MeasurementModel, calibration: CalibrationConfig)
     response = CalibratedResponse(curve, tuple(config.gains), tuple(config.offsets), config.response_curvature)
     finger = strengthened(softened(finger, config.bend_ratio, config.bend_variation), config.strength)
     finger = replace(finger, pressure_offset=config.pressure_offset)
-    return replace(layout, finger=finger, response=response, calibrated=_states(config, layout.sections))
-
-
-def _states(config: FingerCalibrationConfig, sections: int) -> CalibratedStates | None:
-    kept = config.fitted
-    if kept is None:
-        return None
-    disagreement = float("inf") if kept.disagreement is None else kept.disagreement
-    stds = config.bend_ratio_std / config.bend_ratio, config.bend_variation_std
-    residual_std = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
-    return CalibratedStates(kept.fitted, kept.widths, disagreement, sections, kept.noise, *stds, residual_std)
+    kept, states = config.fitted, None
+    if kept is not None:
+        disagreement = math.inf if kept.disagreement is None else kept.disagreement
+        stds = config.bend_ratio_std / config.bend_ratio, config.bend_variation_std
+        gain_std = math.hypot(config.bend_gain_std, config.hysteresis) if config.bend_gain_std > 0 else None
+        states = CalibratedStates(kept.fitted, kept.widths, disagreement, layout.sections, kept.noise, *stds, gain_std)
+    return replace(layout, finger=finger, response=response, calibrated=states)
 
 
 def load_calibration(file: str) -> CalibrationConfig:

@@ -43,23 +43,15 @@ def checked_scenario(where: Path | str, scenario: Scenario) -> Scenario:
 
 
 def check_scenario(where: Path | str, scenario: Scenario) -> None:
-    """Checks the rules across the parts of a scenario, each valid by itself; fingers are checked when they are built.
-
-    Raises:
-        InputError: for the first rule that is broken.
-    """
-    for rules in (_models, _control, _sensors, _arm_and_task, _external, _solver, _cost):
+    """Raises an InputError for the first broken rule across the parts of a scenario, each valid by itself."""
+    for rules in (_models, _sensors, _arm_and_task, _external, _run):
         for field, value, expected in rules(scenario):
             raise InputError(where, field, value, expected)
     setattr(scenario, _CHECKED_ATTRIBUTE, plain_values(scenario))
 
 
 def check_finger_names(where: Path | str, names: Iterable[str]) -> None:
-    """Checks the names of the fingers, which the model files give.
-
-    Raises:
-        InputError: if one is the name of a block.
-    """
+    """Raises an InputError if one of the fingers' names, which the model files give, is that of a block."""
     for name in names:
         require(name not in _RESERVED_NAMES, where, "finger.name", name, "is the name of a block")
 
@@ -74,8 +66,6 @@ def _models(scenario: Scenario) -> Iterator[Violation]:
         if names.count(name) > 1:
             yield f"models[{i}].name", name, "appears more than once"
 
-
-def _control(scenario: Scenario) -> Iterator[Violation]:
     hold, period = scenario.control.hold, scenario.sensor.period
     if hold < period:
         yield "control.hold", hold, f"must be at least sensor.period, {period:g} s"
@@ -113,13 +103,9 @@ def _arm_and_task(scenario: Scenario) -> Iterator[Violation]:
     is_handled = task.object or any(phase.holds or phase.to in ("object", "goal") for phase in task.phases)
     if is_handled and task.object not in free_names:
         yield "task.object", task.object, f"must be one of the free models: {', '.join(free_names) or 'there is none'}"
-    if task.grips:
-        yield from _grip(scenario, task.grip_threshold)
-
-
-def _grip(scenario: Scenario, threshold: float) -> Iterator[Violation]:
-    """Rules that the control breaks, if a task commands the gripper."""
-    control = scenario.control
+    if not task.grips:
+        return
+    control, threshold = scenario.control, task.grip_threshold
     if control.set_points is not None:
         yield "control.set_points", control.set_points, "leave them out: the phases give openings"
     if control.gains.ki == 0:
@@ -152,27 +138,21 @@ def _exclusion_violations(external: Collection[str], names: Collection[str], riv
         yield "external", external, f"leave out {given_names}: {rival} would command the same"
 
 
-def _solver(scenario: Scenario) -> Iterator[Violation]:
-    solver = scenario.simulator_config
+def _run(scenario: Scenario) -> Iterator[Violation]:
+    """Rules of the solver, and estimates of the steps, the samples and the time of a run, from its length."""
+    plant, solver, duration = scenario.plant_config, scenario.simulator_config, scenario.duration
     if solver.start_time != 0:
         yield "simulator_config.start_time", solver.start_time, "must be 0, at which runs begin"
     if getattr(solver, "publish_every_time_step", False):
         yield "simulator_config.publish_every_time_step", True, "must be false: logs keep the sensors' period"
-
-
-def _cost(scenario: Scenario) -> Iterator[Violation]:
-    """Estimates of the steps, the samples and the time of a run, from its length."""
-    plant, solver, duration = scenario.plant_config, scenario.simulator_config, scenario.duration
     step = ("plant_config.time_step", plant.time_step)
     if plant.time_step == 0:
         step = ("simulator_config.max_step_size", solver.max_step_size)
     samples = ("sensor.period", scenario.sensor.period)
     for (field, period), limit, quantity in ((step, MOST_STEPS, "steps"), (samples, MOST_SAMPLES, "samples")):
         if (number := duration / period) > limit:
-            expected = (
-                f"{duration:g} s would be {number:.2g} {quantity}, of at most {limit:.0e}: give more, or a shorter run"
-            )
-            yield field, period, expected
+            cost = f"{duration:g} s would be {number:.2g} {quantity}, of at most {limit:.0e}"
+            yield field, period, f"{cost}: give more, or a shorter run"
     rate = solver.target_realtime_rate
     slowest = duration / MOST_TIME
     if 0 < rate < slowest or not math.isfinite(rate):

@@ -7,7 +7,7 @@ import math
 import re
 from typing import Any, NamedTuple
 
-from soft_gripper.files.number import number
+from soft_gripper.files.number import is_number
 
 FORM = "MEASURE at most NUMBER, MEASURE at least NUMBER, or MEASURE is TEXT, with a measure of a sweep"
 _CRITERION_PATTERN = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
@@ -35,11 +35,5 @@ def read_criterion(text: str) -> Criterion | None:
     if match is None:
         return None
     criterion = Criterion(text, *match.groups())
-    return criterion if criterion.relation == "is" or math.isfinite(_number(criterion.value)) else None
-
-
-def _number(text: str) -> float:
-    try:
-        return number(text)
-    except ValueError:
-        return math.nan
+    is_bound = is_number(criterion.value.strip()) and math.isfinite(float(criterion.value))
+    return criterion if criterion.relation == "is" or is_bound else None

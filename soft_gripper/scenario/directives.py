@@ -14,12 +14,12 @@ from pydrake.multibody.parsing import (
 )
 from pydrake.multibody.plant import MultibodyPlant
 
-from soft_gripper.errors import InputError
 from soft_gripper.files.document import load_config, require
 from soft_gripper.files.yaml_text import read_yaml
 from soft_gripper.model_import.drake_parsing import drake_reads
-from soft_gripper.model_import.included_files import check_files
+from soft_gripper.model_import.named_files import check_files
 from soft_gripper.models import package_map
+from soft_gripper.scenario.drake_values import config_parts
 from soft_gripper.scenario.model_files import model_path
 
 _FILE_SCHEME = "file://"
@@ -51,7 +51,8 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
     counts: dict[Path, int] = {}
     count = len(directives)
     for i, directive in enumerate(directives):
-        where, kind = f"directives[{i}]", _kind(directive)
+        where = f"directives[{i}]"
+        kind = next(field.name for field in ModelDirective.__fields__ if getattr(directive, field.name) is not None)
         if directive.add_directives is not None:
             count += _count_directives(directive.add_directives.file, where, (), counts)
         require(count <= _MAX_DIRECTIVES, where, "count", count, f"give no more than {_MAX_DIRECTIVES} directives")
@@ -59,7 +60,12 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
             located = ModelDirectives(directives=[_locate(directive, where)])
             flat += FlattenModelDirectives(located, packages).directives
     for part in parts_with_files(flat):
-        _check_model(_path(part.file, "directives"), "directives", part.file)
+        path = _path(part.file, "directives")
+        require(path.is_file(), "directives", "file", part.file, f"there is no file {path}")
+        root = check_files(path)
+        has_finger = root is not None and root.find(".//finger") is not None
+        expected = "holds a <finger>, which Drake does not know; list the file in `models`"
+        require(not has_finger, "directives", "file", part.file, expected)
     with drake_reads("scenario", "directives", f"{len(flat)} directives"):  # together: they weld what they have added
         ProcessModelDirectives(ModelDirectives(directives=flat), parser)
 
@@ -67,16 +73,8 @@ def add_directives(plant: MultibodyPlant, directives: Sequence[ModelDirective]) 
 def _count_directives(file: str, where: str, chain: tuple[Path, ...], counts: dict[Path, int]) -> int:
     """Checks a file of directives, and counts them and those of the files that it adds.
 
-    Drake reads such a file without an end if it adds itself, and ends the process.
-
-    Args:
-        file: path or URI.
-        where: place that names the file, for messages.
-        chain: the files that add this one.
-        counts: numbers of directives that are known, by file.
-
-    Raises:
-        InputError: if a file cannot be read, does not fit Drake's schema, adds itself, or adds too many others.
+    Drake reads such a file without an end if it adds itself, and ends the process. `where` names the file, the `chain`
+    of files adds it, and `counts` has the numbers that are known.
     """
     path = Path(os.path.realpath(_path(file, where)))
     require(path not in chain, where, "file", file, "adds itself")
@@ -84,9 +82,8 @@ def _count_directives(file: str, where: str, chain: tuple[Path, ...], counts: di
     if path not in counts:
         document = read_yaml(path)
         size = sum(map(os.path.getsize, (*counts, *chain, path)))
-        require(
-            size <= _MAX_BYTES, where, "file", file, f"makes the files of directives larger than {_MAX_BYTES} bytes"
-        )
+        limit = f"makes the files of directives larger than {_MAX_BYTES} bytes"
+        require(size <= _MAX_BYTES, where, "file", file, limit)
         require(isinstance(document, dict), path, "file", path.name, "holds no directives")
         load_config(path, document, ModelDirectives)
         directives = document.get("directives", [])
@@ -102,31 +99,17 @@ def _count_directives(file: str, where: str, chain: tuple[Path, ...], counts: di
     return counts[path]
 
 
-def _kind(directive: ModelDirective) -> str:
-    """The kind of a directive, such as "add_model"."""
-    return next(field.name for field in ModelDirective.__fields__ if getattr(directive, field.name) is not None)
-
-
 def _locate(directive: ModelDirective, where: str) -> ModelDirective:
     """Copy of a directive with an absolute URI for its file, as Drake needs it; refuses a missing file."""
-    located = ModelDirective(**{field.name: getattr(directive, field.name) for field in ModelDirective.__fields__})
+    located = ModelDirective(**config_parts(directive))
     for name in ("add_model", "add_directives"):
         if (part := getattr(located, name)) is not None:
             path = _path(part.file, where)
             require(path.is_file(), where, "file", part.file, f"there is no file {path}")
-            keys = {field.name: getattr(part, field.name) for field in type(part).__fields__}
             uri = part.file if part.file.startswith(_PACKAGE_SCHEME) else f"{_FILE_SCHEME}{os.path.abspath(path)}"
-            setattr(located, name, type(part)(**keys | {"file": uri}))
+            setattr(located, name, type(part)(**config_parts(part) | {"file": uri}))
     return located
 
 
 def _path(file: str, where: str) -> Path:
     return model_path(file.removeprefix(_FILE_SCHEME), where)
-
-
-def _check_model(path: Path, where: str, file: str) -> None:
-    """Checks a file before Drake reads it."""
-    require(path.is_file(), where, "file", file, f"there is no file {path}")
-    root = check_files(path)
-    if root is not None and root.find(".//finger") is not None:
-        raise InputError(where, "file", file, "holds a <finger>, which Drake does not know; list the file in `models`")

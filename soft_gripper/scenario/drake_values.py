@@ -13,6 +13,8 @@ from pydrake.multibody.plant import MultibodyPlantConfig
 from pydrake.systems.analysis import SimulatorConfig
 from pydrake.visualization import VisualizationConfig
 
+_DIRECTIVE_KINDS = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
+
 
 class ByValue:
     """Compares equal if all its fields do; Drake's own configs are equal to nothing but themselves."""
@@ -28,7 +30,7 @@ def plain_values(value: Any) -> Any:
     if is_dataclass(value):
         return {field.name: plain_values(getattr(value, field.name)) for field in fields(value)}
     if hasattr(value, "__fields__"):
-        return type(value), {name: plain_values(part) for name, part in _parts(value).items()}
+        return type(value), {name: plain_values(part) for name, part in config_parts(value).items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -49,7 +51,7 @@ def to_plain_numbers(value: Any) -> Any:
     return value
 
 
-def _parts(config: Any) -> dict[str, Any]:
+def config_parts(config: Any) -> dict[str, Any]:
     return {field.name: getattr(config, field.name) for field in config.__fields__}
 
 
@@ -60,10 +62,9 @@ def _make_config(kind: type, parts: Mapping[str, Any]) -> Any:
     return config
 
 
-_DIRECTIVE_KINDS = ("AddCollisionFilterGroup", "AddDirectives", "AddFrame", "AddModel", "AddModelInstance", "AddWeld")
 for _kind in (
     *(Transform, Rotation, Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform),
     *(MultibodyPlantConfig, SimulatorConfig, VisualizationConfig, Rgba),
     *(parsing.ModelDirective, *(getattr(parsing, name) for name in _DIRECTIVE_KINDS)),
 ):
-    copyreg.pickle(_kind, lambda config: (_make_config, (type(config), _parts(config))))
+    copyreg.pickle(_kind, lambda config: (_make_config, (type(config), config_parts(config))))

@@ -19,6 +19,15 @@ from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_element import FingerElement
 from soft_gripper.quantity import Rule, rules
 
+TILT = "tilt"  # about its bending axis at the base, on top of that of its file; positive: toward the object
+# Keys of 0.2, whose recordings have them; others were those of today
+FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")}
+FORMER_PATHS |= {f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")}
+_CHAMBER_PATHS = {f"chamber_{key}": f"chambers.{key}" for key in ("width", "thickness")}
+_CHAMBER_PATHS["chamber_center"] = "chambers.x"
+_ALL_FINGERS = "all"
+_SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
+
 
 def _paths(kind: Any) -> Iterator[tuple[str, Rule]]:
     """Paths of the numbers in a dataclass, and of lists of words, with their rules."""
@@ -33,20 +42,8 @@ def _paths(kind: Any) -> Iterator[tuple[str, Rule]]:
 
 _SECTION_PATHS = dict(_paths(CrossSection))
 FINGER_PATHS = _SECTION_PATHS | dict(_paths(Finger))
-TILT = "tilt"  # about its bending axis at the base, on top of that of its file; positive: toward the object
 MODEL_PATHS = {TILT: Rule("rad")} | FINGER_PATHS
 del MODEL_PATHS["pressure_offset"]  # of nominal fingers
-# Keys of 0.2, whose recordings have them; others were those of today
-FORMER_PATHS = {key: f"contact.{key}" for key in ("friction", "hydroelastic_modulus", "dissipation")} | {
-    f"tendon_{key}": f"tendons.{key}" for key in ("stiffness", "friction", "slack")
-}
-_CHAMBER_PATHS = {
-    "chamber_width": "chambers.width",
-    "chamber_thickness": "chambers.thickness",
-    "chamber_center": "chambers.x",
-}
-_ALL_FINGERS = "all"
-_SUSPICIOUS_FACTOR = 20.0  # times the value so far; a larger change is taken for one whose "%" was forgotten
 
 
 def check_names(where: str, configs: Mapping[str, Mapping[str, str]], names: Sequence[str]) -> None:
@@ -92,8 +89,7 @@ def changed_finger(finger: Finger, where: str, changes: Mapping[str, str]) -> Fi
             paths = [_CHAMBER_PATHS[key]]
         for path in paths:
             document = _apply_change(document, path.split("."), partial(_value, where, key, text))
-    copy: Finger = read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'"))
-    return copy
+    return read(document, Finger, Rule(), Place(f"{where}: finger '{finger.name}'"))
 
 
 def _apply_change(node: Any, path: Sequence[str], change: Callable[[Any], Any]) -> Any:
@@ -115,7 +111,7 @@ def _value(where: str, name: str, text: str, old: Any) -> Any:
         value = changed(text, old)
     except ValueError:
         raise InputError(where, name, text, f"must be a number, {CHANGE}") from None
-    is_near = "%" in text or min(value, old) <= 0 or 1 / _SUSPICIOUS_FACTOR <= value / old <= _SUSPICIOUS_FACTOR
-    if not is_near:
+    is_comparable = "%" not in text and min(value, old) > 0
+    if is_comparable and not 1 / _SUSPICIOUS_FACTOR <= value / old <= _SUSPICIOUS_FACTOR:
         raise InputError(where, name, text, f'is far from the simulated {old:g}; a change is written "+10 %"')
     return value

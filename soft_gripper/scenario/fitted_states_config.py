@@ -25,9 +25,8 @@ class FittedStatesConfig:
     sizes: list[list[float]] = quantity([], least=0)
     growth: float = quantity(0.0, least=0)  # of these, by the root of the distance
     noise: float = quantity(0.0, least=0)  # spreads, by which single samples are away from states that are medians
-    disagreement: float | None = quantity(
-        None, least=0
-    )  # spreads, within which readings and drive agree; null: not known
+    # Spreads, within which readings and drive agree; null: not known
+    disagreement: float | None = quantity(None, least=0)
 
     def violations(self) -> Iterator[Violation]:
         count = len(self.names)
@@ -41,12 +40,10 @@ class FittedStatesConfig:
 
     @property
     def fitted(self) -> FittedStates:
-        """States that the model was fitted to."""
         return FittedStates(np.array(self.states), np.array(self.spread))
 
     @property
     def widths(self) -> Widths:
-        """Widths of the bands."""
         return Widths(np.array(self.floor), self.growth)
 
     def sizes_near(self, states: Array) -> Array:

@@ -15,11 +15,7 @@ from soft_gripper.scenario.schema import ModelConfig
 
 
 def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...]:
-    """The simulated fingers of a model, and their mounts; empty unless the model is a URDF.
-
-    Raises:
-        InputError: if the file is missing or wrong, or the changes do not fit.
-    """
+    """The simulated fingers of a URDF, none in other files, and their mounts; raises an InputError if any is wrong."""
     path = model_path(config.file)
     if not has_form(ModelFile(path), "URDF"):
         return ()
@@ -28,7 +24,6 @@ def mounted_fingers(config: ModelConfig, where: str) -> tuple[FingerElement, ...
 
 
 def is_mjcf(path: Path) -> bool:
-    """Whether a model file is MJCF, MuJoCo's format."""
     return has_form(ModelFile(path), "MJCF")
 
 

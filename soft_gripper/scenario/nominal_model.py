@@ -23,36 +23,27 @@ class NominalModel:
     calibration: CalibrationConfig | None = None
 
     def layout(self, finger: Finger, sensor: SensorConfig) -> MeasurementModel:
-        """The nominal sensors and finger.
-
-        Raises:
-            InputError: if a change is not a number, the result cannot be a finger, or the calibration does not fit.
-        """
+        """The nominal sensors and finger; raises an InputError if a change or the calibration does not fit."""
         response = sensor.response if self.config.response is None else self.config.response
         layout = sensor_layout(self.finger(finger), replace(sensor, response=response))
         return layout if self.calibration is None else apply_calibration(layout, self.calibration)
 
     def finger(self, finger: Finger) -> Finger:
         """The nominal finger; raises as `layout`."""
-        nominal = finger if self.config.file is None else self._from_file(finger)
+        nominal = finger
+        if self.config.file is not None:
+            candidates = [entry for entry in self.fingers if entry.name == finger.name] or [*self.fingers]
+            if len(candidates) != 1:
+                names = ", ".join(entry.name for entry in self.fingers) or "none"
+                expected = f"holds no finger '{finger.name}', nor a single one; it has {names}"
+                raise InputError("nominal", "file", self.config.file, expected)
+            nominal = replace(candidates[0], name=finger.name, segments=finger.segments)
         nominal = nominal if self.config.creep else replace(nominal, creep=())
         return changed_finger(nominal, "nominal", self.config.finger)
 
-    def _from_file(self, finger: Finger) -> Finger:
-        candidates = [entry for entry in self.fingers if entry.name == finger.name] or [*self.fingers]
-        if len(candidates) != 1:
-            names = ", ".join(entry.name for entry in self.fingers) or "none"
-            expected = f"holds no finger '{finger.name}', nor a single one; it has {names}"
-            raise InputError("nominal", "file", self.config.file, expected)
-        return replace(candidates[0], name=finger.name, segments=finger.segments)
-
 
 def read_nominal_model(config: NominalConfig) -> NominalModel:
-    """Reads the files that a nominal model names.
-
-    Raises:
-        InputError: if one is missing, or has no fingers or no calibration.
-    """
+    """Reads the files that a nominal model names; raises an InputError if one is missing, or has not what it must."""
     fingers: tuple[Finger, ...] = ()
     if config.file is not None:
         path = model_path(config.file)
@@ -63,7 +54,6 @@ def read_nominal_model(config: NominalConfig) -> NominalModel:
 
 
 def describe_nominal_model(nominal: NominalConfig) -> str:
-    """The nominal model in a few words, for tables."""
     changes = [f"{path} {nominal.finger[path]}" for path in FINGER_PATHS if path in nominal.finger]
     creep = [] if nominal.creep else ["no creep"]
     response = ["response"] if nominal.response is not None else []

@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass, replace
 from functools import partial
+from operator import eq
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
@@ -28,6 +29,12 @@ from soft_gripper.scenario.shipped import scenario_path
 _MAX_KEY_NAMES = 20  # names in the key of an override
 _NAME_PATTERN = re.compile(r"\w+")
 _T = TypeVar("_T")
+# Parts of a scenario that have defaults: null, or nothing below, is as if they were left out.
+_DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
+_ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
+_MOUSE_STIFFNESS = getattr(VisualizationConfig(), "mouse_interaction_stiffness", None)
+_MAX_CACHED_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
+_texts: OrderedDict[str, str] = OrderedDict()
 
 
 def load_scenario(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -60,7 +67,6 @@ def changed_scenario(name_or_path: str | Path, changes: Mapping[str, Any]) -> Sc
 
 
 def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> Scenario:
-    """Reads a scenario with changes, which come from `where`."""
     path = scenario_path(name_of(name_or_path))
     require(isinstance(changes, Mapping), where, "changes", changes, "give values by dotted keys")
     return load_changed(where, path, changes, partial(_read_document, path))
@@ -96,16 +102,12 @@ def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Calla
     except InputError as error:
         message = str(error).removeprefix(f"{path}: ")
         wrong_names = _NAME_PATTERN.findall(message.partition(" = ")[0])
-        if not any(_share_beginning(wrong_names, _NAME_PATTERN.findall(field)) for field in fields):
+        changed_names = map(_NAME_PATTERN.findall, fields)  # one name is below another if they begin alike
+        if not any(all(map(eq, wrong_names, names)) for names in changed_names):
             for key, value in changes.items():
                 if mistake_without(key) != (error.where, error.field):
                     raise InputError(path, key, value, f"contradicts {message}") from None
         raise
-
-
-def _share_beginning(path: Sequence[str], other_path: Sequence[str]) -> bool:
-    """Whether the shorter of two sequences begins the longer one."""
-    return all(a == b for a, b in zip(path, other_path, strict=False))
 
 
 def parse_scenario(path: Path, text: str) -> Scenario:
@@ -136,21 +138,10 @@ def _read_document(path: Path, document: dict[str, Any]) -> Scenario:
     return scenario
 
 
-# Parts of a scenario that have defaults: null, or nothing below, is as if they were left out.
-_DEFAULT_PARTS = {name for name, kind in get_type_hints(Scenario).items() if is_dataclass(kind)}
-
-
 def _files(scenario: Scenario) -> list[tuple[Any, str]]:
     """The parts of a scenario that name a file by its path, and the field of the name."""
-    model_files = [(m, "file") for m in scenario.models]
-    directive_files = [(part, "file") for part in parts_with_files(scenario.directives)]
-    named_files = [
-        *model_files,
-        *directive_files,
-        (scenario.nominal, "file"),
-        (scenario.nominal, "calibration"),
-        (scenario, "bench"),
-    ]
+    parts = [*scenario.models, *parts_with_files(scenario.directives), scenario.nominal]
+    named_files = [*((part, "file") for part in parts), (scenario.nominal, "calibration"), (scenario, "bench")]
     files = ((part, field, getattr(part, field)) for part, field in named_files)
     return [(part, field) for part, field, file in files if file is not None and "://" not in file]
 
@@ -175,20 +166,13 @@ def dump_scenario(scenario: Scenario, folder: Path | None = None) -> str:
     return text.replace(f"seed: {_ANY_SEED}\n", f"seed: {seed}\n")
 
 
-_ANY_SEED = 31415926535897932  # in a kept text, in the place of the seed of a run
-_MOUSE_STIFFNESS = getattr(VisualizationConfig(), "mouse_interaction_stiffness", None)
-_MAX_CACHED_TEXTS = 8  # kept, since runs that differ in their seeds have one, and writing it takes 15 ms
-_texts: OrderedDict[str, str] = OrderedDict()
-
-
 def _dump_text(scenario: Scenario) -> str:
     document = yaml_load_data(yaml_dump_typed(scenario))
     document["simulator_config"].pop("publish_every_time_step", None)  # gone from newer Drakes
     view = document.get("visualization") or {}
     if "mouse_interaction_stiffness" in view and view["mouse_interaction_stiffness"] == _MOUSE_STIFFNESS:
         del view["mouse_interaction_stiffness"]  # the default, unknown to older Drakes
-    text: str = yaml_dump(document)
-    return text
+    return yaml_dump(document)
 
 
 def _mapping(path: Path, document: Any) -> dict[str, Any]:

@@ -49,9 +49,8 @@ class ModelConfig(ByValue):
     """A model and its pose."""
 
     name: str = quantity("", is_name=True)  # a model with a single finger passes its name on to the finger
-    file: str = quantity(
-        "", filled=True
-    )  # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
+    # package:// URI or path relative to the scenario file; a URDF may hold <finger>s
+    file: str = quantity("", filled=True)
     parent: str = "world"  # frame to which it is welded: "world" or "model::frame"
     child: str | None = None  # frame of the model that is welded; None: its first link
     X_PC: Transform = field(default_factory=Transform)  # child frame in the parent frame
@@ -275,9 +274,7 @@ class DeadSensorConfig:
 
 @cache
 def presets() -> dict[str, dict[str, Any]]:
-    """Errors of known kinds of sensors."""
-    sensors_by_name: dict[str, dict[str, Any]] = yaml_load_file(str(PRESETS))
-    return sensors_by_name
+    return yaml_load_file(str(PRESETS))
 
 
 @dataclass
@@ -425,9 +422,7 @@ def default_simulator_config() -> SimulatorConfig:
 
 
 # Those of the installed Drake, such as "lagged" for kLagged.
-_CONTACT_APPROXIMATIONS = tuple(
-    name.removeprefix("k").lower() for name in reversed(DiscreteContactApproximation.__members__)
-)
+_CONTACT_APPROXIMATIONS = [name[1:].lower() for name in reversed(DiscreteContactApproximation.__members__)]
 # Of what Drake's configs may be given here.
 _PLANT_RULES = {
     "time_step": Rule("s", least=0),
@@ -474,7 +469,6 @@ DRAKE = "drake"  # the engine that others are compared with
 
 
 def engines() -> tuple[str, ...]:
-    """Names of the installed engines."""
     return DRAKE, *registered("ENGINES")
 
 
@@ -530,11 +524,8 @@ class Scenario(ByValue):
                 yield f"success[{i}]", text, f"must be {FORM}"
         for name in ("publish_illustration", "enable_meshcat_creation"):
             if self.visualization is not None and not getattr(self.visualization, name):
-                yield (
-                    f"visualization.{name}",
-                    False,
-                    "must be true: a view shows the bodies, in the Meshcat it is given",
-                )
+                expected = "must be true: a view shows the bodies, in the Meshcat it is given"
+                yield f"visualization.{name}", False, expected
 
     @property
     def points(self) -> int | None:

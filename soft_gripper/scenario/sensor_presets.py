@@ -88,13 +88,6 @@ def _path(config: SensorPathConfig) -> SensorPath:
     return SensorPath(config.name, **stations, x_slope=config.x_slope, y_slope=config.y_slope)
 
 
-def _path_names(config: SensorConfig) -> tuple[str, ...]:
-    """Names of the paths that a scenario puts on a finger, in the order of the readings."""
-    if config.paths:
-        return tuple(path.name for path in config.paths)
-    return path_names(config.one_sided) if config.layout == "sides" else LAYOUTS[config.layout]
-
-
 def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErrors | None:
     """The errors of the strain sensors, with the faults of those on a finger; None if they are ideal.
 
@@ -112,20 +105,14 @@ def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErro
     values: dict[str, Any] = (presets()[config.preset] if config.preset is not None else {}) | given_values
     if "saturation" in values:
         values["saturation"] = tuple(values["saturation"])
-    dead = tuple(
-        _reading(sensor, "sensor.errors", f"dead[{i}]", sensor_config) for i, sensor_config in enumerate(config.dead)
-    )
-    return StrainErrors(**values, dead=dead, faults=faults)
+    dead = [_reading(sensor, "sensor.errors", f"dead[{i}]", dead_config) for i, dead_config in enumerate(config.dead)]
+    return StrainErrors(**values, dead=tuple(dead), faults=faults)
 
 
 def uncertainty(
     estimator: EstimatorConfig, sensor: SensorConfig, calibrated: CalibratedStates | None = None
 ) -> Uncertainty:
-    """Uncertainty that an estimator assumes; missing values follow from sensor errors and from a calibration.
-
-    Raises:
-        InputError: as `strain_errors`.
-    """
+    """Uncertainty that an estimator assumes, by default from errors and calibration; raises as `strain_errors`."""
     values = {name: value for name, value in vars(estimator.uncertainty).items() if value is not None}
     error_uncertainty = uncertainty_of(strain_errors(sensor), sensor.pressure_errors)
     if calibrated is not None and calibrated.gain_std is not None:
@@ -135,11 +122,7 @@ def uncertainty(
 
 
 def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[SensorFault, ...]:
-    """The faults of the strain sensors on a finger; None: of none, all are checked.
-
-    Raises:
-        InputError: for a sensor that does not exist.
-    """
+    """Faults of the sensors on a finger, if one is given; raises an InputError for a sensor that does not exist."""
     faults = [(fault, _reading(sensor, "sensor", f"faults[{i}]", fault)) for i, fault in enumerate(sensor.faults)]
     finger_faults = [(fault, i) for fault, i in faults if finger is not None and fault.finger in (finger, ALL)]
     return tuple(SensorFault(fault.kind, reading, fault.time, fault.size) for fault, reading in finger_faults)
@@ -147,7 +130,9 @@ def sensor_faults(sensor: SensorConfig, finger: str | None = None) -> tuple[Sens
 
 def _reading(sensor: SensorConfig, where: str, field: str, fault: DeadSensorConfig | SensorFaultConfig) -> int:
     """The index of the reading of a sensor that is named by path and section."""
-    paths = _path_names(sensor)
+    paths = path_names(sensor.one_sided) if sensor.layout == "sides" else LAYOUTS[sensor.layout]
+    if sensor.paths:
+        paths = tuple(path.name for path in sensor.paths)
     if fault.path not in paths:
         raise InputError(where, f"{field}.path", fault.path, f"must be one of {', '.join(paths)}")
     if not 0 <= fault.section < sensor.sections:

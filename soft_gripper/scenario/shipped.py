@@ -20,11 +20,7 @@ def scenario_names() -> list[str]:
 
 
 def scenario_path(name_or_path: str) -> Path:
-    """The file of a shipped scenario, or the path itself.
-
-    Raises:
-        InputError: if the name is not that of a shipped scenario.
-    """
+    """The file of a shipped scenario, or the path itself; raises an InputError if no such scenario is shipped."""
     if name_or_path.endswith((".yaml", ".yml")):
         return Path(name_or_path)
     if Path(name_or_path).is_file():
@@ -41,11 +37,9 @@ def _files() -> dict[str, Path]:
 
 
 def descriptions() -> dict[str, str]:
-    """Descriptions of the shipped scenarios, by name."""
     return {name: _read_shipped(scenario_path(name))["description"] for name in scenario_names()}
 
 
 def _read_shipped(file: Path) -> dict[str, Any]:
     """Data of a shipped file, with text for every value."""
-    data: dict[str, Any] = yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)
-    return data
+    return yaml.load(file.read_text(encoding="utf-8"), Loader=_YAML_LOADER)

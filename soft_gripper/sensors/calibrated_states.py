@@ -66,12 +66,11 @@ class CalibratedStates:
         drive_distance = self._drive.distance(drive)
         is_read = np.isfinite(strains)
         filled = np.where(is_read, strains, 0.0)
-        columns = self._columns
-        section_distance_columns = [
-            np.where(is_read[..., readings].all(axis=-1), states_of_section.distance(filled[..., readings]), 0.0)
-            for readings, states_of_section in columns
+        columns = [
+            np.where(is_read[..., readings].all(axis=-1), section_states.distance(filled[..., readings]), 0.0)
+            for readings, section_states in self._columns
         ]
-        section_distances = np.maximum(np.stack(section_distance_columns, axis=-1) - self.noise, 0.0)
+        section_distances = np.maximum(np.stack(columns, axis=-1) - self.noise, 0.0)
         are_usable = is_read.all(axis=-1) & (drive_distance < KNOWN_DRIVE)
         shape = np.broadcast_shapes(filled.shape[:-1], drive.shape[:-1])
         states = [np.broadcast_to(part, (*shape, part.shape[-1])) for part in (filled, drive)]
@@ -94,8 +93,7 @@ class CalibratedStates:
 
     def is_far(self, distances: StateDistances) -> NDArray[np.bool_]:
         """Mask of samples with a band that is wider by the distances than by all else, (...)."""
-        are_far: NDArray[np.bool_] = self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
-        return are_far
+        return self.widths.is_far(distance_stds(distances, self.paths)).any(axis=-1)
 
     @property
     def paths(self) -> int:
@@ -126,6 +124,5 @@ def distance_stds(distances: StateDistances, paths: int) -> Array:
 
 def state_spreads(strains: Array, drive: Array) -> Array:
     """Units of the numbers of states, (R + 3,), from strains, (n, R), and drives, (n, 3)."""
-    return np.array(
-        [spread_of(strains)] * strains.shape[-1] + [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
-    )
+    drive_spreads = [spread_of(drive[:, :1]), _GRAVITY_SCALE, _GRAVITY_SCALE]
+    return np.array([spread_of(strains)] * strains.shape[-1] + drive_spreads)

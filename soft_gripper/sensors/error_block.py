@@ -6,7 +6,7 @@ port would change before the strain does.
 """
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.common import RandomDistribution
@@ -27,13 +27,6 @@ class ErrorModel(Protocol):
 
     def step(self, memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
         """Memory after a sample, (rows, R), and the reading, (R), from the draws for the sample, (draws, R)."""
-
-
-class _Sample(NamedTuple):
-    """Result of one sample."""
-
-    memory: Array  # (rows, R), after it
-    read: Array  # (R)
 
 
 class ErrorBlock(ArrayBlock):
@@ -65,9 +58,12 @@ class ErrorBlock(ArrayBlock):
         super().__init__(period)
         run_draws, sample_draws = model.draws
 
-        def step(memory: Array, ideal: Array, draws: Array) -> _Sample:
-            next_memory, disturbed = model.step(memory, ideal, _rows(draws, readings)[..., run_draws:, :])
-            return _Sample(np.where(np.isfinite(next_memory), next_memory, memory), disturbed)
+        def rows(draws: Array) -> Array:
+            return draws.reshape(*draws.shape[:-1], -1, readings)
+
+        def step(memory: Array, ideal: Array, draws: Array) -> tuple[Array, Array]:
+            next_memory, disturbed = model.step(memory, ideal, rows(draws)[..., run_draws:, :])
+            return np.where(np.isfinite(next_memory), next_memory, memory), disturbed
 
         self.take(ideal, readings)
         self.take("standard_normal", (run_draws + sample_draws) * readings, RandomDistribution.kGaussian)
@@ -76,14 +72,10 @@ class ErrorBlock(ArrayBlock):
         self.remember(
             *("sample", step, ideal, "draws"),
             begin=model.begin(np.zeros((run_draws, readings))),
-            begin_of=(lambda draws: model.begin(_rows(draws, readings)[..., :run_draws, :]), "standard_normal"),
-            keep=lambda sample: sample.memory,
+            begin_of=(lambda draws: model.begin(rows(draws)[..., :run_draws, :]), "standard_normal"),
+            keep=lambda sample: sample[0],
         )
-        self.put_out(disturbed, lambda sample: sample.read, "sample", unit=unit, **axes)
-
-
-def _rows(draws: Array, readings: int) -> Array:
-    return draws.reshape(*draws.shape[:-1], -1, readings)
+        self.put_out(disturbed, lambda sample: sample[1], "sample", unit=unit, **axes)
 
 
 def pass_delay_line(line: Array, newest: Array) -> tuple[Array, Array]:

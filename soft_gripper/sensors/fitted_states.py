@@ -28,8 +28,6 @@ _MAX_COMPARED_NUMBERS = 20_000  # numbers that are compared, up to which a tree 
 
 @dataclass(frozen=True)
 class FittedStates:
-    """States that a model was fitted to."""
-
     states: Array  # (n, D)
     spread: Array  # (D,) unit of each number
 
@@ -64,7 +62,6 @@ class FittedStates:
         return FittedStates(self.states[~left_out], self.spread)
 
     def part(self, columns: slice | NDArray[np.int_]) -> "FittedStates":
-        """Some numbers of the states."""
         return FittedStates(self.states[:, columns], self.spread[columns])
 
     def regions(self, max_count: int = REGIONS) -> NDArray[np.int_]:

@@ -66,8 +66,13 @@ class OrientationSensors(SpatialSensors):
     def slopes(self, q: Array) -> Array:
         bent = posture(self._chain, q[..., self._position_indices])
         r = self._vectors(bent)[..., None, :]  # (..., S, 1, 3)
-        axes = np.where(self._turns[..., None], bent.screws[..., None, :, :3], 0.0)
-        axis_slopes = axes - np.cross(r, axes) / 2 + _factor(r) * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
+        turns = self._chain.segments < self.section_ends[1:, None]  # joints before the end of each section, (S, J)
+        axes = np.where(turns[..., None], bent.screws[..., None, :, :3], 0.0)
+        theta = np.linalg.norm(r, axis=-1, keepdims=True)
+        clipped = np.maximum(theta, _SERIES_ANGLE)
+        factor = 1 / clipped**2 - (1 + np.cos(clipped)) / (2 * clipped * np.sin(clipped))
+        factor = np.where(theta < _SERIES_ANGLE, 1 / 12, factor)
+        axis_slopes = axes - np.cross(r, axes) / 2 + factor * np.cross(r, np.cross(r, axes))  # (..., S, J, 3)
         ordered_slopes = axis_slopes[..., np.argsort(self._position_indices), :]
         if len(self.deformations) == 1:
             return np.asarray(ordered_slopes[..., 1])
@@ -86,19 +91,3 @@ class OrientationSensors(SpatialSensors):
     @cached_property
     def _position_indices(self) -> Any:
         return self._chain.position_indices(self.deformations)
-
-    @cached_property
-    def _turns(self) -> Any:
-        """Mask of the joints of the chain before the end of each section, (S, J)."""
-        return self._chain.segments < self.section_ends[1:, None]
-
-
-def _factor(r: Array) -> Array:
-    """Factor of [r]^2 in the inverse of the left Jacobian, (..., 1)."""
-    theta = np.linalg.norm(r, axis=-1, keepdims=True)
-    clipped = np.maximum(theta, _SERIES_ANGLE)
-    return np.asarray(
-        np.where(
-            theta < _SERIES_ANGLE, 1 / 12, 1 / clipped**2 - (1 + np.cos(clipped)) / (2 * clipped * np.sin(clipped))
-        )
-    )

@@ -78,9 +78,8 @@ class MeasurementModel(ABC):
     def __post_init__(self) -> None:
         ends, segments = self.section_ends, self.finger.segments
         if len(ends) != self.sections + 1 or not np.all(np.diff(ends) > 0):
-            expected = (
-                f"give {self.sections - 1} increasing shares of the length, each at another end of {segments} segments"
-            )
+            shares = f"{self.sections - 1} increasing shares of the length"
+            expected = f"give {shares}, each at another end of {segments} segments"
             raise InputError("sensor", "borders", self.borders, expected)
         shape = np.shape(self.matrix)
         columns = segments * len(self.deformations)

@@ -23,14 +23,11 @@ _OBSERVED_SHARE = 0.15  # of the prior's standard deviation
 
 @dataclass(frozen=True)
 class Observed:
-    """Observability of one deformation."""
-
     deformation: str
     std: Array  # (S,) rad, and m where joints slide, of the whole section; infinite: not observed
 
     @property
     def is_seen(self) -> bool:
-        """Whether the deformation is observed in every section."""
         return bool(np.isfinite(self.std).all())
 
     def __str__(self) -> str:
@@ -49,9 +46,8 @@ def observability(layout: MeasurementModel, noise: float) -> list[Observed]:
     prior, S = weak_prior(layout), layout.sections
     observed_space = layout.slopes(layout.straight) @ shared_equally(layout)
     std = np.sqrt(np.diag(np.linalg.inv(np.diag(1 / prior**2) + observed_space.T @ observed_space / noise**2)))
-    std_by_way = dict(
-        zip(layout.deformations, np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S), strict=True)
-    )
+    observed_std = np.where(std < _OBSERVED_SHARE * prior, std, np.inf).reshape(-1, S)
+    std_by_way = dict(zip(layout.deformations, observed_std, strict=True))
     deformations = [name for name in _PRIOR_STD if name in layout.finger.yields]
     return [Observed(name, std_by_way.get(name, np.full(S, np.inf))) for name in deformations]
 
@@ -64,8 +60,6 @@ def shared_equally(layout: MeasurementModel) -> Array:
 
 def weak_prior(layout: MeasurementModel) -> Array:
     """Prior standard deviations of deformations of whole sections, one after another, (W S,)."""
-    stds = [
-        _PRIOR_STD[name] * (layout.rest_lengths if name in SLIDES else np.ones(layout.sections))
-        for name in layout.deformations
-    ]
+    ones = np.ones(layout.sections)
+    stds = [_PRIOR_STD[name] * (layout.rest_lengths if name in SLIDES else ones) for name in layout.deformations]
     return np.concatenate(stds)

@@ -27,6 +27,16 @@ from soft_gripper.quantity import quantity
 from soft_gripper.sensors.measurement import SpatialSensors
 
 STEEPEST = 1e3  # slope of strands; 1 is 45 degrees
+# Places in units of the distances of the outermost sensors from the middle, x and y, and slopes of strands.
+_PATH_COORDINATES = {"inner": (1, 0, 0), "outer": (-1, 0, 0), "left": (0, 1, 0), "right": (0, -1, 0)}
+_PATH_COORDINATES |= {"outer_left": (-1, 1, 0), "outer_right": (-1, -1, 0)}
+_PATH_COORDINATES |= {"rising": (-1, 0, 1), "falling": (-1, 0, -1)}
+LAYOUTS = {
+    "outer_pair": ("outer_left", "outer_right"),
+    "outer_pair_and_diagonals": ("outer_left", "outer_right", "rising", "falling"),
+    "four_faces": ("inner", "outer", "left", "right"),
+    "four_faces_and_diagonal": ("inner", "outer", "left", "right", "rising"),
+}
 
 
 @dataclass(frozen=True)
@@ -42,25 +52,6 @@ class SensorPath(Path):
 
     def __post_init__(self) -> None:
         check_config(f"sensor path '{self.name}'", self)
-
-
-# Places in units of the distances of the outermost sensors from the middle, x and y, and slopes of strands.
-_PATH_COORDINATES = {
-    "inner": (1, 0, 0),
-    "outer": (-1, 0, 0),
-    "left": (0, 1, 0),
-    "right": (0, -1, 0),
-    "outer_left": (-1, 1, 0),
-    "outer_right": (-1, -1, 0),
-    "rising": (-1, 0, 1),
-    "falling": (-1, 0, -1),
-}
-LAYOUTS = {
-    "outer_pair": ("outer_left", "outer_right"),
-    "outer_pair_and_diagonals": ("outer_left", "outer_right", "rising", "falling"),
-    "four_faces": ("inner", "outer", "left", "right"),
-    "four_faces_and_diagonal": ("inner", "outer", "left", "right", "rising"),
-}
 
 
 def named_paths(layout: str, finger: Finger) -> tuple[SensorPath, ...]:
@@ -104,7 +95,6 @@ class PathSensors(SpatialSensors):
 
     @property
     def path_names(self) -> tuple[str, ...]:
-        """Names of the paths, in the order of the readings."""
         return tuple(path.name for path in self.paths)
 
     @property
@@ -143,14 +133,11 @@ class PathSensors(SpatialSensors):
         ratios = self.ratios(q)
         return {"extension_ratio": ratios, "strain": self.response.reading(ratios)}
 
-    def split_by_deformation(self, q: Array) -> dict[str, Array]:
-        """Joint positions, (..., D), by deformation, (..., N) each."""
-        N = self.finger.segments
-        return {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
-
     def ratios(self, q: Array) -> Array:
         """Length over rest length of every reading, (..., D) -> (..., R)."""
-        return self._ratios(lengths_on_segments(self._chain_paths, self.split_by_deformation(q)))
+        N = self.finger.segments
+        by_deformation = {name: q[..., i * N : (i + 1) * N] for i, name in enumerate(self.deformations)}
+        return self._ratios(lengths_on_segments(self._chain_paths, by_deformation))
 
     def _ratios(self, lengths: Array) -> Array:
         """Ratios from the lengths on the segments, (..., P, N) m."""

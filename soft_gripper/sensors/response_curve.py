@@ -67,20 +67,16 @@ class CalibratedResponse:
     curvature: float = 0.0
 
     def reading(self, ratio: Array) -> Array:
-        """Sensor readings for extension ratios."""
         strain = ratio - 1
-        return self.curve.reading(1 + self._gains * (strain + self.curvature * strain**2) + self._offsets)
+        gains, offsets = self._columns
+        return self.curve.reading(1 + gains * (strain + self.curvature * strain**2) + offsets)
 
     def ratio(self, reading: Array) -> Array:
-        """Extension ratios for sensor readings; the inverse of `reading`."""
-        bent = (self.curve.ratio(reading) - 1 - self._offsets) / self._gains
+        gains, offsets = self._columns
+        bent = (self.curve.ratio(reading) - 1 - offsets) / gains
         # The root near `bent` of s + curvature s^2 = bent, in a form that holds without a curvature too.
         return 1 + 2 * bent / (1 + np.sqrt(np.maximum(1 + 4 * self.curvature * bent, 0.0)))
 
     @cached_property
-    def _gains(self) -> Array:
-        return np.array(self.gains)
-
-    @cached_property
-    def _offsets(self) -> Array:
-        return np.array(self.offsets)
+    def _columns(self) -> tuple[Array, Array]:
+        return np.array(self.gains), np.array(self.offsets)

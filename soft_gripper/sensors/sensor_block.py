@@ -1,14 +1,17 @@
 """SensorBlock: samples the joints of a finger and reads its sensors. Hold: samples any vector."""
 
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.errors import InputError
 from soft_gripper.fingers.finger_parts import SLIDES
 from soft_gripper.sensors.measurement import MeasurementModel
+from soft_gripper.sensors.sensor_layout import measures_strain
 
 
 def joints_port(deformation: str) -> str:
@@ -41,11 +44,7 @@ class SensorBlock(ArrayBlock):
         signals = layout.signals if planar else lambda *angles: layout.signals(np.concatenate(angles, axis=-1))
         self.derive("signals", signals, *sampled)
         for name in layout.signals(layout.straight):
-            self.put_out(name, _entry(name), "signals", unit=layout.unit, **layout.axes)
-
-
-def _entry(name: str) -> Any:
-    return lambda signals: signals[name]
+            self.put_out(name, itemgetter(name), "signals", unit=layout.unit, **layout.axes)
 
 
 class Hold(ArrayBlock):
@@ -64,29 +63,42 @@ class Hold(ArrayBlock):
         self.take("u", size)
         self.sample("sampled", "u", at_initialization=False)
         begin = np.zeros((delay, size))
-        self.remember("line", _append_to_line, "sampled", begin=begin, keep=_drop_oldest, over_time=_lines(delay))
-        self.put_out("y", _oldest, "line", unit=unit, **axes)
+
+        def append(line: Array, newest: Array) -> Array:
+            return np.concatenate([line, newest[..., None, :]], axis=-2)
+
+        def lines(newest: Array) -> Array:
+            """Lines along a recording, (T, size) -> (T, delay + 1, size)."""
+            started = np.concatenate([np.zeros_like(newest[:1]), newest[1:]])  # at the first sample nothing is
+            padded = np.concatenate([np.zeros((delay, *started.shape[1:])), started])
+            return np.stack([*(padded[i : i + len(started)] for i in range(delay)), newest], axis=-2)
+
+        self.remember("line", append, "sampled", begin=begin, keep=lambda line: line[..., 1:, :], over_time=lines)
+        self.put_out("y", lambda line: line[..., 0, :], "line", unit=unit, **axes)
 
 
-def _append_to_line(line: Array, newest: Array) -> Array:
-    return np.concatenate([line, newest[..., None, :]], axis=-2)
+class StrainSensor(SensorBlock):
+    """Samples the joints of one finger and outputs the readings of its strain sensors.
 
+    ::
 
-def _drop_oldest(line: Array) -> Array:
-    return line[..., 1:, :]
+        joint_angles (N) rad ---> +--------------+ ---> strain           (R) readings
+                                  | StrainSensor |
+                                  +--------------+ ---> extension_ratio  (R) length over rest length, ahead of a
+                                                                             response curve; of a SensorLayout
 
+    Readings run path after path (inner, outer; only outer when one-sided), from the base to the tip. Of a finger that
+    leaves its plane, `PathSensors` also take its other joints, see SensorBlock. The outputs hold their values between
+    samples.
+    """
 
-def _oldest(line: Array) -> Array:
-    oldest: Array = line[..., 0, :]
-    return oldest
+    def __init__(self, layout: MeasurementModel, period: float):
+        """Samples every `period` s, beginning at initialization, the sensors of a `SensorLayout` or `PathSensors`.
 
-
-def _lines(delay: int) -> Any:
-    """Lines that `_append_to_line` returns along a recording, (T, size) -> (T, delay + 1, size)."""
-
-    def lines(newest: Array) -> Array:
-        started = np.concatenate([np.zeros_like(newest[:1]), newest[1:]])  # at the first sample nothing is
-        padded = np.concatenate([np.zeros((delay, *started.shape[1:])), started])
-        return np.stack([*(padded[i : i + len(started)] for i in range(delay)), newest], axis=-2)
-
-    return lines
+        Raises:
+            InputError: if the sensors measure something else than strain.
+        """
+        if not measures_strain(layout):
+            expected = "give sensors of strain; SensorBlock reads those of any kind"
+            raise InputError("StrainSensor", "layout", layout.quantity, expected)
+        super().__init__(layout, period)

@@ -72,8 +72,7 @@ class SensorLayout(MeasurementModel):
         """The bends computed from extension ratios if all joints of a section bend equally, (..., paths, S) rad."""
         lever, scale, first = self._inverse_terms
         sine = (self.finger.segment_length**2 / 4 * (1 - (1 + measured) ** 2) + lever) / scale
-        bends: Array = 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - first)
-        return bends
+        return 2 * self.joints_per_section * (np.arcsin(np.clip(sine, -1, 1)) - first)
 
     @cached_property
     def _inverse_terms(self) -> tuple[Array, Array, Array]:
@@ -89,8 +88,7 @@ class SensorLayout(MeasurementModel):
 
     def sums(self, q: Array) -> Array:
         """Sums over the joints of each section, (..., N) -> (..., S)."""
-        sums: Array = np.add.reduceat(q, self.section_ends[:-1], axis=-1)
-        return sums
+        return np.add.reduceat(q, self.section_ends[:-1], axis=-1)
 
     def shared_equally(self, theta: Array) -> Array:
         """Joint angles that share the bends of the sections equally, (..., S) -> (..., N)."""
@@ -103,18 +101,13 @@ def measures_strain(layout: MeasurementModel) -> bool:
 
 
 def strain_sensors(layout: MeasurementModel, where: str) -> SensorLayout:
-    """Returns sensors that are along the sections, or refuses them for a user named `where`.
-
-    Raises:
-        InputError: if they are of another kind.
-    """
+    """Returns sensors that are along the sections; raises an InputError, in the name of `where`, for another kind."""
     if isinstance(layout, SensorLayout):
         return layout
     raise InputError(where, "sensor.type", layout.quantity, "works with strain sensors on the two sides only")
 
 
 def path_names(one_sided: bool) -> tuple[str, ...]:
-    """Names of the measured paths, in the order of the readings."""
     return ("outer",) if one_sided else ("inner", "outer")
 
 

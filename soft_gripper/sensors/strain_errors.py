@@ -35,6 +35,11 @@ PLAYS = 10
 RADII = 0.2 / 2.0 ** np.arange(PLAYS)[:, None]  # strain, (PLAYS, 1): strokes of up to 0.8 have a full loop
 FULL_SCALE = 0.1  # strain of a sensor stretched from rest at which the hysteresis error is zero
 _FULL_SCALE_SUM = float(np.maximum(1 - RADII / FULL_SCALE, 0).sum())  # sum of the operators, over the strain, there
+MINUTE = 60.0  # s, after which `drift` is reached
+RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per run, and in addition per sample
+HYSTERESIS_LIMIT = 0.14  # above 1 / _FULL_SCALE_SUM, readings would move backwards at small reversals
+SENSOR_FAULTS = ("dead", "offset", "loose", "drifting", "saturated")
+_ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
 
 
 def moved_plays(plays: Array, strain: Array) -> Array:
@@ -48,18 +53,8 @@ def lagging_strain(plays: Array, strain: Array, width: float) -> Array:
     return (1 - width * _FULL_SCALE_SUM) * strain + width * plays.sum(axis=-2)
 
 
-MINUTE = 60.0  # s, after which `drift` is reached
-RUN_DRAWS, SAMPLE_DRAWS = 4, 3  # standard normal draws that a sensor needs per run, and in addition per sample
-HYSTERESIS_LIMIT = 0.14  # above 1 / _FULL_SCALE_SUM, readings would move backwards at small reversals
-
-
-SENSOR_FAULTS = ("dead", "offset", "loose", "drifting", "saturated")
-
-
 @dataclass(frozen=True)
 class SensorFault:
-    """A sensor that fails during a run."""
-
     kind: str  # one of SENSOR_FAULTS
     reading: int
     time: float  # s, of the onset
@@ -105,8 +100,6 @@ class StrainErrors:
 
 
 class StrainMemory(NamedTuple):
-    """Memory of a sensor between samples."""
-
     gain: Array  # (..., R), constant during a run
     offset: Array  # (..., R) extension ratio, constant during a run
     drift_rate: Array  # (..., R) 1/s, constant during a run
@@ -171,7 +164,9 @@ def step(
     slow_noise = correlation * memory.low_frequency + innovation * low_frequency
     lagging_ratio = 1 + memory.gain * lagging_strain(plays, crept_strain, errors.hysteresis) + memory.offset
     faulty_ratio = _with_faults(errors, memory.time, lagging_ratio)
-    reading = _read_out(errors, faulty_ratio + memory.drift + slow_noise + errors.noise * white)
+    reading = np.clip(faulty_ratio + memory.drift + slow_noise + errors.noise * white, *errors.saturation)
+    if errors.quantization is not None:
+        reading = errors.quantization * np.round(reading / errors.quantization)
     reading = _with_failures(errors, memory, reading)
     line, delayed = pass_delay_line(memory.line, reading)
     next_memory = memory._replace(
@@ -222,16 +217,6 @@ def unstack_memory(rows: Array) -> StrainMemory:
     """The inverse of `stack_memory`."""
     plays, line = np.split(rows[..., _SINGLE_ROWS:, :], [PLAYS], axis=-2)
     return StrainMemory._make([*np.moveaxis(rows[..., :_SINGLE_ROWS, :], -2, 0), plays, line])
-
-
-def _read_out(errors: StrainErrors, ratio: Array) -> Array:
-    """Applies saturation and rounding of an analog-to-digital converter."""
-    limited_ratio = np.clip(ratio, *errors.saturation)
-    quantum = errors.quantization
-    return limited_ratio if quantum is None else quantum * np.round(limited_ratio / quantum)
-
-
-_ONSET_TOLERANCE = 1e-9  # s, by which the sum of periods may fall short of an onset
 
 
 def _with_faults(errors: StrainErrors, time: Array, ratio: Array) -> Array:

@@ -5,6 +5,7 @@ so that values of the same instant are compared.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,6 @@ class PlantPoints:
     """Joints and tips of fingers, from the positions of their plant; joints before a tip turn or slide."""
 
     def __init__(self, fingers: Sequence[PlantFinger]):
-        """`fingers` are in one finalized plant."""
         self._chains = [finger.screws for finger in fingers]
 
     def __call__(self, state: Array) -> Array:
@@ -35,7 +35,6 @@ class PlantPoints:
 
 
 def rotations_out_of_plane(finger: Finger) -> list[str]:
-    """Rotations out of the bending plane."""
     return [name for name in ("sideways", "twist") if name in finger.yields]
 
 
@@ -67,14 +66,8 @@ class TruePoses(ArrayBlock):
 
     def _put_out_finger(self, finger: PlantFinger, joints: slice, tip_index: int) -> None:
         numbers = range(finger.finger.segments)
-        self.put_out(
-            f"{finger.name}.{TRUE_JOINTS}",
-            lambda points: points[..., joints, :],
-            "points",
-            unit="m",
-            joint=numbers,
-            xyz=XYZ,
-        )
+        name = f"{finger.name}.{TRUE_JOINTS}"
+        self.put_out(name, lambda points: points[..., joints, :], "points", unit="m", joint=numbers, xyz=XYZ)
         for deformation in spatial_deformations(finger.finger)[1:]:
             starts = [joint.position_start() for joint in finger.joints_of(deformation)]
             self.put_out(
@@ -89,14 +82,12 @@ class TruePoses(ArrayBlock):
 
 def pose_error(true_joints: Array, joints: Array) -> Array:
     """The paper's metric: mean distance over all joint positions, (..., N, 3) m -> (...) m."""
-    error: Array = np.linalg.norm(joints - true_joints, axis=-1).mean(axis=-1)
-    return error
+    return np.linalg.norm(joints - true_joints, axis=-1).mean(axis=-1)
 
 
 def fingertip_error(true_tip: Array, tip: Array) -> Array:
     """Distance between the fingertips, (..., 3) m -> (...) m."""
-    error: Array = np.linalg.norm(tip - true_tip, axis=-1)
-    return error
+    return np.linalg.norm(tip - true_tip, axis=-1)
 
 
 def corners(joints: Array, tip: Array) -> Array:
@@ -123,29 +114,22 @@ class PoseError(ArrayBlock):
         super().__init__()
         self.take(TRUE_JOINTS, segments * 3)
         self.take(TRUE_TIP, 3)
+        joints, tip, size = "joint_positions", "tip_pose", 2
         if in_space:
-            self.take("estimated_joint_positions", segments * 3)
-            self.take("estimated_tip_position", 3)
-            self.put_out("pose_error", _error_in_space, TRUE_JOINTS, "estimated_joint_positions", unit="m")
-            self.put_out("fingertip_error", fingertip_error, TRUE_TIP, "estimated_tip_position", unit="m")
-            return
-        self.take("joint_positions", segments * 2)
-        self.take("tip_pose", 3)
-        self.put_out("pose_error", _pose_error, TRUE_JOINTS, "joint_positions", unit="m")
-        self.put_out("fingertip_error", _tip_error, TRUE_TIP, "tip_pose", unit="m")
+            joints, tip, size = "estimated_joint_positions", "estimated_tip_position", 3
+        self.take(joints, segments * size)
+        self.take(tip, 3)
+        self.put_out("pose_error", partial(_pose_error, size), TRUE_JOINTS, joints, unit="m")
+        self.put_out("fingertip_error", partial(_tip_error, size), TRUE_TIP, tip, unit="m")
 
 
-def _error_in_space(true: Array, joints: Array) -> Array:
-    return pose_error(*(positions.reshape(*positions.shape[:-1], -1, 3) for positions in (true, joints)))
+def _pose_error(size: int, true: Array, joints: Array) -> Array:
+    points = joints.reshape(*joints.shape[:-1], -1, size)
+    return pose_error(true.reshape(*true.shape[:-1], -1, 3), points if size == 3 else in_space(as_planar(points)))
 
 
-def _pose_error(true: Array, joints: Array) -> Array:
-    estimated = as_planar(joints.reshape(*joints.shape[:-1], -1, 2))
-    return pose_error(true.reshape(*true.shape[:-1], -1, 3), in_space(estimated))
-
-
-def _tip_error(true: Array, pose: Array) -> Array:
-    return fingertip_error(true, in_space(as_planar(pose[..., :2])))
+def _tip_error(size: int, true: Array, tip: Array) -> Array:
+    return fingertip_error(true, tip if size == 3 else in_space(as_planar(tip)))
 
 
 class Difference(ArrayBlock):

@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.scene import add_plant
 from soft_gripper.diagrams.simulation import simulate
-from soft_gripper.model_import.convex_parts import convex_parts
+from soft_gripper.model_import.mesh_files import convex_parts
 from soft_gripper.models import DIRECTORY
 from soft_gripper.scenario.scenario_file import load_scenario
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from soft_gripper.fingers.torsion import Rectangle, torsional_stiffness
+from soft_gripper.fingers.cross_section import Rectangle, torsional_stiffness
 
 MODULUS, SIDE = 89e3, 0.02  # Pa, m
 

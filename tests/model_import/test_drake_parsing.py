@@ -1,7 +1,6 @@
 """What Drake parses, in which folders and with which numbers, and what it complains of."""
 
 import os
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,14 @@ from refusals import refused
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import parse_xml
-from soft_gripper.model_import.drake_parsing import add_text, check_inside, check_uris, drake_reads, named_uris
-from soft_gripper.model_import.mesh_names import mesh_file
-from soft_gripper.model_import.model_numbers import check_numbers
+from soft_gripper.model_import.drake_parsing import (
+    add_text,
+    check_file,
+    check_inside,
+    check_numbers,
+    drake_reads,
+)
+from soft_gripper.model_import.named_files import mesh_file
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a\nb"), ValueError("a"), IndexError("a"), SystemExit("a")])
@@ -75,13 +79,13 @@ def test_meshes_of_other_packages(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "line", ["<mesh filename='package://p/../a.obj'/>", "<uri>model://../a</uri>", "<uri> package://p/.. </uri>"]
 )
-def test_names_in_models(line: str) -> None:
+def test_names_in_models(tmp_path: Path, line: str) -> None:
+    path = tmp_path / "a.urdf"
+    path.write_text(f"<robot><link>{line}</link></robot>")
     with refused("file"):
-        check_uris(Path("a.urdf"), named_uris(ET.fromstring(f"<robot><link>{line}</link></robot>")))
-    check_uris(
-        Path("a.urdf"),
-        named_uris(ET.fromstring("<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")),
-    )
+        check_file(path)
+    path.write_text("<robot><mesh filename='package://p/a.obj'/><uri>../a.obj</uri></robot>")
+    check_file(path)
 
 
 def test_a_pipe_that_took_the_place_of_a_mesh(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
-from soft_gripper.model_import.link_inertia import possible_inertia, repair_inertia
+from soft_gripper.model_import.links_and_joints import possible_inertia, repair_inertia
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.model_import.read_model import read_model
 from soft_gripper.scenario.schema import ModelConfig

@@ -4,7 +4,7 @@ import pytest
 from refusals import refused
 
 from soft_gripper.errors import InputError
-from soft_gripper.model_import.mesh_names import mesh_file
+from soft_gripper.model_import.named_files import mesh_file
 
 NAME = "package://acme_arm/meshes/link.stl"
 

@@ -16,8 +16,8 @@ from refusals import refused
 from soft_gripper.diagrams.scene import add_model
 from soft_gripper.files.notes import collect_notes
 from soft_gripper.files.xml_text import parse_xml
+from soft_gripper.model_import.mesh_files import read_msh
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.msh_file import read_msh
 from soft_gripper.model_import.read_model import read_model
 from soft_gripper.scenario.schema import ModelConfig
 

@@ -14,8 +14,8 @@ from scenario_plants import add_scene, arm_of
 from soft_gripper.diagrams.loaded_model import load_model
 from soft_gripper.errors import InputError
 from soft_gripper.model_import.forms.mjcf import remove_bodies
+from soft_gripper.model_import.links_and_joints import remove_links
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.removed_links import remove_links
 from soft_gripper.scenario.schema import ArmConfig, JointLimitsConfig, ModelConfig, Scenario
 
 PATH = Path("arm.urdf")

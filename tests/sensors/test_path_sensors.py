@@ -17,8 +17,8 @@ from soft_gripper.sensors.link_sensors import CurvatureSensors, OrientationSenso
 from soft_gripper.sensors.measurement import UNKNOWN
 from soft_gripper.sensors.observability import observability
 from soft_gripper.sensors.path_sensors import PathSensors, SensorPath
+from soft_gripper.sensors.sensor_block import StrainSensor
 from soft_gripper.sensors.sensor_layout import SensorLayout
-from soft_gripper.sensors.strain_sensor import StrainSensor
 
 WAYS = ("bending", "sideways", "twist")
 

@@ -2,14 +2,11 @@
 
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from soft_gripper.errors import InputError
 from soft_gripper.files.xml_text import DRAKE
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
+from soft_gripper.model_import.links_and_joints import write_inertial
 from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.registry import registered
 
@@ -35,7 +32,9 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
 
     mesh = solid(file, read_scene(file.path).to_mesh())
     mesh.apply_scale(options.scale)
-    _check(file.path, mesh, options.scale)
+    if not 1e-3 <= (size := float(max(mesh.extents))) <= MAX_SIZE:
+        hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > MAX_SIZE else "too small to grasp"
+        file.refuse("mesh.scale", options.scale, f"makes the object {size:.4g} m large; {hint}")
     root = ET.Element("sdf", version="1.7")
     link = ET.SubElement(ET.SubElement(root, "model", name=options.name), "link", name=options.name)
     mesh.density = (MASS if options.mass is None else options.mass) / mesh.volume
@@ -53,7 +52,8 @@ FORM = Form("mesh", SUFFIXES, read)
 def _add_rigid(link: ET.Element, mesh: "trimesh.Trimesh", color: Sequence[float], friction: float) -> None:
     from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
 
-    _add_inertia(link, mesh)
+    inertial = write_inertial(link, float(mesh.mass), mesh.moment_inertia, is_sdf=True)
+    ET.SubElement(inertial, "pose").text = _text([*mesh.center_mass, 0, 0, 0])
     uri = f"file://{keep_by_content(obj_text(mesh))}"
     add_visual(link, uri, color)
     contact = ET.SubElement(add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
@@ -69,23 +69,6 @@ def add_visual(link: ET.Element, uri: str, color: Sequence[float]) -> None:
 def add_values(element: ET.Element, values: Mapping[str, object]) -> None:
     for key, value in values.items():
         ET.SubElement(element, DRAKE + key).text = str(value)
-
-
-def _check(path: Path, mesh: "trimesh.Trimesh", scale: float) -> None:
-    size = float(max(mesh.extents))
-    if not 1e-3 <= size <= MAX_SIZE:
-        hint = "is the file in millimetres? then give mesh.scale: 0.001" if size > MAX_SIZE else "too small to grasp"
-        raise InputError(path, "mesh.scale", scale, f"makes the object {size:.4g} m large; {hint}")
-
-
-def _add_inertia(link: ET.Element, mesh: "trimesh.Trimesh") -> None:
-    inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "pose").text = _text([*mesh.center_mass, 0, 0, 0])
-    ET.SubElement(inertial, "mass").text = repr(float(mesh.mass))
-    inertia = ET.SubElement(inertial, "inertia")
-    moments = mesh.moment_inertia
-    for i, j in zip(*np.triu_indices(3), strict=True):
-        ET.SubElement(inertia, "i" + "xyz"[i] + "xyz"[j]).text = repr(float(moments[i, j]))
 
 
 def add_geometry(link: ET.Element, kind: str, uri: str) -> ET.Element:

@@ -6,30 +6,29 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import MENDED, READ
-from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers
+from soft_gripper.files.xml_text import check_counts, finite_numbers, read_numbers, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
-from soft_gripper.model_import.included_files import IncludedFiles
-from soft_gripper.model_import.link_inertia import (
+from soft_gripper.model_import.links_and_joints import (
+    DEFAULT_DENSITY,
+    INERTIA_ENTRIES,
     NEXT_TO_NONE,
-    NOT_POSSIBLE,
     SPECK,
     SPECK_WHY,
+    check_chains,
     check_mass,
+    note_impossible,
     possible_inertia,
 )
-from soft_gripper.model_import.links_and_joints import check_chains
 from soft_gripper.model_import.mesh_checks import check_mesh_file
 from soft_gripper.model_import.model_file import ModelFile
+from soft_gripper.model_import.named_files import IncludedFiles
 
-_DEFAULT_DENSITY = "1000"  # kg/m^3, of a geom for which none is given
-_INERTIA_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of fullinertia
 _ACTUATOR_TAGS = ("motor", "general", "position", "velocity", "intvelocity", "damper")
 _JOINT_TAGS = ("joint", "freejoint")
 _WITH_DEFAULTS = ("geom", "joint", "actuator")
@@ -55,20 +54,14 @@ def read(model: ModelFile, options: ImportOptions) -> ImportedModel:
         root.set("model", path.stem)
     defaults = _defaults(root)
     meshes = _find_meshes(model, defaults, options.is_arm)
-    masses = _Masses(defaults, meshes, *_take_groups(model))
-    for world in root.findall("worldbody"):
-        _mend_masses(model, world, masses, "main")
+    _mend_masses(model, defaults, meshes)
     mimics = _take_mimics(model, {name for name, _ in _joints(root, defaults)})
     _make_motors(model, defaults)
     return ImportedModel(ET.tostring(root, encoding="unicode"), ".xml", mimics, tuple(_separate_groups(root, defaults)))
 
 
 def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
-    """Multiplies the masses and moments of all bodies of a model that was `read` by a factor.
-
-    Raises:
-        InputError: if one is not a number.
-    """
+    """Multiplies the masses and moments of all bodies of a model that was `read`; raises as `finite_numbers`."""
     defaults = _defaults(root)
     for body, childclass in _bodies(root):
         place = f"{path}: {_name(body)}"
@@ -78,8 +71,7 @@ def scale_masses(path: Path, root: ET.Element, factor: float) -> None:
                 inertial.set(name, " ".join(repr(factor * number) for number in numbers))
         for geom in body.findall("geom"):
             values = _with_defaults(geom, "geom", defaults, childclass)
-            name = "mass" if "mass" in values else "density"
-            (value,) = finite_numbers(place, name, values.get(name, _DEFAULT_DENSITY), 1)
+            name, value = _mass_or_density(place, values)
             geom.set(name, repr(factor * value))
 
 
@@ -103,15 +95,17 @@ def _include(folder: Path, parent: ET.Element, files: IncludedFiles) -> None:
 
 def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[str, bool]:
     """Gives meshes files that Drake reads, and names; returns whether each has a file: Drake leaves out the others."""
-    from soft_gripper.model_import.convex_parts import note_hull
-    from soft_gripper.model_import.mesh_files import convert_to_obj, outward, weighable
+    from soft_gripper.model_import.mesh_files import convert_to_obj, note_hull, outward
 
     options: dict[str, str] = {}
     for compiler in model.root.findall("compiler"):
         options |= compiler.attrib
         for name in ("meshdir", "assetdir", "strippath"):
             compiler.attrib.pop(name, None)
-    mass_meshes = _find_weighed_meshes(model.root, defaults, options.get("inertiafromgeom") == "true")
+    weighs_all = options.get("inertiafromgeom") == "true"
+    weighed_bodies = [body for body in model.root.iter("body") if weighs_all or body.find("inertial") is None]
+    mass_meshes = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
+    mass_meshes |= {geom.get("mesh") for body in weighed_bodies for geom in body.findall("geom")}
     bodies = _find_touched_meshes(model.root, defaults)
     folder = Path(os.path.realpath(model.path.parent)) / options.get("meshdir", options.get("assetdir", ""))
     for mesh in model.root.findall("asset/mesh"):
@@ -122,7 +116,7 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
                 check_mesh_file(file)
                 obj = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
                 if name in mass_meshes or name in bodies:
-                    obj = weighable(model, obj, file) if name in mass_meshes else outward(model, obj, file)
+                    obj = outward(model, obj, file, from_volume=name in mass_meshes)
                 for body in bodies.get(name, ()) if is_arm else ():
                     note_hull(model, body, obj, file)
             except InputError as error:
@@ -130,13 +124,6 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
             mesh.set("file", str(obj))
             mesh.attrib.pop("content_type", None)
     return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in model.root.findall("asset/mesh")}
-
-
-def _find_weighed_meshes(root: ET.Element, defaults: _Defaults, all_are: bool) -> set[str | None]:
-    """Names of the meshes that may give masses by their volumes."""
-    bodies = [body for body in root.iter("body") if all_are or body.find("inertial") is None]
-    class_meshes = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
-    return class_meshes | {geom.get("mesh") for body in bodies for geom in body.findall("geom")}
 
 
 def _find_touched_meshes(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
@@ -177,89 +164,65 @@ def _name(element: ET.Element) -> str:
     return f"{element.tag} '{element.get('name', element.get('joint', ''))}'"
 
 
-class _Masses(NamedTuple):
-    """Masses of geoms: by their classes, of meshes with files, and only in some groups."""
+def _mend_masses(model: ModelFile, defaults: _Defaults, meshes: Mapping[str, bool]) -> None:
+    """Makes inertias possible, and gives moving bodies without a mass a tiny one.
 
-    defaults: _Defaults
-    meshes: Mapping[str, bool]
-    first_group: float
-    last_group: float
-
-
-def _take_groups(model: ModelFile) -> tuple[float, float]:
-    """Takes out the range of groups of geoms that have a mass, which Drake does not know."""
-    group_range = -math.inf, math.inf
+    Geoms outside of the groups that have a mass, which Drake does not know, get none.
+    """
+    first, last = -math.inf, math.inf  # of these groups
     for compiler in model.root.findall("compiler"):
         if (text := compiler.attrib.pop("inertiagrouprange", None)) is not None:
             first, last = finite_numbers(model.path, "compiler.inertiagrouprange", text, 2)
-            group_range = first, last
-    return group_range
 
+    def has_mass(geom: ET.Element, childclass: str) -> bool:
+        values, place = _with_defaults(geom, "geom", defaults, childclass), f"{model.path}: {_name(geom)}"
+        if (mesh := values.get("mesh")) is not None and mesh not in meshes:
+            raise InputError(place, "mesh", mesh, "no mesh of <asset> has this name")
+        if not first <= finite_numbers(place, "group", values.get("group", "0"), 1)[0] <= last:
+            geom.set("mass", "0")
+            return False
+        _, value = _mass_or_density(place, values)
+        return value > 0 and (mesh is None or meshes[mesh])
 
-def _mend_masses(model: ModelFile, parent: ET.Element, masses: _Masses, childclass: str) -> None:
-    for body in parent.findall("body"):
-        inside = body.get("childclass", childclass)
+    for body, childclass in _bodies(model.root):
         moves = any(body.find(tag) is not None for tag in _JOINT_TAGS)
         inertial = body.find("inertial")
         if inertial is not None:
             _mend(model, body, inertial, moves)
-        elif sum(_has_mass(model, geom, masses, inside) for geom in body.findall("geom")) == 0 and moves:
+        elif sum(has_mass(geom, childclass) for geom in body.findall("geom")) == 0 and moves:
             _set_inertia(ET.SubElement(body, "inertial", pos="0 0 0"), *SPECK)
             model.note(MENDED, f"{_name(body)}: mass", "0", SPECK_WHY)
-        _mend_masses(model, body, masses, inside)
 
 
-def _has_mass(model: ModelFile, geom: ET.Element, masses: _Masses, childclass: str) -> bool:
-    """Whether a geom has a mass; sets it to 0 outside the groups that have a mass.
-
-    Raises:
-        InputError: if its mesh is missing.
-    """
-    values = _with_defaults(geom, "geom", masses.defaults, childclass)
-    if (mesh := values.get("mesh")) is not None and mesh not in masses.meshes:
-        raise InputError(f"{model.path}: {_name(geom)}", "mesh", mesh, "no mesh of <asset> has this name")
-    if (
-        not masses.first_group
-        <= finite_numbers(f"{model.path}: {_name(geom)}", "group", values.get("group", "0"), 1)[0]
-        <= masses.last_group
-    ):
-        geom.set("mass", "0")
-        return False
+def _mass_or_density(where: str, values: Mapping[str, str]) -> tuple[str, float]:
+    """The name and the value of the number that gives the mass of a geom, kg or kg/m^3."""
     name = "mass" if "mass" in values else "density"
-    (value,) = finite_numbers(f"{model.path}: {_name(geom)}", name, values.get(name, _DEFAULT_DENSITY), 1)
-    return value > 0 and (mesh is None or masses.meshes[mesh])
+    return name, finite_numbers(where, name, values.get(name, DEFAULT_DENSITY), 1)[0]
 
 
 def _mend(model: ModelFile, body: ET.Element, inertial: ET.Element, moves: bool) -> None:
-    """Makes the inertia of a body one that a body can have."""
     where = f"{model.path}: {_name(body)}"
     (mass,) = finite_numbers(where, "inertial.mass", inertial.get("mass", "0"), 1)
     check_mass(where, mass)
-    inertia = _inertia(where, inertial)
+    diagonal = finite_numbers(where, "inertial.diaginertia", inertial.get("diaginertia", "0 0 0"), 3)
+    inertia = np.diag(diagonal)
+    if (full := inertial.get("fullinertia")) is not None:
+        numbers = finite_numbers(where, "inertial.fullinertia", full, 6)
+        for (i, j), value in zip(INERTIA_ENTRIES.values(), numbers, strict=True):
+            inertia[i, j] = inertia[j, i] = value
     if mass == 0:
         _set_inertia(inertial, *(SPECK if moves else NEXT_TO_NONE))
         if moves:
             model.note(MENDED, f"{_name(body)}: mass", "0", SPECK_WHY)
     elif (mended_inertia := possible_inertia(mass, inertia)) is not inertia:
         _set_inertia(inertial, mass, mended_inertia)
-        moments = ", ".join(f"{moment:.3g}" for moment in np.diag(inertia))
-        model.note(MENDED, f"{_name(body)}: inertia", moments, NOT_POSSIBLE)
-
-
-def _inertia(where: str, inertial: ET.Element) -> Array:
-    full = inertial.get("fullinertia")
-    numbers = finite_numbers(where, "inertial.fullinertia", full, 6) if full is not None else ()
-    diagonal = finite_numbers(where, "inertial.diaginertia", inertial.get("diaginertia", "0 0 0"), 3)
-    inertia = np.diag(diagonal)
-    for (i, j), value in zip(_INERTIA_ENTRIES, numbers, strict=bool(numbers)):
-        inertia[i, j] = inertia[j, i] = value
-    return inertia
+        note_impossible(model, f"{_name(body)}: inertia", inertia)
 
 
 def _set_inertia(inertial: ET.Element, mass: float, inertia: Array) -> None:
     inertial.attrib.pop("diaginertia", None)
     inertial.set("mass", repr(mass))
-    inertial.set("fullinertia", " ".join(repr(float(inertia[index])) for index in _INERTIA_ENTRIES))
+    inertial.set("fullinertia", " ".join(repr(float(inertia[index])) for index in INERTIA_ENTRIES.values()))
 
 
 def _take_mimics(model: ModelFile, joints: Collection[str]) -> tuple[Mimic, ...]:
@@ -268,9 +231,8 @@ def _take_mimics(model: ModelFile, joints: Collection[str]) -> tuple[Mimic, ...]
     for equality in model.root.findall("equality"):
         for element in [joint for joint in equality.findall("joint") if joint.get("active") != "false"]:
             joint, leader = element.get("joint1", ""), element.get("joint2", "")
-            law = finite_numbers(
-                f"{model.path}: {_name(element)}", "polycoef", element.get("polycoef", "0 1 0 0 0"), 1, 2, 3, 4, 5
-            )
+            text, place = element.get("polycoef", "0 1 0 0 0"), f"{model.path}: {_name(element)}"
+            law = finite_numbers(place, "polycoef", text, 1, 2, 3, 4, 5)
             offset, factor, *higher_terms = (*law, *(0.0, 1.0)[len(law) :])
             followers = {mimic.joint for mimic in mimics}
             if {joint, leader} <= set(joints) and not any(higher_terms) and joint not in followers and joint != leader:
@@ -294,16 +256,11 @@ def _make_motors(model: ModelFile, defaults: _Defaults) -> None:
                 if effort < math.inf:
                     motor.attrib |= {"ctrllimited": "true", "ctrlrange": f"{-effort!r} {effort!r}"}
                 if actuator.tag != "motor":
-                    model.note(
-                        READ,
-                        f"actuator '{motor.get('name')}'",
-                        actuator.tag,
-                        "as a motor with its largest effort",
-                    )
+                    name, why = f"actuator '{motor.get('name')}'", "as a motor with its largest effort"
+                    model.note(READ, name, actuator.tag, why)
                 actuators[place] = motor
     for default in model.root.iter("default"):
-        for element in [element for element in default if element.tag in _ACTUATOR_TAGS]:
-            default.remove(element)
+        take(default, *_ACTUATOR_TAGS)
 
 
 def _separate_groups(root: ET.Element, defaults: _Defaults) -> Iterator[tuple[list[str], list[str]]]:
@@ -382,27 +339,33 @@ def remove_bodies(model: ModelFile, names: Sequence[str]) -> None:
     """
     if not names:
         return
-    body_names = [body.get("name", "") for world in model.root.findall("worldbody") for body in world.iter("body")]
+    worlds = model.root.findall("worldbody")
+    body_names = [body.get("name", "") for world in worlds for body in world.iter("body")]
     kinds: set[tuple[str, str | None]] = set()
     meshes: set[str | None] = set()
     for name in names:
         if name not in body_names:
             model.refuse("without", name, f"no such body; known: {', '.join(filter(None, body_names))}")
-        if any(body.get("name") == name for world in model.root.findall("worldbody") for body in world.findall("body")):
+        if any(body.get("name") == name for world in worlds for body in world.findall("body")):
             model.refuse("without", name, "is in no other body; only a body in another can be left out")
     parents = {child: parent for parent in model.root.iter() for child in parent}
-    for body in [body for world in model.root.findall("worldbody") for body in world.iter("body")]:
+    for body in [body for world in worlds for body in world.iter("body")]:
         if body.get("name") in names:
             kinds |= {(_kind_of(element), element.get("name")) for element in body.iter() if element.get("name")}
             meshes |= {geom.get("mesh") for geom in body.iter("geom")}
             parents[body].remove(body)
     for section in [section for tag in _REFERRING_SECTIONS for section in model.root.findall(tag)]:
         for element in list(section):
-            if any(_references(part) & kinds for part in element.iter()):
+            references: set[tuple[str, str | None]] = set()  # kinds and names
+            for part in element.iter():
+                attributes = ((_REFERENCE_PATTERN.fullmatch(key), value) for key, value in part.attrib.items())
+                references |= {(match[1], value) for match, value in attributes if match}
+                named = _NAMED_KINDS.items()
+                references |= {(part.get(kind, "").removeprefix("x"), part.get(name)) for name, kind in named}
+            if references & kinds:
                 section.remove(element)
                 kinds.add((_kind_of(section), element.get("name")))
-    for keyframe in model.root.findall("keyframe"):
-        model.root.remove(keyframe)
+    take(model.root, "keyframe")
     meshes -= {geom.get("mesh") for geom in model.root.iter("geom")}
     for assets in model.root.findall("asset"):
         for mesh in [mesh for mesh in assets.findall("mesh") if _mesh_name(mesh) in meshes]:

@@ -6,26 +6,25 @@ name of the model takes the place of its own, in which its poses are given.
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from pathlib import Path
 
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import LEFT_OUT
-from soft_gripper.files.xml_text import DRAKE, check_counts
+from soft_gripper.files.xml_text import DRAKE, check_counts, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions, Mimic
-from soft_gripper.model_import.included_files import IncludedFiles, sdf_file
-from soft_gripper.model_import.link_inertia import scale_inertias
 from soft_gripper.model_import.links_and_joints import (
     convert_meshes,
     drop,
     drop_others,
-    drop_unused,
     fix_if_static,
     mend_joints,
     mend_links,
+    remove_links,
+    scale_inertias,
 )
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.removed_links import remove_links
+from soft_gripper.model_import.named_files import IncludedFiles, sdf_file
 
 # What elements may have, by their path in the model; all else is for other programs.
 _CHILD_TAGS = {
@@ -47,8 +46,7 @@ _FOREIGN_TAGS = (
     *("plugin", "sensor", "light", "projector", "battery", "particle_emitter", "audio_source", "audio_sink", "script"),
 )
 _TARGET_VERSION = (1, 7)  # of SDFormat, the first in which poses name the frames in which they are given
-_POSED_TAGS = ("link", "frame", "model")
-_NAMED_TAGS = (*_POSED_TAGS, "joint")
+_NAMED_TAGS = ("link", "frame", "model", "joint")
 _REFERRING_ATTRIBUTES = ("relative_to", "attached_to", "expressed_in", "canonical_link", "placement_frame")
 _REFERRING_TEXTS = ("parent", "child", "gearbox_reference_body", f"{DRAKE}member")
 _OUTER_NAMES = ("world", "__root__")
@@ -66,11 +64,17 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
         for parent in list(model.root.iter()):
             for element in [element for element in parent if element.tag in _FOREIGN_TAGS]:
                 drop(model, parent, element)
-            _drop_attributes(model, parent)
+            names = _KNOWN_ATTRIBUTES.get(parent.tag, tuple(parent.attrib))
+            for name in [name for name in parent.attrib if name not in names and not name.startswith(DRAKE)]:
+                value, element_name = parent.attrib.pop(name), f"{parent.tag} '{parent.get('name')}'"
+                model.note(LEFT_OUT, f"{element_name}: {name}", value, "SDFormat has no such attribute")
         for link in model.root.findall("link"):
-            for tag in ("collision", "visual"):
-                _make_names_unique(link.findall(tag))
-        drop_unused(model)
+            for tag in ("collision", "visual"):  # SDFormat allows no name twice
+                used_names: set[str | None] = set()
+                for place, shape in enumerate(link.findall(tag)):
+                    if shape.get("name") in used_names:
+                        shape.set("name", f"{shape.get('name')}_{place}")
+                    used_names.add(shape.get("name"))
         mimics += mend_joints(model, options)
         mend_links(model, options)
         convert_meshes(model, options.is_arm)
@@ -89,28 +93,8 @@ def _models(root: ET.Element) -> list[ET.Element]:
     return [*root.findall("model"), *root.findall("world/model")]
 
 
-def _drop_attributes(model: ModelFile, element: ET.Element) -> None:
-    valid = _KNOWN_ATTRIBUTES.get(element.tag)
-    for name in [name for name in element.attrib if valid and name not in valid and not name.startswith(DRAKE)]:
-        value = element.attrib.pop(name)
-        model.note(LEFT_OUT, f"{element.tag} '{element.get('name')}': {name}", value, "SDFormat has no such attribute")
-
-
-def _make_names_unique(shapes: Sequence[ET.Element]) -> None:
-    """Renames shapes of the same name, which SDFormat does not allow."""
-    used_names: set[str | None] = set()
-    for place, shape in enumerate(shapes):
-        if shape.get("name") in used_names:
-            shape.set("name", f"{shape.get('name')}_{place}")
-        used_names.add(shape.get("name"))
-
-
 def _flatten(file: ModelFile) -> None:
-    """Puts included and nested models into the model around them.
-
-    Raises:
-        InputError: if an included file is missing or is not one model in SDFormat, or files include each other.
-    """
+    """Puts included and nested models into the model around them; raises an InputError if that cannot be."""
     path, root = file.path, file.root
     if root.find(".//include") is None and root.find(".//model/model") is None:
         return
@@ -141,7 +125,13 @@ def _include(path: Path, parent: ET.Element, files: IncludedFiles) -> None:
 
 
 def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.Element:
-    _check_manner(path, include)
+    """The model that an <include> requests as a whole under a new name, and in no other manner."""
+    if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
+        expected = "leave it out: links get the name of the included model before them"
+        raise InputError(path, "include.merge", merge, expected)
+    if any(isinstance(element.tag, str) and element.tag.endswith("params") for element in include):
+        expected = "leave it out, and include a file with these changes"
+        raise InputError(path, "include.experimental:params", include.findtext("uri"), expected)
     uri, file = sdf_file(path, include)
     with files.read("include.uri", uri, file) as root:
         models = [*root.findall("model"), *root.findall("include")] if root.tag == "sdf" else []
@@ -156,8 +146,7 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
                 name.text = f"file://{Path(os.path.realpath(file.parent)) / text}"
     for tag in _OVERRIDE_TAGS:
         if (value := include.find(tag)) is not None:
-            for element in model.findall(tag):
-                model.remove(element)
+            take(model, tag)
             model.append(value)
     model.set("name", (include.findtext("name") or model.get("name") or "").strip())
     if frame := (include.findtext("placement_frame") or "").strip():
@@ -165,24 +154,10 @@ def _include_model(path: Path, include: ET.Element, files: IncludedFiles) -> ET.
     return model
 
 
-def _check_manner(path: Path, include: ET.Element) -> None:
-    """Checks that an <include> requests a whole model under a new name, and nothing else."""
-    if (merge := include.get("merge", "false").strip()) not in ("false", "0"):
-        raise InputError(
-            path, "include.merge", merge, "leave it out: links get the name of the included model before them"
-        )
-    for element in include:
-        if isinstance(element.tag, str) and element.tag.endswith("params"):
-            expected = "leave it out, and include a file with these changes"
-            raise InputError(path, "include.experimental:params", include.findtext("uri"), expected)
-
-
 def _modernize(model: ET.Element, version: tuple[int, ...]) -> None:
     """Writes the frame of axes explicitly, where older versions of SDFormat have another rule."""
     for axis in [*model.findall("joint/axis"), *model.findall("joint/axis2")] if version < _TARGET_VERSION else ():
-        marks = axis.findall("use_parent_model_frame")
-        for mark in marks:
-            axis.remove(mark)
+        marks = take(axis, "use_parent_model_frame")
         is_in_model = (marks[-1].text or "").strip() in ("true", "1") if marks else version < (1, 5)
         for direction in axis.findall("xyz") if is_in_model else ():
             direction.set("expressed_in", "__model__")
@@ -208,13 +183,13 @@ def _merge(path: Path, parent: ET.Element, inner_model: ET.Element) -> None:
     if not links:
         raise InputError(path, "model", name, "is nested, and holds no link")
     first = inner_model.get("canonical_link", links[0])
-    for element in [element for element in inner_model if element.tag in _NAMED_TAGS]:
-        _place(element)
     for element in inner_model:
+        if element.tag == "frame":
+            element.attrib.setdefault("attached_to", "__model__")
+        elif element.tag in ("link", "model"):
+            _relative_pose(element)
         _rename(element, name)
-    pose = inner_model.find("pose")
-    pose = ET.Element("pose") if pose is None else pose
-    pose.attrib.setdefault("relative_to", "__model__")
+    pose = _relative_pose(inner_model)
     frame_of_model = ET.Element("frame", {"name": name, "attached_to": f"{name}_{first.replace('::', '_')}"})
     frame_of_model.append(pose)
     parent.remove(inner_model)
@@ -223,14 +198,12 @@ def _merge(path: Path, parent: ET.Element, inner_model: ET.Element) -> None:
     parent.extend([element for element in inner_model if str(element.tag).startswith(DRAKE)])
 
 
-def _place(element: ET.Element) -> None:
-    """Names the frame of the model in poses that name none."""
-    if element.tag == "frame" and "attached_to" not in element.attrib:
-        element.set("attached_to", "__model__")
-    elif element.tag in ("link", "model"):
-        pose = element.find("pose")
-        pose = ET.SubElement(element, "pose") if pose is None else pose
-        pose.attrib.setdefault("relative_to", "__model__")
+def _relative_pose(element: ET.Element) -> ET.Element:
+    """The pose of an element, which names the frame of the model if it named none."""
+    pose = element.find("pose")
+    pose = ET.SubElement(element, "pose") if pose is None else pose
+    pose.attrib.setdefault("relative_to", "__model__")
+    return pose
 
 
 def _rename(element: ET.Element, prefix: str) -> None:
@@ -253,14 +226,14 @@ def _prefix_name(name: str, prefix: str) -> str:
 
 def _scope(model: ET.Element, inner_names: Collection[str]) -> None:
     """Replaces scoped names, such as `hand::palm`, by those after merging."""
+
+    def is_inside(name: str) -> bool:
+        model_name, colons, _ = name.partition("::")
+        return bool(colons) and model_name in inner_names
+
     for part in model.iter() if inner_names else ():
         for key, value in part.attrib.items():
-            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and _is_inside(value, inner_names):
+            if (key in _REFERRING_ATTRIBUTES or part.tag == "mimic") and is_inside(value):
                 part.set(key, value.replace("::", "_"))
-        if part.tag in _REFERRING_TEXTS and _is_inside(text := (part.text or "").strip(), inner_names):
+        if part.tag in _REFERRING_TEXTS and is_inside(text := (part.text or "").strip()):
             part.text = text.replace("::", "_")
-
-
-def _is_inside(name: str, inner_names: Collection[str]) -> bool:
-    model, colons, _ = name.partition("::")
-    return bool(colons) and model in inner_names

@@ -3,20 +3,19 @@
 import xml.etree.ElementTree as ET
 
 from soft_gripper.files.notes import LEFT_OUT
-from soft_gripper.files.xml_text import number
+from soft_gripper.files.xml_text import number, take
 from soft_gripper.model_import.imported_model import Form, ImportedModel, ImportOptions
-from soft_gripper.model_import.link_inertia import scale_inertias
 from soft_gripper.model_import.links_and_joints import (
     JOINTED,
     convert_meshes,
     drop_others,
-    drop_unused,
     mend_joints,
     mend_links,
     plain,
+    remove_links,
+    scale_inertias,
 )
 from soft_gripper.model_import.model_file import ModelFile
-from soft_gripper.model_import.removed_links import remove_links
 
 # What a robot may have, by the element around it; all else is for other programs.
 _CHILD_TAGS = {
@@ -30,13 +29,17 @@ def read(robot: ModelFile, options: ImportOptions) -> ImportedModel:
     """Raises an InputError if it is unexpanded xacro, a mesh is missing, or it contradicts itself or the options."""
     remove_links(robot, options.without)
     drop_others(robot, _CHILD_TAGS)
-    drop_unused(robot)
     for limit in robot.root.findall("joint[@type='continuous']/limit"):  # ignored by the specification, not by Drake
         limit.attrib.pop("lower", None)
         limit.attrib.pop("upper", None)
     for link in robot.root.findall("link"):
         link.attrib.pop("type", None)
-    _refuse_xacro(robot)
+    for element in robot.root.iter():
+        macros = [value for value in element.attrib.values() if "${" in value or "$(" in value]
+        if isinstance(element.tag, str) and "xacro" in element.tag:
+            macros.insert(0, plain(element.tag))
+        if macros:
+            robot.refuse("xacro", macros[0], f"is not expanded; run: xacro {robot.path.name} -o arm.urdf")
     mimics = mend_joints(robot, options)
     if options.is_arm:
         actuate(robot)
@@ -51,32 +54,36 @@ def read(robot: ModelFile, options: ImportOptions) -> ImportedModel:
 FORM = Form("URDF", ("robot",), read, scale_inertias)
 
 
-def _refuse_xacro(robot: ModelFile) -> None:
-    for element in robot.root.iter():
-        macros = [value for value in element.attrib.values() if "${" in value or "$(" in value]
-        if isinstance(element.tag, str) and "xacro" in element.tag:
-            macros.insert(0, plain(element.tag))
-        if macros:
-            robot.refuse("xacro", macros[0], f"is not expanded; run: xacro {robot.path.name} -o arm.urdf")
-
-
 def actuate(robot: ModelFile) -> None:
     """Gives every movable joint one actuator; those of transmissions that Drake understands are kept."""
-    idle_joints = [joint.get("name", "") for joint in robot.root.findall("joint") if _can_push(robot, joint)]
+    idle_joints: list[str] = []  # that move and have an effort: Drake knows no actuator of zero effort
+    for joint in robot.root.findall("joint"):
+        effort = number(f"{robot.path}: joint '{joint.get('name')}'", joint.find("limit"), "effort", "inf")
+        if joint.get("type") in JOINTED and effort > 0:
+            idle_joints.append(joint.get("name", ""))
     used_names: set[str] = set()
     for transmission in robot.root.findall("transmission"):
         joints, motors = ([part.get("name", "") for part in transmission.findall(tag)] for tag in ("joint", "actuator"))
         one_each = len(joints) == len(motors) == 1
-        if _is_simple(transmission) and one_each and joints[0] in idle_joints and motors[0] not in used_names:
+        is_simple = "SimpleTransmission" in transmission.findtext("type", transmission.get("type", ""))
+        if is_simple and one_each and joints[0] in idle_joints and motors[0] not in used_names:
             idle_joints.remove(joints[0])
             used_names.add(motors[0])
-            _drop_reduction(robot, transmission)
+            for parent in [transmission, *transmission.findall("actuator")]:
+                for reduction in take(parent, "mechanicalReduction"):
+                    if (value := (reduction.text or "").strip()) not in ("1", "1.0"):
+                        name = f"<transmission> '{transmission.get('name')}': mechanicalReduction"
+                        robot.note(LEFT_OUT, name, value, "limits of joints are those after the gears")
         else:
             robot.root.remove(transmission)
-            if not _is_simple(transmission):
+            if not is_simple:
                 name = f"<transmission> '{transmission.get('name')}'"
                 robot.note(LEFT_OUT, name, ", ".join(joints), "every joint has an actuator of its own")
-    robot.root.extend(_transmission(name) for name in idle_joints)
+    for joint_name in idle_joints:
+        transmission = ET.SubElement(robot.root, "transmission", name=f"{joint_name}_transmission")
+        ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
+        ET.SubElement(transmission, "joint", name=joint_name)
+        ET.SubElement(transmission, "actuator", name=f"{joint_name}_actuator")
 
 
 def _drop_doubles(robot: ModelFile) -> None:
@@ -91,46 +98,16 @@ def _drop_doubles(robot: ModelFile) -> None:
         used_names |= names
 
 
-def _can_push(robot: ModelFile, joint: ET.Element) -> bool:
-    """Whether a joint moves and has an effort that is not zero; Drake knows no actuator of zero effort."""
-    effort = number(f"{robot.path}: joint '{joint.get('name')}'", joint.find("limit"), "effort", "inf")
-    return joint.get("type") in JOINTED and effort > 0
-
-
-def _is_simple(transmission: ET.Element) -> bool:
-    kind = transmission.findtext("type", transmission.get("type", ""))
-    return "SimpleTransmission" in kind
-
-
-def _drop_reduction(robot: ModelFile, transmission: ET.Element) -> None:
-    for parent in [transmission, *transmission.findall("actuator")]:
-        for reduction in parent.findall("mechanicalReduction"):
-            parent.remove(reduction)
-            if (value := (reduction.text or "").strip()) not in ("1", "1.0"):
-                name = f"<transmission> '{transmission.get('name')}': mechanicalReduction"
-                robot.note(LEFT_OUT, name, value, "limits of joints are those after the gears")
-
-
-def _transmission(joint: str) -> ET.Element:
-    transmission = ET.Element("transmission", name=f"{joint}_transmission")
-    ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
-    ET.SubElement(transmission, "joint", name=joint)
-    ET.SubElement(transmission, "actuator", name=f"{joint}_actuator")
-    return transmission
-
-
 def _set_colors(robot: ModelFile) -> None:
     """Replaces named colours by their values: Drake wants each name defined exactly once, which files do not do."""
     colors: dict[str | None, ET.Element] = {}
     for material in robot.root.iter("material"):
         if (color := material.find("color")) is not None:
             colors.setdefault(material.get("name"), color)
-    for material in robot.root.findall("material"):
-        robot.root.remove(material)
+    take(robot.root, "material")
     for link in robot.root.findall("link"):
         for visual in link.findall("visual"):
-            for material in visual.findall("material"):
-                visual.remove(material)
+            for material in take(visual, "material"):
                 own, name = material.find("color"), material.get("name")
                 if (color := colors.get(name) if own is None else own) is not None:
                     ET.SubElement(visual, "material").append(color)
