@@ -34,18 +34,16 @@ def write_design(study: DesignStudy, values: Mapping[str, Any], folder: Path) ->
     """
     scenario = deepcopy(changed_scenario(study.scenario, {**study.fixed, **values}))
     fingers = list[Finger]()
-    texts = dict[str, str]()
-    for model in scenario.models:
-        if mounts := mounted_fingers(model, model.name):
-            fingers += [element.finger for element in mounts]
-            change = partial(mounted_finger, where=model.name, configs=model.fingers)
-            file = f"{model.name}.urdf"
-            texts[file] = changed_urdf(model_path(model.file), model.segments, model.name, model.without, change)
-            model.file, model.fingers, model.segments, model.without = str(folder / file), {}, None, []
-    texts[SCENARIO] = dump_scenario(scenario, folder)
     with atomic_folder(folder) as partial_folder:
-        for name, text in texts.items():
-            (partial_folder / name).write_text(text, encoding="utf-8")
+        for model in scenario.models:
+            if mounts := mounted_fingers(model, model.name):
+                fingers += [element.finger for element in mounts]
+                change = partial(mounted_finger, where=model.name, configs=model.fingers)
+                file = f"{model.name}.urdf"
+                text = changed_urdf(model_path(model.file), model.segments, model.name, model.without, change)
+                (partial_folder / file).write_text(text, encoding="utf-8")
+                model.file, model.fingers, model.segments, model.without = str(folder / file), {}, None, []
+        (partial_folder / SCENARIO).write_text(dump_scenario(scenario, folder), encoding="utf-8")
         for finger in {repr(finger.unnamed): finger for finger in reversed(fingers)}.values():
             save_figure(section_figure(finger), partial_folder / f"{finger.name}_section")
             shell(finger).export(partial_folder / f"{finger.name}_shell.stl")

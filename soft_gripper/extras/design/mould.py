@@ -36,18 +36,13 @@ def _thinnest_wall(section: CrossSection) -> float:
     """Thinnest wall of one cross-section, m."""
     width, thickness, layer = (float(length) for length in (section.width, section.thickness, section.layer_thickness))
     rectangles = [np.array(hole, dtype=float) for hole in section.holes if float(hole.area) > 0]
-    walls = [
-        wall
-        for w, t, x, y in rectangles
-        for wall in ((width - w) / 2 - abs(y), (thickness - t) / 2 + x, (thickness - t) / 2 - x - layer)
-    ]
-    return float(min([*walls, *(_gap(*pair) for pair in combinations(rectangles, 2))], default=inf))
-
-
-def _gap(first: Array, second: Array) -> float:
-    """The gap between two rectangles, each width, thickness, x and y, along x or along y."""
-    sizes = (first[:2] + second[:2]) / 2
-    return float(np.max(np.abs(first[2:] - second[2:]) - sizes[::-1]))
+    walls = list[float]()
+    for w, t, x, y in rectangles:
+        walls += [(width - w) / 2 - abs(y), (thickness - t) / 2 + x, (thickness - t) / 2 - x - layer]
+    for first, second in combinations(rectangles, 2):
+        sizes = (first[:2] + second[:2]) / 2
+        walls.append(np.max(np.abs(first[2:] - second[2:]) - sizes[::-1]))
+    return float(min(walls, default=inf))
 
 
 class Ring(NamedTuple):
@@ -92,8 +87,6 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
 
     The chamber of the sections is in the pieces that solid sections leave.
     """
-    if (wall := least_wall(finger)) == inf:
-        return []
     length = finger.length
     pieces = list[Iterable[Sequence[float]]]()
     for chamber in finger.chambers:
@@ -102,11 +95,11 @@ def core_rings(finger: Finger) -> list[list[Ring]]:
         pieces.append(np.column_stack([stations, *profiles]))
     sections = zip(finger.places, finger.cross_sections, strict=True)
     for is_hollow, piece in groupby(sections, lambda section: section[1].chamber_area > 0):
-        if is_hollow and not finger.chambers:
+        if is_hollow:  # and without other chambers
             pieces.append(
                 [(place * length, s.chamber_center, 0.0, s.chamber_thickness, s.chamber_width) for place, s in piece]
             )
-    return [_cut_top(_to_rings(piece), _MM_PER_M * (length - wall)) for piece in pieces]
+    return [_cut_top(_to_rings(piece), _MM_PER_M * (length - least_wall(finger))) for piece in pieces]
 
 
 def _cut_top(rings: Sequence[Ring], height: float) -> list[Ring]:

@@ -6,19 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 from soft_gripper.commands.printing import AGREEMENT, print_agreement
-from soft_gripper.extras.design.figure import design_figure
+from soft_gripper.extras.design.figure import design_figure, short_names
 from soft_gripper.extras.design.files import design_files, write_design
 from soft_gripper.extras.design.run_design import SHIPPED, TABLE, DesignResult, most_runs, own_measures, run_design
 from soft_gripper.extras.design.study_file import load_design_study
-from soft_gripper.extras.design.study_tables import (
-    Table,
-    design_rows,
-    reason,
-    sensitivity_rows,
-    short_names,
-    test_rows,
-    write_tables,
-)
+from soft_gripper.extras.design.study_tables import Table, design_rows, sensitivity_rows, test_rows, write_tables
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, print_table
 from soft_gripper.pictures.style import save_figure
@@ -43,14 +35,15 @@ def run(options: argparse.Namespace) -> int:
     begin = time.monotonic()
     with options.console.jobs(most_runs(study), "runs", warning) as report, executor as workers:
         result = run_design(study, options.out, workers, options.resume, lambda is_held: report())
-        measures = list(own_measures(study).values())
-        pairs = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, workers, measures)
+        pairs = agreement_with_drake(
+            study.scenario, result.tests, options.check, study.config.seed, workers, own_measures(study)
+        )
     minutes = (time.monotonic() - begin) / 60
     files = [options.out / name for name in write_tables(result, options.out)]
     save_figure(design_figure(result), options.out / FIGURE)
     files += [options.out / f"{FIGURE}{suffix}" for suffix in (".png", ".svg")]
     if result.best is not None:
-        files += write_design(loaded_study, result.designs[result.best].values, options.out / BEST)
+        files += write_design(loaded_study, result.best.values, options.out / BEST)
     tests = test_rows(result)
     sensitivities = sensitivity_rows(result)
     _print(result, minutes, tests)
@@ -67,28 +60,30 @@ def run(options: argparse.Namespace) -> int:
 
 def _print(result: DesignResult, minutes: float, tests: Table) -> None:
     """Prints the best designs of the front by the first end, and the best one in the test, on new draws."""
-    refusals = sum(bool(design.score.refused) for design in result.designs)
-    allowed = sum(design.score.is_allowed for design in result.designs[1:])
+    refusals = sum(bool(design.refused) for design in result.designs)
+    allowed = sum(design.is_allowed for design in result.designs[1:])
     count = len(result.designs) - 1
     print(
         f"{count} designs in {minutes:.1f} minutes: {refusals} refused before a run, {allowed} hold within all limits"
     )
     if result.best is None:
-        print(f"No design holds within all limits; of the last: {reason(result, count)}")
+        print(f"No design holds within all limits; of the last: {result.designs[-1].reason}")
         return
     rows = design_rows(result)
     end = result.study.config.ends[0].measure
-    shown_designs = [SHIPPED, result.best, *(i for i in result.front if i != result.best)][: 1 + _SHOWN_DESIGNS]
+    best = result.best.number
+    shown_designs = [SHIPPED, best, *(number for number in result.front if number != best)][: 1 + _SHOWN_DESIGNS]
     names = [name for name in rows[0] if name not in ("allowed", "front", "reason")]
-    title = f"Pareto front, {len(result.front)} designs; by {end} design {result.best} is best; {SHIPPED} is as it is"
+    title = f"Pareto front, {len(result.front)} designs; by {end} design {best} is best; {SHIPPED} is as it is"
     _print_table(short_names(names), [[rows[i][name] for name in names] for i in shown_designs], title)
     changes_text = ", ".join(f"{key} = {_shorten(value)}" for key, value in result.reference.values.items())
     drive = f"the fingers as they are, at their best drive: {changes_text}" if changes_text else "the scenario as it is"
     title = f"Test, with new draws; the reference, {result.reference.number}, is {drive}"
     _print_table(list(tests[0]), [list(row.values()) for row in tests], title)
     for name in result.study.objects:
-        reference, best = (row[end] for row in tests if row["object"] == name)
-        print(f"{end} of the best design with {name}: {best / reference:.2f} times that of the reference")
+        reference_end, best_end = (row[end] for row in tests if row["object"] == name)
+        ratio = best_end / reference_end
+        print(f"{end} of the best design with {name}: {ratio:.2f} times that of the reference")
 
 
 def _print_table(names: list[str], rows: list[list[Any]], title: str) -> None:
