@@ -189,14 +189,6 @@ COMMANDS = (
         *(_TIME_STEP, count("--trials", "number of grasps", 100), SEED, folder_option("results/export_trials")),
         examples=("--time-step 0.002",),
     ),
-    _engines(
-        "design-ranks",
-        "whether MuJoCo ranks the designs of a search as Drake does",
-        option("study", "YAML file of the search", read=path),
-        option("results", "folder of its results", read=path),
-        count("--designs", "number of designs", 20),
-        examples=("examples/design/bottle.yaml results/design",),
-    ),
     _speed("block-costs", "computing time of the closed diagram and its blocks, beside the bare plant"),
     _speed(
         "compare",
