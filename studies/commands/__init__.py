@@ -111,6 +111,15 @@ COMMANDS = (
         examples=("", "--parts 4 --resume"),
     ),
     _estimates(
+        "health",
+        "health",
+        "count how many faults of sensors and fingers are found and named, how soon",
+        *CONSOLE,
+        count("--runs", "number of runs with a fault, and of runs without", 200),
+        *(SEED, *EXECUTOR, folder_option("results/health")),
+        examples=("", "--runs 16 --out results/some"),
+    ),
+    _estimates(
         "robustness",
         "robustness",
         "repeat an evaluation with sensor errors, wrong nominal models and other plants",
