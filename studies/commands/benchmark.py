@@ -174,7 +174,7 @@ def print_scores(scores: list[Score]) -> None:
     if published:
         print("\npublished, of other bodies and sensors:")
     for number in published:
-        print(f"  {number.value}: {number.what} ({number.source}); see {', '.join(number.tasks)}")
+        print(f"  {number.value}: {number.what} ({number.source}); see {number.tasks.replace(' ', ', ')}")
 
 
 def _number(value: float | None) -> str:
