@@ -1,7 +1,9 @@
 """The figure of a design study: the Pareto front, sensitivities, and every variable against the first end."""
 
-import math
 from collections.abc import Sequence
+from itertools import groupby
+from math import ceil, isnan, nan
+from operator import attrgetter
 from typing import Any
 
 import matplotlib as mpl
@@ -40,9 +42,9 @@ def design_figure(result: DesignResult) -> Figure:
     Designs that lose an object or break a limit are grey; the best is a star, and the scenario as it is a square.
     """
     keys = [axis.key for axis in result.study.axes]
-    lines = math.ceil(len(keys) / _PANEL_COLUMNS)
+    lines = ceil(len(keys) / _PANEL_COLUMNS)
     columns = min(len(keys), _PANEL_COLUMNS)
-    no_ends = [math.nan] * len(result.study.config.ends)
+    no_ends = [nan] * len(result.study.config.ends)
     ends = np.array([design.ends or no_ends for design in result.designs], float)
     with mpl.rc_context({**STYLE, "axes.formatter.limits": (-2, 3)}):
         figure = Figure(figsize=(_FIGURE_WIDTH, _ROW_HEIGHT * (1.15 + lines)), layout="constrained")
@@ -92,25 +94,22 @@ def _draw_front(axes: Axes, result: DesignResult, ends: Array) -> None:
 
 def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
     """Plots the explained variance as a bar for each variable and end."""
-    rows = sensitivity_rows(result)
     keys = [axis.key for axis in result.study.axes]
-    ends = list(dict.fromkeys(row.end for row in rows))
-    thickness = 0.8 / max(len(ends), 1)
-    for i, end in enumerate(ends):
-        places = np.arange(len(keys)) + (i - (len(ends) - 1) / 2) * thickness
-        end_rows = [row for row in rows if row.end == end]  # in the order of the keys
-        fractions = [row.explained for row in end_rows]
-        label = "share of runs held" if end == SHARE_HELD else end
+    rows_by_end = [list(rows) for _, rows in groupby(sensitivity_rows(result), attrgetter("end"))]
+    thickness = 0.8 / max(len(rows_by_end), 1)
+    for i, rows in enumerate(rows_by_end):  # in the order of the keys
+        places = np.arange(len(keys)) + (i - (len(rows_by_end) - 1) / 2) * thickness
+        fractions = [row.explained for row in rows]
+        label = "share of runs held" if rows[0].end == SHARE_HELD else rows[0].end
         bars = axes.barh(places, fractions, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
-        slopes = [row.slope_of_ranks for row in end_rows]
-        signs = ["" if math.isnan(slope) else "+" if slope > 0 else "−" for slope in slopes]
+        signs = ["" if isnan(row.slope_of_ranks) else "+" if row.slope_of_ranks > 0 else "−" for row in rows]
         axes.bar_label(bars, signs, padding=2, fontsize=8)
     axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), yticks=range(len(keys)))
     axes.set_xlabel("explained variance of ranks; + grows with it, − falls")
     axes.set_yticklabels(short_names(keys))
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
-    if ends:
+    if rows_by_end:
         axes.legend(frameon=False, fontsize=8, loc="lower right")
     else:
         axes.text(0.5, 0.5, "too few designs to tell", transform=axes.transAxes, ha="center", color="0.4")

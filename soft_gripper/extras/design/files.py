@@ -16,14 +16,8 @@ from soft_gripper.pictures.style import save_figure
 from soft_gripper.scenario.finger_changes import mounted_finger
 from soft_gripper.scenario.model_files import model_path, mounted_fingers
 from soft_gripper.scenario.scenario_file import changed_scenario, dump_scenario
-from soft_gripper.scenario.schema import Scenario
 
 SCENARIO = "scenario.yaml"
-
-
-def design_files(scenario: Scenario) -> list[str]:
-    """Names of the files that describe a design of a scenario, and could overwrite its inputs."""
-    return [SCENARIO, *(f"{model.name}.urdf" for model in scenario.models)]
 
 
 def write_design(study: DesignStudy, values: Mapping[str, Any], folder: Path) -> list[Path]:

@@ -26,7 +26,6 @@ from soft_gripper.extras.design.mould import least_wall
 from soft_gripper.extras.design.score import Design, Row, find_best, score_design
 from soft_gripper.extras.design.study_file import LEAST, DesignStudy, fix_ranges
 from soft_gripper.registry import Registry
-from soft_gripper.runs.scores.grasp import HELD
 from soft_gripper.runs.sweep.axes import Axis, Range
 from soft_gripper.runs.sweep.measured_runs import ERROR, engine_step_of
 from soft_gripper.runs.sweep.measures import GRASP, kind_of, names_of
@@ -71,11 +70,11 @@ def run_design(
     out: Path,
     executor: Executor,
     resume: bool = False,
-    report: Callable[[bool], Any] = lambda is_held: None,
+    report: Callable[[], Any] = lambda: None,
 ) -> DesignResult:
     """Searches the best design, and tests it beside the reference, with new draws and unseen objects.
 
-    `out` is created if needed; its table gets a row as each run ends, and `report` whether the object is held.
+    `out` is created if needed; its table gets a row as each run ends, then `report` is called.
 
     Raises:
         InputError: if a measure does not exist, the scenario or an object cannot be built, every run of the scenario as
@@ -166,7 +165,7 @@ def _suggest_value(trial: Any, axis: Axis) -> Any:
 class _Runs(ScenarioRuns):
     """Runs of a study in a table; `changes` has the changes to the scenario in each run, in row order."""
 
-    def __init__(self, study: DesignStudy, out: Path, executor: Executor, resume: bool, report: Callable[[bool], Any]):
+    def __init__(self, study: DesignStudy, out: Path, executor: Executor, resume: bool, report: Callable[[], Any]):
         self.study, self._executor, self._report = study, executor, report
         self._cases = {stage: _cases(study, stage) for stage in (SEARCH, TEST)}
         measures = names_of(kind_of(changed_scenario(study.scenario, study.fixed)), own_measures(study))
@@ -200,7 +199,7 @@ class _Runs(ScenarioRuns):
             self._scenario,
             (self.study.scenario, changes),
             (own_measures(self.study),),
-            lambda row: self._report(row[GRASP] == HELD),
+            lambda row: self._report(),
         )
         self.changes |= changes
         return [(self.row(key), run_changes) for key, run_changes in changes.items()]

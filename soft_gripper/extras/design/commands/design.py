@@ -7,7 +7,7 @@ from typing import Any
 
 from soft_gripper.commands.printing import AGREEMENT, print_agreement
 from soft_gripper.extras.design.figure import design_figure, short_names
-from soft_gripper.extras.design.files import design_files, write_design
+from soft_gripper.extras.design.files import SCENARIO, write_design
 from soft_gripper.extras.design.run_design import SHIPPED, TABLE, DesignResult, most_runs, own_measures, run_design
 from soft_gripper.extras.design.study_file import load_design_study
 from soft_gripper.extras.design.study_tables import Table, design_rows, sensitivity_rows, test_rows, write_tables
@@ -28,13 +28,14 @@ def run(options: argparse.Namespace) -> int:
     if options.engine is not None:
         study = replace(loaded_study, fixed={**loaded_study.fixed, "engine": options.engine})
     scenario = changed_scenario(study.scenario, study.fixed)
-    file_names = [TABLE, *(f"{BEST}/{name}" for name in design_files(scenario))]
-    lock_folder(options.out, file_names, [options.study, *files_read(study.scenario, scenario)])
+    best_names = [SCENARIO, *(f"{model.name}.urdf" for model in scenario.models)]
+    inputs = [options.study, *files_read(study.scenario, scenario)]
+    lock_folder(options.out, [TABLE, *(f"{BEST}/{name}" for name in best_names)], inputs)
     executor = open_executor(options.jobs, options.scheduler)
     warning = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()
     with options.console.jobs(most_runs(study), "runs", warning) as report, executor as workers:
-        result = run_design(study, options.out, workers, options.resume, lambda is_held: report())
+        result = run_design(study, options.out, workers, options.resume, report)
         pairs = agreement_with_drake(
             study.scenario, result.tests, options.check, study.config.seed, workers, own_measures(study)
         )
