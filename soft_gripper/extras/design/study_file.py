@@ -85,7 +85,11 @@ class DesignConfig:
         names = [*self.objects, *self.unseen]
         for name in names:
             if not is_name(name):
-                yield "objects", name, "give names of letters, digits, _ and -, beginning with a letter"
+                yield (
+                    "objects" if name in self.objects else "unseen",
+                    name,
+                    "give names of letters, digits, _ and -, beginning with a letter",
+                )
             if names.count(name) > 1:
                 yield f"unseen.{name}", name, "is an object of the search already"
         if len(names) > _MAX_OBJECTS:

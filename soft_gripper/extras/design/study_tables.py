@@ -17,8 +17,7 @@ import numpy as np
 from scipy.stats import binomtest, rankdata
 
 from soft_gripper.arrays import Array
-from soft_gripper.extras.design.run_design import DESIGN, OBJECT, DesignResult
-from soft_gripper.extras.design.score import summarize_runs
+from soft_gripper.extras.design.run_design import DESIGN, OBJECT, DesignResult, summarize_runs
 from soft_gripper.files.row_table import columns, write_rows
 from soft_gripper.runs.sweep.cells import cell, numbers_in
 

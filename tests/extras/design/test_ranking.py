@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from csv_rows import csv_rows
 
-from soft_gripper.extras.design.run_design import DesignResult
-from soft_gripper.extras.design.score import Design, find_best, score_design, summarize_runs
+from soft_gripper.extras.design.run_design import Design, DesignResult, find_best, score_design, summarize_runs
 from soft_gripper.extras.design.study_file import DesignConfig, DesignStudy, EndConfig, LimitConfig
 from soft_gripper.extras.design.study_tables import DESIGNS, SENSITIVITY, TESTS, sensitivities, write_tables
 from soft_gripper.runs.sweep.axes import Range, Values
