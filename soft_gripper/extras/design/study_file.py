@@ -82,18 +82,15 @@ class DesignConfig:
         for i, name in enumerate(names):
             if names.count(name) > 1:
                 yield f"ends[{i}].measure", name, "appears more than once"
-        names = [*self.objects, *self.unseen]
-        for name in names:
-            if not is_name(name):
-                yield (
-                    "objects" if name in self.objects else "unseen",
-                    name,
-                    "give names of letters, digits, _ and -, beginning with a letter",
-                )
-            if names.count(name) > 1:
-                yield f"unseen.{name}", name, "is an object of the search already"
-        if len(names) > _MAX_OBJECTS:
-            yield "objects", f"{len(names)} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
+        for part in ("objects", "unseen"):
+            for name in getattr(self, part):
+                if not is_name(name):
+                    yield part, name, "give names of letters, digits, _ and -, beginning with a letter"
+        for name in self.objects.keys() & self.unseen:
+            yield f"unseen.{name}", name, "is an object of the search already"
+        count = len(self.objects) + len(self.unseen)
+        if count > _MAX_OBJECTS:
+            yield "objects", f"{count} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
 
 
 @dataclass(frozen=True, eq=False)
