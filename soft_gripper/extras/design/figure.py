@@ -19,10 +19,7 @@ from soft_gripper.runs.sweep.cells import cell
 from soft_gripper.runs.sweep.figure import axis_positions
 
 ALLOWED, LOST, BEST, SHIPPED = "#2166ac", "#b9b9b9", "#b2182b", "#111111"
-_FIGURE_WIDTH = 10.0  # inches
-_ROW_HEIGHT = 3.0  # inches
 _PANEL_COLUMNS = 4  # panels of variables side by side
-_BEST_STYLE: dict[str, Any] = {"ls": "", "marker": "*", "ms": 14, "color": BEST, "mec": "white"}
 _SHORT_WORD = 5  # letters of a word that needs the word before it
 
 
@@ -47,7 +44,7 @@ def design_figure(result: DesignResult) -> Figure:
     no_ends = [nan] * len(result.study.config.ends)
     ends = np.array([design.ends or no_ends for design in result.designs], float)
     with mpl.rc_context({**STYLE, "axes.formatter.limits": (-2, 3)}):
-        figure = Figure(figsize=(_FIGURE_WIDTH, _ROW_HEIGHT * (1.15 + lines)), layout="constrained")
+        figure = Figure(figsize=(10.0, 3.0 * (1.15 + lines)), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=[1.25, lines])
         front_axes, sensitivity_axes = rows[0].subplots(1, 2, width_ratios=[1.15, 1])
         _draw_front(front_axes, result, ends)
@@ -76,7 +73,8 @@ def _draw_designs(axes: Axes, result: DesignResult, x: Array, y: Array, indices:
     axes.plot(x[allowed_indices], y[allowed_indices], "o", ms=5, color=ALLOWED, label="allowed")
     if result.best is not None:
         number = result.best.number
-        axes.plot(x[number], y[number], zorder=3, label=f"best: design {number}", **_BEST_STYLE)
+        label = f"best: design {number}"
+        axes.plot(x[number], y[number], "*", ms=14, color=BEST, mec="white", zorder=3, label=label)
 
 
 def _draw_front(axes: Axes, result: DesignResult, ends: Array) -> None:
@@ -104,9 +102,8 @@ def _draw_sensitivities(axes: Axes, result: DesignResult) -> None:
         bars = axes.barh(places, fractions, 0.9 * thickness, color=ESTIMATOR_COLORS[i % 8], label=label)
         signs = ["" if isnan(row.slope_of_ranks) else "+" if row.slope_of_ranks > 0 else "−" for row in rows]
         axes.bar_label(bars, signs, padding=2, fontsize=8)
-    axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), yticks=range(len(keys)))
-    axes.set_xlabel("explained variance of ranks; + grows with it, − falls")
-    axes.set_yticklabels(short_names(keys))
+    axes.set(xlim=(0, 1), ylim=(-0.6, len(keys) - 0.4), xlabel="explained variance of ranks; + grows with it, − falls")
+    axes.set_yticks(range(len(keys)), short_names(keys))
     axes.invert_yaxis()
     axes.grid(axis="y", visible=False)
     if rows_by_end:

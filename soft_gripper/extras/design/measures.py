@@ -1,7 +1,4 @@
-"""Measures of a design beyond those of a sweep: of its sensors, and of the strength of its grasp.
-
-Each is a function of a station and its recording, as a user's own measure of a sweep.
-"""
+"""Measures of a design beyond those of a sweep: functions of a station and its recording, as a user's own measure."""
 
 import math
 from dataclasses import replace

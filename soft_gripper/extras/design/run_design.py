@@ -5,9 +5,8 @@ varies are searched for these fingers too, with as many designs and the same dra
 
 Every simulation is a row of one table, by which an interrupted study is resumed. Designs are proposed in batches by a
 tree-structured Parzen estimator (TPE: J. Bergstra et al., *Algorithms for Hyper-Parameter Optimization*, 2011; with
-several ends Y. Ozaki et al., 2022; with limits S. Watanabe and F. Hutter, *c-TPE*, 2023). It takes numbers, whole
-numbers and choices at once, and needs few designs. It learns the scores of a batch in their order, so that the table
-depends on the seed, but neither on the number of processes nor on interruptions.
+several ends Y. Ozaki et al., 2022; with limits S. Watanabe and F. Hutter, *c-TPE*, 2023), which learns the scores of a
+batch in their order: the table depends on the seed, but neither on the number of processes nor on interruptions.
 
 A design is first of all allowed or not: every run has to hold its object and to stay within the limits. By how much it
 is not, each as a number above 0, leads the search back. Allowed designs are then compared by their ends.
@@ -204,8 +203,7 @@ def _suggest_value(trial: Any, axis: Axis) -> Any:
         return axis.values[trial.suggest_categorical(axis.key, list(range(len(axis.values))))]
     if axis.is_whole:
         return trial.suggest_int(axis.key, int(axis.least), int(axis.most))
-    span = axis.most - axis.least
-    return axis.at((trial.suggest_float(axis.key, axis.least, axis.most) - axis.least) / span)
+    return axis.at((trial.suggest_float(axis.key, axis.least, axis.most) - axis.least) / (axis.most - axis.least))
 
 
 class _Runs(ScenarioRuns):
@@ -240,13 +238,8 @@ class _Runs(ScenarioRuns):
             for number, values in designs.items()
             for case, draw in self._cases[stage].items()
         }
-        self.run_changed(
-            self._executor,
-            self._scenario,
-            (self.study.scenario, changes),
-            (own_measures(self.study),),
-            lambda row: self._report(),
-        )
+        given, measures = (self.study.scenario, changes), (own_measures(self.study),)
+        self.run_changed(self._executor, self._scenario, given, measures, lambda row: self._report())
         self.changes |= changes
         return [(self.row(key), run_changes) for key, run_changes in changes.items()]
 
@@ -288,7 +281,7 @@ def score_design(number: int, values: Mapping[str, Any], rows: Sequence[Row], co
     held_rows, ends = summarize_runs(rows, config.ends)
     excess = {GRASP: 1 - len(held_rows) / len(rows)}
     for name, limit in config.limits.items():
-        excess |= _excess(name, limit, _measured(held_rows, name))
+        excess |= _excess(name, limit, numbers_in([row[column_of(name)] for row in held_rows]))
     excess |= {f"{end.measure} is known": 1.0 for end, value in zip(config.ends, ends, strict=True) if isnan(value)}
     return Design(number, values, len(held_rows), len(rows), ends, excess)
 
@@ -300,14 +293,10 @@ def summarize_runs(rows: Sequence[Row], ends: Sequence[EndConfig]) -> tuple[list
         return [], (nan,) * len(ends)
     end_values = []
     for end in ends:
-        values = _measured(held_rows, end.measure)
+        values = numbers_in([row[column_of(end.measure)] for row in held_rows])
         worst = np.max if end.towards == LEAST else np.min
         end_values.append(float(np.mean(values) if end.of == MEAN else worst(values)))
     return held_rows, tuple(end_values)
-
-
-def _measured(rows: Sequence[Row], measure: str) -> Array:
-    return numbers_in([row[column_of(measure)] for row in rows])
 
 
 def _excess(name: str, limit: LimitConfig, values: Array) -> dict[str, float]:

@@ -25,6 +25,7 @@ _FILE_KEYS = (".file", ".calibration", ".bench")  # ends of keys whose value is 
 _RANGE_PATTERN = re.compile(r"\s*+[-+0-9.eE]{1,400}\s*+\.\.\s*+[-+0-9.eE]{1,400}\s*+%?\s*+")
 _RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9 or -20..20 %"
 _SCENARIO_OBJECT = "as_in_the_scenario"
+_MAX_OBJECTS = 1000
 
 
 @dataclass
@@ -49,9 +50,6 @@ class LimitConfig:
             yield "least", None, "give least, most or both"
         if self.least is not None and self.most is not None and self.least > self.most:
             yield "least", self.least, f"must be at most {self.most:g}"
-
-
-_MAX_OBJECTS = 1000
 
 
 @dataclass

@@ -34,7 +34,6 @@ class Sensitivity:
         without order.
     explained: share of the variance of the end's ranks that is explained with this variable, but not without it.
     together: share that all variables explain.
-    designs: number of designs.
     """
 
     end: str
