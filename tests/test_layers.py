@@ -37,7 +37,7 @@ LISTED: dict[str, set[str]] = {
     "foxglove": set(),
     "grasps": {"sweeps"},
     "hardware": {"page", "sweeps"},
-    "health": {"sweeps"},
+    "health": set(),
     "learning": {"mujoco_engine"},
     "mujoco_engine": {"export"},
     "page": set(),

@@ -165,6 +165,11 @@ def count(name: str, help_: str, default: int, least: int = 1) -> Option:
     return option(name, f"{help_} (default: %(default)s)", "N", whole(least), default=default)
 
 
+def amount(name: str, help_: str, metavar: str, most: float, default: float) -> Option:
+    """Option of a number from 0 to `most` with a default."""
+    return option(name, f"{help_} (default: %(default)s)", metavar, number(most), default=default)
+
+
 class Group(StrEnum):
     """Tasks under which `--help` lists commands, in this order."""
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.contact import ContactShape
-from soft_gripper.estimators.estimate import ShapeEstimate
+from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate
 from soft_gripper.estimators.finger_shape import position_std
+from soft_gripper.estimators.force_posterior import ContactPosterior
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.uncertainty import EXACT, Uncertainty
 from soft_gripper.extras.hardware.scoring import NORMAL_95
@@ -58,51 +59,46 @@ def contact_tip(name: str) -> Estimator:
     return estimator
 
 
-def _contact_estimator(estimate: Callable[[ContactShape, Array], tuple[Array, Array]]) -> Estimator:
-    """Makes an estimator of a quantity of the contact, by `contact`."""
+def _contact_estimator(estimate: Callable[[ContactForce, ContactPosterior], tuple[Array, Array]]) -> Estimator:
+    """Makes an estimator of a quantity of the contact, by `contact` and its posterior."""
 
     def estimator(task: Question, train: Sequence[Recorded]) -> Predict:
-        contact_shape = ContactShape(layout(), _UNCERTAINTY)
-        return lambda inputs: estimate(contact_shape, inputs)
+        shape = ContactShape(layout(), _UNCERTAINTY)
+
+        def predict(inputs: Array) -> tuple[Array, Array]:
+            contact_inputs = _contact_inputs(inputs)
+            contact = shape(*contact_inputs).contact
+            assert contact is not None
+            return estimate(contact, shape.posterior(*contact_inputs))
+
+        return predict
 
     return estimator
 
 
-def _force(shape: ContactShape, inputs: Array) -> tuple[Array, Array]:
-    """Normal force; 0 where nothing is detected."""
-    contact_inputs = _contact_inputs(inputs)
-    contact = shape(*contact_inputs).contact
-    assert contact is not None
-    return _add_interval_std(contact.force, shape.posterior(*contact_inputs).force_interval)
-
-
-def _transverse(shape: ContactShape, inputs: Array) -> tuple[Array, Array]:
+def _transverse(contact: ContactForce, posterior: ContactPosterior) -> tuple[Array, Array]:
     """Transverse force; 0 where nothing is detected."""
-    contact_inputs = _contact_inputs(inputs)
-    contact = shape(*contact_inputs).contact
-    assert contact is not None
     assert contact.transverse_force is not None
-    return _add_interval_std(contact.transverse_force, shape.posterior(*contact_inputs).transverse_force_interval)
+    return _add_interval_std(contact.transverse_force, posterior.transverse_force_interval)
 
 
 def _add_interval_std(force: Array, interval: Array) -> tuple[Array, Array]:
-    """Forces, (T) N, with the standard deviations of 95 % intervals of their sizes, (T, 3)."""
+    """Forces, (T) N, 0 where NaN, with the standard deviations of 95 % intervals of their sizes, (T, 3)."""
     mean, (low, _, high) = np.nan_to_num(force), np.nan_to_num(interval, nan=0.0).T
     return mean[:, None], np.maximum(high - np.abs(mean), np.abs(mean) - low)[:, None] / NORMAL_95
 
 
-def _place(shape: ContactShape, inputs: Array) -> tuple[Array, Array]:
+def _place(contact: ContactForce, posterior: ContactPosterior) -> tuple[Array, Array]:
     """Location, with a band as wide as its likelihood set; the whole finger where nothing is detected."""
-    length, contact_inputs = layout().finger.length, _contact_inputs(inputs)
-    contact = shape(*contact_inputs).contact
-    assert contact is not None
-    place, arc_length_set = contact.arc_length, shape.posterior(*contact_inputs).arc_length_set
-    ends = np.where(np.isfinite(arc_length_set), arc_length_set, [0.0, length])
+    place, arc_length_set = contact.arc_length, posterior.arc_length_set
+    ends = np.where(np.isfinite(arc_length_set), arc_length_set, [0.0, layout().finger.length])
     mean = np.where(np.isfinite(place), place, ends.mean(axis=1))
     return mean[:, None], np.maximum(ends[:, 1] - mean, mean - ends[:, 0])[:, None] / NORMAL_95
 
 
-contact_force = _contact_estimator(_force)
+contact_force = _contact_estimator(
+    lambda contact, posterior: _add_interval_std(contact.force, posterior.force_interval)
+)
 contact_place = _contact_estimator(_place)
 contact_transverse = _contact_estimator(_transverse)
 

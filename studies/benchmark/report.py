@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from soft_gripper.errors import InputError
+from soft_gripper.files.document import check_config
 from soft_gripper.files.json_text import read_json
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE, estimator_style
 from studies.benchmark.benchmark_task import VERSION, BenchmarkTask
@@ -32,7 +32,7 @@ def document(scores: Sequence[Score], tasks: Sequence[BenchmarkTask]) -> dict[st
         "soft_gripper": version("soft-gripper"),
         "sha256": {task.name: dict(task.sha256) for task in tasks if task.name in scored_tasks},
         "scores": [asdict(score) for score in scores],
-        "published": [asdict(number) for number in comparable_numbers(scored_tasks)],
+        "published": [asdict(n) | {"tasks": n.tasks.split()} for n in comparable_numbers(scored_tasks)],
     }
 
 
@@ -61,24 +61,7 @@ def _score(file: Path, row: Any) -> Score:
         score = Score(**row)
     except TypeError:
         raise InputError(file, "scores", row, "must have the fields of a score, and no others") from None
-    for field in ("task", "region", "estimator", "unit"):
-        if not isinstance(getattr(score, field), str):
-            raise InputError(file, f"scores.{field}", getattr(score, field), "must be text")
-    for field in (
-        "mean",
-        "median",
-        "percentile_95",
-        "proper",
-        "within_band_percent",
-        "band",
-        "unknown_percent",
-        "interval_score",
-    ):
-        value = getattr(score, field)
-        if not (isinstance(value, int | float) and np.isfinite(value)) and (
-            value is not None or field in ("mean", "proper")
-        ):
-            raise InputError(file, f"scores.{field}", value, "must be a finite number")
+    check_config(f"{file}: scores", score)
     return score
 
 

@@ -26,6 +26,14 @@ from studies.benchmark.contacts import FOLDER, ContactMeasurements, ContactSampl
 from studies.benchmark.random_objects import SHAPES
 from studies.hardware.published import BEAM, SEGMENT, recording_file
 
+_SHA256_FILE = Path(__file__).with_name("sha256.txt")  # as written by sha256sum
+
+
+def _files(prefix: str) -> dict[str, str]:
+    """Files of tasks whose names begin with a text, and their checksums."""
+    lines = (line.split() for line in _SHA256_FILE.read_text(encoding="ascii").splitlines())
+    return {file: checksum for checksum, file in lines if file.startswith(prefix)}
+
 
 def _channels(unit: str, names: str) -> tuple[Channel, ...]:
     return tuple(Channel(name, unit) for name in names.split())
@@ -42,10 +50,7 @@ def _read_contacts(kind: type[ContactMeasurements], outputs: Sequence[str]) -> C
     return read
 
 
-_CONTACT_FILES = {
-    "contacts_train.csv": "b173dc9c27a2f654d2851e987796a9438f8c5a7a8030e22bd2a3511717649246",
-    "contacts_test.csv": "9cd9e4f2099c1491451a55d2f4ef1e35eab3d8a2ba7fe330b0dde706dc4c04cf",
-}
+_CONTACT_FILES = _files("contacts")
 _CONTACT_INPUTS = _channels("1", "reading_0 reading_1 reading_2 reading_3")
 _CONTACT_INPUTS += _channels("Pa", "pressure") + _channels("m/s^2", "gravity_x gravity_z")
 _REGION_FRACTIONS = {
@@ -55,10 +60,7 @@ _REGION_FRACTIONS = {
 }  # of the contacts, by place
 
 
-_TRANSVERSE_FILES = {
-    "transverse_train.csv": "fcfd3642e276b02f0a76bfd8552c02e0e1032ad90c65e7db1105a0a19b4ceba0",
-    "transverse_test.csv": "d2a9dfd06e87bd66586b57e5b242ad2eb127fb042ca3f5e5127b74a654daad56",
-}
+_TRANSVERSE_FILES = _files("transverse")
 
 
 def _contacts(
@@ -93,10 +95,7 @@ def _read_grasps(known_shapes: Sequence[str]) -> Callable[[Path], Recorded]:
     return read
 
 
-_GRASP_FILES = {
-    "grasps_train.csv": "3ece0e366142c11c6cc6baea3b2d856e5b561b3d0b81ba6c6fe36d951a4a59e7",
-    "grasps_test.csv": "362837f4ec4b51e13bb3ab03ab52d0f24542ee0f86d72f67913fe144be3b25d0",
-}
+_GRASP_FILES = _files("grasps")
 
 
 def _grasps(name: str, known_shapes: Sequence[str]) -> BenchmarkTask:
@@ -136,16 +135,7 @@ def _numbers(line: str) -> list[float]:
         return []
 
 
-_ARM_FILES = {
-    "two_segment_arm/trial_1.txt": "8cb4b2867ba8b06d193cd79c9e1c26703951f58d29ec8fc0410d8f66c57d7b86",
-    "two_segment_arm/trial_2.txt": "2c5ff15c0f47ddc54602e7dc162c460a3fcc64c22d717caab7da8b6da71724be",
-    "two_segment_arm/trial_3.txt": "664900e1497d4e9033e52ddbae39fe2a654556326b6a5b04fcdec47f6fafafec",
-    "two_segment_arm/trial_4.txt": "cfd934284aa35fb84933e1f99f55cd7b9aecdeb2adabab5b7a8d236219156b9a",
-    "two_segment_arm/trial_5.txt": "16da74aaae38c774eb0ece7033ebdaf4b5db6808047063a1bf5e6202bfd2e0bd",
-    "two_segment_arm/trial_6.txt": "50cd39dcf61bdc3fbda9119e8fbcdaae71b2aa05f1bc182740780147596448d1",
-    "two_segment_arm/trial_7.txt": "6b7322d91d98d69403e49f26487c5ebb834730940513aacc21bee167d156b4db",
-    "two_segment_arm/trial_8.txt": "9c026a946856bb16f27b4339a4b1edac601dfa9b71d5a5485887a923ecaf219e",
-}
+_ARM_FILES = _files("two_segment_arm")
 _TRIALS = tuple(_ARM_FILES)[:6]
 _CAPTURE_PERIOD = 0.01  # s, between two samples of the motion capture of beam, segment and trunk
 _SRL = "https://github.com/srl-ethz/diffPD_sim2real, python/"
@@ -173,11 +163,7 @@ def _read_beam_load(path: Path) -> Recorded:
     return Recorded(np.hstack([turn, displacement]), np.full((len(displacement), 1), mass))
 
 
-_BEAM_FILES = {
-    "clamped_beam/gravity.csv": "38e018c03d5557042b1e7df0f22424f2e22003674a73b081c729ad6f101c03da",
-    "clamped_beam/load_52g.csv": "c794c8331774e9130c1aa1000f53b897c9160d5544451052ade25a5dd3d08d30",
-    "clamped_beam/load_101g.csv": "8090b97fceda49e35da4cc9e9f746d489fa0e18b98da3afff5300465f2f47108",
-}
+_BEAM_FILES = _files("clamped_beam")
 _BEAM = _SRL + "realbeam_experiments/Measurement_data (markers as CSV, see docs/studies/benchmark.md)"
 _LIGHTER = tuple(recording_file("clamped_beam", name) for name in BEAM.fitted)
 (_HEAVIEST,) = (recording_file("clamped_beam", name) for name in BEAM.tested)
@@ -193,15 +179,7 @@ def _read_segment(path: Path) -> Recorded:
     return Recorded(1e-3 * motion.pressure * is_open[:, None], displacement)
 
 
-_SEGMENT_FILES = {
-    "pneumatic_segment/10kPa.csv": "b54382f89030eb685c9832bf540179fb9bd3f5b237ef1ff033d09bcd291e7d34",
-    "pneumatic_segment/15kPa.csv": "aeebd10774199e7f684511a7ed91be1d5a47e156c452cae061d888c38885bd20",
-    "pneumatic_segment/20kPa.csv": "782af158109a3c186a75b1b681369bf26cb812ab6e299a56bacb0fc39a01ac18",
-    "pneumatic_segment/25kPa.csv": "95759626be4616b0ada2fd67f0414b1734e569b0214441ca853b38aa531ee999",
-    "pneumatic_segment/35kPa.csv": "9afc7a14c71f2142f41e468a8f3ccbe2d423fcfa5c675970231caea2707e108b",
-    "pneumatic_segment/40kPa.csv": "0f952b359a1ae07d8fdda4bb0d78e2c25086bda51087dff393fb3b1aa7af305a",
-    "pneumatic_segment/45kPa.csv": "b68a8c173a9d96c39b9aec032c89a1519b76f58a6e6d3c4d530c0c73ecbf3bed",
-}
+_SEGMENT_FILES = _files("pneumatic_segment")
 
 
 def _read_tendons(path: Path) -> Recorded:
@@ -214,10 +192,6 @@ def _read_tendons(path: Path) -> Recorded:
 _GAP_ROWS = 10  # between training and tests: 6 s
 # The first row of every family of patterns in which two segments move together: 1 and 2, 1 and 3, 2 and 3.
 _FAMILY_ROWS = {"v4": (1620, 717, 866, 989, 1141, 1300, 1481), "v6": (1019, 529, 556, 648, 729, 827, 920)}
-_TENDON_SHA256 = {
-    "v4": "1eddfda64b3cf51a7f6cdf3e88f088cbb70baa944be4e5ebb30ef397f76590af",
-    "v6": "b54a17c839042e977bb09019385ed10f25bf8bd7bc06fb96db57c9369da7111f",
-}
 
 
 def _tendons(robot: str) -> BenchmarkTask:
@@ -227,7 +201,7 @@ def _tendons(robot: str) -> BenchmarkTask:
     return BenchmarkTask(
         f"tendons_{robot}_tip",
         "https://github.com/ContinuumRoboticsLab/opencr-mujoco, data/sysid",
-        {file: _TENDON_SHA256[robot]},
+        _files(file),
         _channels("mm", " ".join(f"tendon_{i + 1}" for i in range(9))),
         _channels("m", "tip_x tip_y tip_z"),
         (Part(file, end=(begins[0] - _GAP_ROWS) / rows),),
@@ -260,15 +234,8 @@ def _read_trunk_dc(path: Path) -> Recorded:
     return Recorded(table[:, 1:7], table[:, 7:16])
 
 
-_TRUNK_FILES = {
-    "soft_trunk/random_0g.csv": "bc4c951556c971d8849e556f067bf041c6de359b630a88d70760738abb836541",
-    "soft_trunk/random_100g.csv": "790953bd1c715a8d6ddafa3e8dbe5e7781727a164119311a0fec99c6e6e2ffc0",
-    "soft_trunk/random_300g.csv": "7153b29b798170b9a4083dd1f7fa9de7ee709df883f272b4af5777f91b7fd9ce",
-}
-_TRUNK_DC_FILES = {
-    "trunk_dc/observations_200g.csv": "85f312433b34ab2ab336320dbc652ab3657ca3c4377282b979adc4bf9233bb29",
-    "trunk_dc/observations_400g.csv": "d4e1b7f37c62e4464ffaa3e519ca042ab6cbfcce790b92cbf1379e77cf37f0ce",
-}
+_TRUNK_FILES = _files("soft_trunk")
+_TRUNK_DC_FILES = _files("trunk_dc")
 _TRUNK = "https://github.com/StanfordASL/trunk-stack, stack/main/data/trajectories/dynamic/"
 _DISK_NAMES = " ".join(f"{axis}{disk}" for disk in (1, 2, 3) for axis in "xyz")
 # The same commands were run with every load. Training and tests use different fractions of the files,

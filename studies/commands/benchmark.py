@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +15,7 @@ from tqdm import tqdm
 from soft_gripper.errors import InputError
 from soft_gripper.extras.hardware.recordings import DATA_FOLDER
 from soft_gripper.files.output import atomic_file, check_file
+from soft_gripper.files.row_table import columns, print_table
 from soft_gripper.pictures.style import save_figure
 from studies.benchmark.baselines import baselines
 from studies.benchmark.benchmark_task import (
@@ -155,39 +157,20 @@ def _submission_scores(file: Path, tests: Mapping[BenchmarkTask, Tested]) -> Ite
 
 def print_scores(scores: list[Score]) -> None:
     """Prints a line for every score, and then published numbers."""
-    widths = [max(len(getattr(s, field)) for s in scores) for field in ("task", "region", "estimator")]
-    titles = [f"{title:{width}}" for title, width in zip(("task", "region", "estimator"), widths, strict=True)]
-    print(
-        *titles, *(f"{title:>9}" for title in ("mean", "median", "95 %", "proper")), "  ", " in band     band    score"
-    )
-    for score in scores:
-        numbers = score.mean, score.median, score.percentile_95, score.proper
-        errors = " ".join(f"{_number(value):>9}" for value in numbers)
-        names = (score.task, score.region, score.estimator)
-        print(
-            *(f"{name:{width}}" for name, width in zip(names, widths, strict=True)),
-            errors,
-            f"{score.unit:2}",
-            _band(score),
-        )
+    _print_fields(scores, [name for name in columns(Score) if name != "samples"])
     published = comparable_numbers({score.task for score in scores})
     if published:
         print("\npublished, of other bodies and sensors:")
     for number in published:
-        print(f"  {number.value}: {number.what} ({number.source}); see {', '.join(number.tasks)}")
+        print(f"  {number.value}: {number.what} ({number.source}); see {number.tasks.replace(' ', ', ')}")
 
 
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
-
-
-def _band(score: Score) -> str:
-    if score.within_band_percent is None:
-        return " no band"
-    unknown_text = "" if score.unknown_percent is None else f"   {score.unknown_percent:.1f} % unknown"
-    return (
-        f"{score.within_band_percent:6.1f} % {_number(score.band):>8} {_number(score.interval_score):>8}{unknown_text}"
-    )
+def _print_fields(scores: Sequence[Score], names: Sequence[str], title: str = "") -> None:
+    """Prints a table of fields of scores; what a score lacks is a dash."""
+    forms = {name: "" if name in ("task", "region", "estimator", "unit") else ".4g" for name in names}
+    values = ([getattr(score, name) for name in names] for score in scores)
+    rows = [[math.nan if value is None else value for value in row] for row in values]
+    print_table({name.replace("_percent", " [%]").replace("_", " "): form for name, form in forms.items()}, rows, title)
 
 
 def compare(files: list[Path]) -> None:
@@ -195,9 +178,9 @@ def compare(files: list[Path]) -> None:
     all_scores = [
         replace(score, estimator=f"{file.stem}: {score.estimator}") for file in files for score in load_scores(file)
     ]
+    names = [name for name in columns(Score) if name not in ("task", "region", "samples", "unit")]
     for (task, region), estimator_scores in region_scores(all_scores).items():
-        lowest = min(score.proper for score in estimator_scores.values())
-        print(f"{task}, {region} [{next(iter(estimator_scores.values())).unit}]; mean error, proper score")
-        for name, score in estimator_scores.items():
-            star = "*" if score.proper == lowest else " "
-            print(f"  {star} {name:40} {score.mean:9.4g} {score.proper:9.4g}   {_band(score).lstrip()}")
+        region_rows = list(estimator_scores.values())
+        lowest = min(score.proper for score in region_rows)
+        starred = [replace(s, estimator=f"* {s.estimator}") if s.proper == lowest else s for s in region_rows]
+        _print_fields(starred, names, f"{task}, {region} [{region_rows[0].unit}]")

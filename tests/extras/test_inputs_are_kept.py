@@ -94,7 +94,6 @@ LONG = {
     "play": ["mine.yaml", "--out", "out/played"],
     "replay": ["swing.csv", "--as", "swing.yaml", "--out", "out/replayed"],
     "study grasp-trials": ["--trials", "1", *JOBS, "--out", "out/trials"],
-    "study health": ["--runs", "1", *JOBS, "--out", "out/health"],
     "sweep": SWEEP,
     "tune": ["--evaluations", "5"],
     "weigh": IDENTIFY_MOTION,

@@ -7,5 +7,5 @@ from soft_gripper.errors import InputError
 
 
 def test_a_study_without_the_word_is_answered_with_it():
-    with pytest.raises(InputError, match="did you mean 'study health'"):
-        parse_options(["health", "--jobs", "2"])
+    with pytest.raises(InputError, match="did you mean 'study grasp-trials'"):
+        parse_options(["grasp-trials", "--jobs", "2"])

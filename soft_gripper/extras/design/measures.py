@@ -1,7 +1,4 @@
-"""Measures of a design beyond those of a sweep: of its sensors, and of the strength of its grasp.
-
-Each is a function of a station and its recording, as a user's own measure of a sweep.
-"""
+"""Measures of a design beyond those of a sweep: functions of a station and its recording, as a user's own measure."""
 
 import math
 from dataclasses import replace
@@ -33,11 +30,10 @@ def force_error_n(station: Station, recording: Recording) -> float:
         if f"{finger.name}.transverse_force" not in recording.data:
             expected = 'reports no contact force, for force_error_n: give "contact"'
             raise InputError("design", "estimator.type", station.scenario.estimator.type, expected)
-        estimated, true = (
-            recording[f"{finger.name}.{name}"].values for name in ("transverse_force", "true_transverse_force")
-        )
-        errors.append(np.abs(estimated - true)[window & np.isfinite(true + estimated)])  # not every one has the truth
+        estimated, true = (recording[f"{finger.name}.{kind}transverse_force"].values for kind in ("", "true_"))
+        errors.append(np.abs(estimated - true)[window])
     finite_errors = np.concatenate(errors)
+    finite_errors = finite_errors[np.isfinite(finite_errors)]  # not every sample has the truth
     return float(finite_errors.mean()) if len(finite_errors) else math.nan
 
 
@@ -51,8 +47,7 @@ def strength_n(station: Station, recording: Recording) -> float:
 
     The loads are applied in Drake, whatever the engine of the scenario.
     """
-    drake_scenario = replace(station.scenario, engine=DRAKE, engine_step=None)
-    text = dump_scenario(drake_scenario)
+    text = dump_scenario(replace(station.scenario, engine=DRAKE, engine_step=None))
     object_name = objects_of(station)[0]
     indices = [index for index, load in enumerate(LOADS) if not load.is_torque]
     return min(direction_strength(text, object_name, index, Shake()).strength for index in indices)

@@ -1,13 +1,4 @@
-"""The schema of a design study, on one page: variables, objects, random draws, limits and ends.
-
-    scenario: bottle_grasp
-    vary:                                            # as after `sweep --vary`
-      models.gripper.fingers.all.length: 0.10..0.14
-      pressure.steps.all.0: 40.0e3..120.0e3
-    draw:
-      models.bottle.friction: 0.6..1.0
-    ends:
-    - { measure: normal_force_n }
+"""The schema of a design study: variables, objects, random draws, limits and ends; see examples/design/bottle.yaml.
 
 Keys are dotted fields of the scenario, as after `--set`. Files are relative to the study.
 """
@@ -30,10 +21,11 @@ from soft_gripper.scenario.scenario_file import changed_scenario
 
 LEAST, MOST = TOWARDS = ("least", "most")
 MEAN, WORST = ("mean", "worst")
-_FILE_KEYS = ("file", "calibration", "bench")  # last names of keys whose value is a file
+_FILE_KEYS = (".file", ".calibration", ".bench")  # ends of keys whose value is a file
 _RANGE_PATTERN = re.compile(r"\s*+[-+0-9.eE]{1,400}\s*+\.\.\s*+[-+0-9.eE]{1,400}\s*+%?\s*+")
 _RANGE_EXPECTED = "write a range, the lower limit first, such as 0.5..0.9 or -20..20 %"
 _SCENARIO_OBJECT = "as_in_the_scenario"
+_MAX_OBJECTS = 1000
 
 
 @dataclass
@@ -58,9 +50,6 @@ class LimitConfig:
             yield "least", None, "give least, most or both"
         if self.least is not None and self.most is not None and self.least > self.most:
             yield "least", self.least, f"must be at most {self.most:g}"
-
-
-_MAX_OBJECTS = 1000
 
 
 @dataclass
@@ -95,12 +84,11 @@ class DesignConfig:
             for name in getattr(self, part):
                 if not is_name(name):
                     yield part, name, "give names of letters, digits, _ and -, beginning with a letter"
-        object_count = len(self.objects) + len(self.unseen)
-        if object_count > _MAX_OBJECTS:
-            yield "objects", f"{object_count} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
-        for name in self.unseen:
-            if name in self.objects:
-                yield f"unseen.{name}", name, "is an object of the search already"
+        for name in self.objects.keys() & self.unseen:
+            yield f"unseen.{name}", name, "is an object of the search already"
+        count = len(self.objects) + len(self.unseen)
+        if count > _MAX_OBJECTS:
+            yield "objects", f"{count} with unseen", f"give at most {_MAX_OBJECTS}: every design runs with each"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,17 +118,17 @@ def load_design_study(file: Path) -> DesignStudy:
         {name: draw | _with_ranges(file, f"{part}.{name}", changes, config.vary) for name, changes in parts.items()}
         for part, parts in (("objects", config.objects), ("unseen", config.unseen))
     )
-    axes = [_axis(file, "vary", key, value) for key, value in _with_paths(file.parent, config.vary).items()]
+    axes = [_axis(file, "vary", key, value) for key, value in _with_paths(file, config.vary).items()]
     is_file = config.scenario.endswith((".yaml", ".yml"))
     scenario = str((file.parent / config.scenario).resolve()) if is_file else config.scenario
-    study = DesignStudy(file, config, scenario, _with_paths(file.parent, config.set), axes, objects, unseen)
+    study = DesignStudy(file, config, scenario, _with_paths(file, config.set), axes, objects, unseen)
     _check_keys(study)
     return study
 
 
 def _with_ranges(file: Path, place: str, changes: Mapping[str, Any], search_keys: Mapping[str, Any]) -> dict[str, Any]:
     """Changes with absolute paths and with a Range in place of its text; no key may be searched already."""
-    absolute_changes = _with_paths(file.parent, changes)
+    absolute_changes = _with_paths(file, changes)
     for key, value in absolute_changes.items():
         require(key not in search_keys, file, f"{place}.{key}", value, "leave it out: it is searched (vary)")
         if isinstance(value, str) and _RANGE_PATTERN.fullmatch(value):
@@ -159,18 +147,15 @@ def _axis(file: Path, place: str, key: str, value: Any) -> Axis:
     return axis
 
 
-def _with_paths(folder: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
+def _with_paths(file: Path, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Copy of changes with absolute paths of files."""
-    return {
-        key: _absolute(folder, value) if key.rpartition(".")[2] in _FILE_KEYS else value
-        for key, value in changes.items()
-    }
 
+    def absolute(value: Any) -> Any:
+        if isinstance(value, list):
+            return [*map(absolute, value)]
+        return value if not isinstance(value, str) or "://" in value else str((file.parent / value).resolve())
 
-def _absolute(folder: Path, value: Any) -> Any:
-    if isinstance(value, list):
-        return [_absolute(folder, entry) for entry in value]
-    return value if not isinstance(value, str) or "://" in value else str((folder / value).resolve())
+    return {key: absolute(value) if f".{key}".endswith(_FILE_KEYS) else value for key, value in changes.items()}
 
 
 def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str, Any]:
@@ -182,15 +167,16 @@ def fix_ranges(changes: Mapping[str, Any], shares: Iterable[float]) -> dict[str,
 
 def _check_keys(study: DesignStudy) -> None:
     """Checks that the scenario takes the first and the last value of every key, and can be built with every object."""
+    items = {f"objects.{name}": item for name, item in study.objects.items()}
+    items |= {f"unseen.{name}": item for name, item in study.unseen.items()}
     changes: list[tuple[str, dict[str, Any]]] = [("scenario, set", {})]
     for end in (0.0, 1.0):
         changes += [("vary", {axis.key: axis.at(end)}) for axis in study.axes]
-        for part, parts in (("objects", study.objects), ("unseen", study.unseen)):
-            changes += [(f"{part}.{name}", fix_ranges(item, repeat(end))) for name, item in parts.items()]
-    for place, object_changes in changes:
+        changes += [(place, fix_ranges(item, repeat(end))) for place, item in items.items()]
+    for place, key_changes in changes:
         try:
-            scenario = changed_scenario(study.scenario, {**study.fixed, **object_changes})
-            if place.startswith(("objects", "unseen")):
+            scenario = changed_scenario(study.scenario, {**study.fixed, **key_changes})
+            if place in items:
                 check_closed(make_station(scenario))
         except InputError as error:
             raise error.inside(f"{study.file}: {place}") from error.__cause__

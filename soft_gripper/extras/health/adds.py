@@ -11,5 +11,5 @@ class Watched:
 
 
 FIELDS = {"EstimatorConfig": Watched}
-REPORTS = {"health": "soft_gripper.extras.health.report:named_faults"}
+REPORTS = {"health": "soft_gripper.extras.health.health_monitor:named_faults"}
 MONITORS = {"health": "soft_gripper.extras.health.health_monitor:make_monitor"}

@@ -1,11 +1,14 @@
-"""HealthMonitor: the health of a finger and its sensors as a block."""
+"""HealthMonitor: the health of a finger and its sensors as a block, and as lines of `soft-gripper run`."""
 
 import numpy as np
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
+from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.wiring.estimation import usable
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.calibration_range import FAR
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.plane import to_base
 from soft_gripper.extras.health.faults import FAULTS
@@ -87,6 +90,22 @@ def named_fault(probabilities: Array) -> Array:
     """Index in FAULTS of the named fault, (...): the most probable one, once a fault is nearly certain."""
     most_probable: Array = 1.0 + probabilities[..., 1:].argmax(axis=-1)
     return np.where(probabilities[..., 0] < 1 - NAMING_PROBABILITY, most_probable, 0.0)
+
+
+def named_faults(station: Station, recording: Recording) -> list[str]:
+    """Lines on fingers with a fault named at the end, its beginning, and readings far from a calibration."""
+    lines = []
+    for finger in station.fingers:
+        name = f"{finger.name}.fault"
+        if name in recording.data and (fault := int(recording[name].values[-1])):
+            probability = recording[f"{finger.name}.fault_probabilities"].values[-1, fault]
+            onset_time = recording["time"].values[recording[name].values.ravel() == 0].max(initial=0.0)
+            lines.append(f"{finger.name}: {FAULTS[fault]} ({probability:.0%}), since {onset_time:.2f} s")
+        if name in recording.data and f"{finger.name}.{FAR}" in recording.data:
+            share = float(recording[f"{finger.name}.{FAR}"].values.mean())
+            if share:
+                lines.append(f"{finger.name}: {share:.0%} of the run is far from its calibration, where less is known")
+    return lines
 
 
 def check_monitored(function: HealthFilter) -> None:

@@ -3,8 +3,6 @@
 Observation: signals of the estimation -> what an agent observes.
 
 `OBSERVABLE` lists the signals that an agent may observe, so that a file cannot request ground truth.
-
-Another observable signal is an entry of `OBSERVABLE`.
 """
 
 import math
@@ -142,15 +140,20 @@ MAX_OBSERVED = 10.0  # largest observed value
 OBSERVABLE = (
     *("strain", "extension_ratio", "sampled_pressure", "theta", "kappa", "arcs", "estimated_joint_angles"),
     *("joint_positions", "tip_pose", "free_bending_angles", "driving_torque", "external_torque", "position_std"),
+    *("contact", "contact_force", "contact_arc_length", "contact_force_std"),
     *(
-        "contact",
-        "contact_force",
-        "contact_arc_length",
-        "contact_force_std",
         "transverse_force",
         "transverse_force_std",
+        "pressure_command",
+        "desired_state",
+        "opening",
+        "torque",
+        "force",
+        "object_width",
+        "set_point",
+        "target",
+        "goal",
     ),
-    *("pressure_command", "desired_state", "opening", "torque", "force", "object_width", "set_point", "target", "goal"),
 )
 
 
@@ -364,7 +367,9 @@ def make_learning_station(
     """
     builder, is_seen = DiagramBuilder(), picture or meshcat is not None
     parts = add_station(builder, scenario, meshcat, visuals=is_seen, composed=composed)
-    _add_action(builder, config, parts)
+    inputs = dict(parts.inputs)
+    desired = None if parts.arm is None else inputs.pop(f"{parts.arm.name}.desired_state", None)
+    add_action(builder, config.action, [*inputs.values()], desired, home(parts), parts.plant.time_step())
     object_task = config.grasp or config.pick_place
     forces = None if object_task is None else add_peak_force(builder, parts)
     target = goal = None
@@ -390,12 +395,6 @@ def make_learning_station(
         raise InputError("environment", "object", object_task.object, "is soft; give a rigid object")
     body = first_body(parts.plant, object_task.object)
     return LearningStation(diagram, parts, forces, is_seen, body, _height(parts, body), goal=goal)
-
-
-def _add_action(builder: DiagramBuilder, config: EnvironmentConfig, parts: StationParts) -> None:
-    inputs = dict(parts.inputs)
-    desired = None if parts.arm is None else inputs.pop(f"{parts.arm.name}.desired_state", None)
-    add_action(builder, config.action, [*inputs.values()], desired, home(parts), parts.plant.time_step())
 
 
 def home(parts: StationParts) -> dict[str, float]:

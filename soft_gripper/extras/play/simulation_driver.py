@@ -1,28 +1,126 @@
-"""SimulationDriver: a station simulated in real time in place of hardware, commanded by its user."""
+"""SimulationDriver: a station simulated in real time in place of hardware, commanded and recorded by its user."""
 
 import time
+from collections import deque
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from pydrake.geometry import Meshcat
-from pydrake.systems.analysis import InitializeParams
+import xarray as xr
+from pydrake.geometry import Meshcat, MeshcatAnimation
+from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import advance, make_simulator
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.diagrams.view.meshcat_view import PERIOD, hidden_meshcat
+from soft_gripper.diagrams.view.meshcat_view import PERIOD, hidden_meshcat, write_animation
 from soft_gripper.errors import InputError, SimulationDivergedError
 from soft_gripper.extras.page.panel import Button
 from soft_gripper.extras.page.session import Driver
 from soft_gripper.extras.page.viewing import cut_off, has_failed
 from soft_gripper.extras.play.control_panel import ControlPanel
-from soft_gripper.extras.play.pacer import Pacer
-from soft_gripper.extras.play.station_recorder import StationRecorder, import_writers
+from soft_gripper.files.output import atomic_folder
+from soft_gripper.scenario.scenario_file import dump_scenario
 
 _PAUSE_PERIOD = 0.1  # s between looks at the buttons while nothing runs
 _MAX_VIEWS = 5  # that may fail; Drake 1.51 keeps the memory of each
+PATIENCE = 0.5  # s by which the simulation may be late and catch up; a longer delay is kept
+WINDOW = 2.0  # s of real time over which the factor is measured
+
+
+class Pacer:
+    """Waits until real time has reached simulated time.
+
+    A slower simulation does not wait, and later catches up by PATIENCE at most.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep):
+        """`clock` gives the real time, s, and `sleep` waits for some."""
+        self._clock, self._sleep = clock, sleep
+        self.played, self._lasted = 0.0, 0.0  # s, simulated and real, between restarts
+        self.restart(0.0)
+
+    def restart(self, simulated: float) -> None:
+        """Begins at a simulated time, s: at the start, and after every pause."""
+        self._ahead = self._clock() - simulated
+        self._past = deque([(self._clock(), simulated)])
+
+    def keep(self, simulated: float) -> None:
+        """Waits until real time has reached `simulated`, s."""
+        wait_time = simulated + self._ahead - self._clock()
+        if wait_time > 0:
+            self._sleep(wait_time)
+        elif wait_time < -PATIENCE:
+            self._ahead = self._clock() - simulated
+        (last_clock, last_simulated), clock = self._past[-1], self._clock()
+        self.played, self._lasted = self.played + simulated - last_simulated, self._lasted + clock - last_clock
+        self._past.append((clock, simulated))
+        while self._past[-1][0] - self._past[0][0] > WINDOW and len(self._past) > 2:
+            self._past.popleft()
+
+    @property
+    def factor(self) -> float:
+        """Recent ratio of simulated to real time; 1 until it is known."""
+        (begin, first_simulated), (end, last_simulated) = self._past[0], self._past[-1]
+        return (last_simulated - first_simulated) / (end - begin) if end > begin else 1.0
+
+    @property
+    def whole_factor(self) -> float:
+        """Ratio of simulated to real time since the beginning, without pauses."""
+        return self.played / self._lasted if self._lasted else 1.0
+
+
+def import_writers() -> None:
+    """Imports the writers of recordings; xarray defers most of that, half a second, until use."""
+    xr.Dataset({"time": [0.0]}).to_netcdf()
+
+
+class StationRecorder:
+    """A recording in progress, written into a folder when it ends.
+
+    It holds `recording.nc`, every signal; `animation.html`, what Meshcat has shown, unless that has failed; and
+    `scenario.yaml`.
+    """
+
+    def __init__(self, station: Station, meshcat: Meshcat, simulator: Simulator, folder: Path):
+        """Begins a recording at time 0; the state of the station does not change."""
+        self._station, self._meshcat, self._simulator = station, meshcat, simulator
+        self.folder, self.is_open, self.report = folder, True, ""
+        meshcat.DeleteRecording()
+        meshcat.StartRecording(frames_per_second=1 / PERIOD)
+        context = simulator.get_mutable_context()
+        station.logs.clear(context)
+        # Drake's ContactVisualizer hides new arrows at time 0, so that a recording cannot begin later.
+        context.SetTime(0.0)
+        simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+
+    def end(self) -> None:
+        """Ends the recording and writes its folder."""
+        if not self.is_open:
+            return
+        self.is_open = False
+        self._meshcat.StopRecording()
+        try:
+            with atomic_folder(self.folder) as partial:
+                self._write(partial)
+        except (InputError, OSError) as error:
+            self.report = f"not written: {error}"
+        else:
+            self.report = f"written: {self.folder}"
+
+    def close(self) -> None:
+        """Ends the recording."""
+        self.end()
+
+    def _write(self, folder: Path) -> None:
+        self._station.recording(self._simulator.get_context()).save(folder / "recording.nc")
+        (folder / "scenario.yaml").write_text(dump_scenario(self._station.scenario, folder), encoding="utf-8")
+        with suppress(RuntimeError):  # Meshcat has failed
+            self._meshcat.PublishRecording()
+            write_animation(self._meshcat, folder / "animation.html")
+            self._meshcat.SetAnimation(MeshcatAnimation())  # browsers continue to show the simulation
 
 
 class SimulationDriver(Driver):

@@ -41,7 +41,7 @@ def sweep_figure(varied: Mapping[str, Column], measures: Mapping[str, Column], t
         figure = Figure(figsize=(4.2 * len(panels), 3.6), layout="constrained")
         figure.suptitle(title, x=0.01, ha="left")
         for axes, (name, values) in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True):
-            places = [_place(axes, axis, cells) for axis, cells in zip("xy", varied.values(), strict=False)]
+            places = [axis_positions(axes, axis, cells) for axis, cells in zip("xy", varied.values(), strict=False)]
             for axis, (key, cells) in zip("xy", varied.items(), strict=False):
                 axes.set(**{f"{axis}label": f"{key} [%]" if cells[0].endswith("%") else key})
             if len(places) == 1:
@@ -59,7 +59,7 @@ def _varies(values: Array) -> bool:
     return bool(np.ptp(values[np.isfinite(values)]) > 1e-3 * np.nanmax(np.abs(values)))
 
 
-def _place(axes: Axes, axis: str, cells: Column) -> Array:
+def axis_positions(axes: Axes, axis: str, cells: Column) -> Array:
     """Positions of cells along an axis, with a tick at each if there are few; numbers, or in order of appearance."""
     numbers = numbers_in(cells)
     if np.isfinite(numbers).all():

@@ -67,10 +67,10 @@ def found(tmp_path_factory):
 def test_the_known_optimum(found):
     """Least force holds with the least friction of the draws: F = weight / mu."""
     friction = min(float(row[FRICTION]) for row in rows(found.study.file.parent) if row["stage"] == "search")
-    best = found.designs[found.best]
+    best = found.best
     optimum = WEIGHT / friction
-    assert optimum <= best.score.ends[0] < 1.05 * optimum
-    assert best.score.held == best.score.runs == 3
+    assert optimum <= best.ends[0] < 1.05 * optimum
+    assert best.held == best.runs == 3
 
 
 def test_it_is_tested_with_other_draws_beside_the_fingers_as_they_are_at_their_best_pressure(found):
@@ -78,21 +78,21 @@ def test_it_is_tested_with_other_draws_beside_the_fingers_as_they_are_at_their_b
              for stage in ("search", "test")}  # fmt: skip
     assert (len(drawn["search"]), len(drawn["test"])) == (3, 20)
     assert drawn["search"].isdisjoint(drawn["test"])
-    assert compared_numbers(found) == [found.reference.number, found.designs[found.best].number]
+    assert compared_numbers(found) == [found.reference.number, found.best.number]
     assert found.reference.values.keys() == {PRESSURE}
     optimum = WEIGHT / min(map(float, drawn["search"]))  # the stand-in holds with this force at any length
-    assert optimum <= found.reference.score.ends[0] < min(1.05 * optimum, GAIN * 120e3 / 0.12)
+    assert optimum <= found.reference.ends[0] < min(1.05 * optimum, GAIN * 120e3 / 0.12)
     forces = [float(row["normal_force_n"]) for row, _ in found.tests[:20]]
-    assert forces == [found.reference.score.ends[0]] * 20
+    assert forces == [found.reference.ends[0]] * 20
 
 
 def test_the_known_front(tmp_path):
     """Force against slip ratio: every pressure that holds is on the front, whose product is weight over friction."""
     ends = [{"measure": "normal_force_n"}, {"measure": "slip_ratio"}]
     found = designed(tmp_path, ends=ends, draw={}, designs=40)
-    points = np.array([found.designs[i].score.ends for i in found.front])
+    points = np.array([found.designs[i].ends for i in found.front])
     np.testing.assert_allclose(points.prod(axis=1), WEIGHT / 0.8, rtol=1e-6)
-    allowed = [design for design in found.designs[1:] if design.score.is_allowed]
+    allowed = [design for design in found.designs[1:] if design.is_allowed]
     assert len(found.front) == len(allowed) > 10
     assert np.ptp(points[:, 0]) > 0.5  # it is spread over them
 
@@ -127,12 +127,12 @@ def test_thin_walls_are_refused_before_they_are_simulated(tmp_path):
     )
     for design in found.designs[1:]:
         width = design.values[key]
-        assert bool(design.score.refused) == (width > 16e-3)
+        assert bool(design.refused) == (width > 16e-3)
         if 16e-3 < width < 19.9e-3:
-            assert f"a wall of {1e3 * (20e-3 - width) / 2:.2f} mm, below 2 mm" in design.score.refused
+            assert f"a wall of {1e3 * (20e-3 - width) / 2:.2f} mm, below 2 mm" in design.refused
     simulated = [float(row[key]) for row in rows(tmp_path) if int(row["design"]) > 0]
     assert max(simulated) <= 16e-3
-    assert any(design.score.refused for design in found.designs)
+    assert any(design.refused for design in found.designs)
 
 
 def test_choices_and_whole_numbers(tmp_path):
@@ -236,6 +236,6 @@ def complaint(folder, **changes):
 def test_a_study_is_as_long_as_it_says(tmp_path, vary):
     """Runs of the fingers as they are, of every design of both searches, and of the two that are tested."""
     found = designed(tmp_path, vary=vary, designs=6)
-    assert not any(design.score.refused for design in found.designs)
+    assert not any(design.refused for design in found.designs)
     assert len(compared_numbers(found)) == 2
     assert len(rows(tmp_path)) == most_runs(found.study)

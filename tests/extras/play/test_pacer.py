@@ -1,6 +1,6 @@
 import pytest
 
-from soft_gripper.extras.play.pacer import PATIENCE, Pacer
+from soft_gripper.extras.play.simulation_driver import PATIENCE, Pacer
 
 FRAME = 0.05
 

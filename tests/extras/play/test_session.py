@@ -21,9 +21,7 @@ from soft_gripper.extras.page.signal_feed import SignalFeed
 from soft_gripper.extras.play import simulation_driver
 from soft_gripper.extras.play.commands import play as play_command
 from soft_gripper.extras.play.open_scenario import open_scenario
-from soft_gripper.extras.play.pacer import Pacer
-from soft_gripper.extras.play.simulation_driver import SimulationDriver
-from soft_gripper.extras.play.station_recorder import StationRecorder
+from soft_gripper.extras.play.simulation_driver import Pacer, SimulationDriver, StationRecorder
 from soft_gripper.files.output import is_whole
 from soft_gripper.interrupts import held_back
 from soft_gripper.scenario.checks import check_scenario

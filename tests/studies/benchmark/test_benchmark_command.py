@@ -142,8 +142,8 @@ ROW |= {"median": 1.0, "percentile_95": 1.0, "proper": 1.0, "within_band_percent
         ('[{"benchmark": 2}]', "was not written by"),
         ('{"benchmark": 2, "sha256": {"contact_tip": {}}, "scores": []}', "other data"),
         ('{"benchmark": 2, "sha256": {}, "scores": [{"task": "contact_tip"}]}', "fields of a score"),
-        (f'{{"benchmark": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"mean": "small"})}]}}', "scores.mean"),
-        (f'{{"benchmark": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"task": 3})}]}}', "scores.task"),
+        (f'{{"benchmark": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"mean": "small"})}]}}', "scores: mean"),
+        (f'{{"benchmark": 2, "sha256": {{}}, "scores": [{json.dumps(ROW | {"task": 3})}]}}', "scores: task"),
     ],
 )
 def test_files_that_cannot_be_compared(tmp_path, capsys, text, said):

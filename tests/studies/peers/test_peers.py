@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from studies.peers.comparison import Result, chosen_results
-from studies.peers.measures import creep, holds, tip_error
+from studies.peers.comparison import Result, chosen_results, creep, holds, tip_error
 from studies.peers.simulators import OURS, find_simulator
 from studies.peers.task import PeerTrial, load_task
 

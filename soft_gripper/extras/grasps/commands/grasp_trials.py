@@ -1,7 +1,7 @@
 """soft-gripper study grasp-trials: pick and place over random objects."""
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict
 from pathlib import Path
@@ -113,32 +113,24 @@ def _row(trial: Trial) -> dict[str, Any]:
 def _print_summary(file: str, seed: int, trials: Sequence[Trial]) -> None:
     """Prints the results of the trials of a scenario, and each failure with its cause."""
     rows = [trial.result for trial in trials]
-    errors, angles = [row.placed_error_mm for row in rows], [row.placed_angle_deg for row in rows]
     successes = sum(row.success for row in rows)
     low, high = binomtest(successes, len(rows)).proportion_ci(0.95, "wilson")
     confidence_text = f"95 % confidence (Wilson): {100 * low:.1f} to {100 * high:.1f} %"
     print(f"\n{trials[0].scenario}: {successes} of {len(rows)} succeeded; {confidence_text}")
-    if np.isfinite(errors).any():
-        for label, values, form, unit in (("error", errors, ".2f", "mm"), ("angle", angles, ".1f", "degrees")):
-            mean, highest = (_statistic(average, values) for average in (np.mean, np.max))
-            print(f"  placed {label}     mean {mean:{form}} {unit}, at most {highest:{form}} {unit}")
-    for label, column, unit in (
-        ("slip", "slip_mm", "mm"),
-        ("peak force", "peak_force_n", "N"),
-        ("squeeze", "squeeze_mm", "mm"),
-        ("detection delay", "detection_delay_ms", "ms"),
-        ("size error", "size_error_mm", "mm"),
+    for label, column, form, unit in (
+        ("placed error", "placed_error_mm", ".2f", "mm"),
+        ("placed angle", "placed_angle_deg", ".1f", "degrees"),
+        ("slip", "slip_mm", ".2f", "mm"),
+        ("peak force", "peak_force_n", ".2f", "N"),
+        ("squeeze", "squeeze_mm", ".2f", "mm"),
+        ("detection delay", "detection_delay_ms", ".2f", "ms"),
+        ("size error", "size_error_mm", ".2f", "mm"),
     ):
-        highest = _statistic(np.max, [getattr(row, column) for row in rows])
-        if np.isfinite(highest):
-            print(f"  {label:<16} at most {highest:.2f} {unit}")
+        values = [value for row in rows if np.isfinite(value := getattr(row, column))]
+        if values:
+            mean = f"mean {np.mean(values):{form}} {unit}, " if column.startswith("placed") else ""
+            print(f"  {label:<16} {mean}at most {max(values):{form}} {unit}")
     for trial in trials:
         if not trial.result.success:
             print(f"  trial {trial.trial}: {trial.result.cause}")
             print(f"    rerun: soft-gripper study grasp-trials --scenario {file} --seed {seed} --trial {trial.trial}")
-
-
-def _statistic(average: Callable[[Sequence[float]], float], values: Sequence[float]) -> float:
-    """Statistic of the finite values; NaN without such values."""
-    known_values = [value for value in values if not np.isnan(value)]
-    return average(known_values) if known_values else float("nan")

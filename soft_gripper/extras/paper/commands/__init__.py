@@ -11,12 +11,7 @@ COMMANDS = (
             "                    write report.html, tables and figures, and check each claim",
             "--resume            finish an interrupted evaluation",
         ),
-        (
-            *CONSOLE,
-            folder_option("results/evaluation"),
-            *EXECUTOR,
-            RESUME,
-        ),
+        (*CONSOLE, folder_option("results/evaluation"), *EXECUTOR, RESUME),
         package=__name__,
         group=Group.STUDY,
     ),

@@ -1,19 +1,23 @@
 """The study of health: a stiffness that is wrong is blamed unless its uncertainty is declared; runs are counted."""
 
+from argparse import Namespace
+from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
-from command_line import soft_gripper
+from here_executor import HereExecutor
+from study_line import study_line
 
-from soft_gripper.extras.health.commands import health
-from soft_gripper.extras.health.study import (
+from studies import kept_rows
+from studies.health import health
+from studies.health.health import (
     BELIEF_INTERVAL,
     DECLARED,
     EXACT,
     KINDS,
     Belief,
     HealthRun,
-    _jobs,
+    _calls,
     health_rows,
     run_health,
 )
@@ -42,17 +46,18 @@ def test_runs_are_counted_by_belief_and_fault():
 
 
 def test_one_of_some_runs_with_every_fault_is_monitored_with_other_beliefs():
-    jobs = list(_jobs(8 * BELIEF_INTERVAL, KINDS, DECLARED))
-    chosen = [kind for _, kind, beliefs in jobs if len(beliefs) > 1]
+    jobs = list(_calls(Namespace(runs=8 * BELIEF_INTERVAL, seed=1), KINDS, DECLARED))
+    chosen = [kind for _, kind, _, beliefs in jobs if len(beliefs) > 1]
     assert sorted(chosen) == sorted(KINDS)
     assert all(beliefs[0] == EXACT for *_, beliefs in jobs)
 
 
 def test_the_command_writes_and_prints_what_the_runs_say(monkeypatch, tmp_path):
-    monkeypatch.setattr(health, "health_runs", lambda *_: [RUN, replace(RUN, fault="none", is_found=False)])
-    done = soft_gripper("study", "health", "--runs", 1, "--out", tmp_path)
+    monkeypatch.setattr(kept_rows, "open_executor", lambda *_: nullcontext(HereExecutor()))
+    monkeypatch.setattr(health, "run_health", lambda i, kind, *_: [replace(RUN, fault=kind, is_found=kind != "none")])
+    done = study_line("health", "--runs", len(KINDS), "--out", tmp_path)
     assert done.code == 0
     assert [line.split()[-6:] for line in done.out.splitlines() if "leak" in line] == [
-        ["leak", "1", "100", "100", "0", "0.5", "0.5"][-6:]
+        ["1", "100", "100", "0", "0.5", "0.5"]
     ]
     assert {file.name for file in tmp_path.iterdir()} >= {"health.csv", "health_runs.csv", "health.png", "health.svg"}

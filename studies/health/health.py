@@ -1,16 +1,16 @@
-"""Study of health: detected and named faults of sensors and fingers, their delays, and false alarms.
+"""Detected and named faults of sensors and fingers, their delays, and false alarms.
 
 Half of the runs have one fault. Every run is simulated by itself, with a scenario, pressures, supply, object place and
 sensor errors of its own, and lasts 12 s. The monitor assumes an exact nominal model, which it is; some runs are
 monitored again with a wrong nominal stiffness, and with a larger uncertainty.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
+import argparse
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Annotated, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -26,7 +26,8 @@ from soft_gripper.extras.health.faults import FAULTS
 from soft_gripper.extras.health.health_filter import WINDOW_SAMPLES, HealthFilter
 from soft_gripper.extras.health.health_monitor import named_fault
 from soft_gripper.extras.sweeps.study import results
-from soft_gripper.pictures.style import COLORS, STYLE
+from soft_gripper.files.row_table import print_rows
+from soft_gripper.pictures.style import COLORS, STYLE, save_figure
 from soft_gripper.runs.scores.readings import ReadAgain, read_again
 from soft_gripper.scenario.finger_changes import changed_finger
 from soft_gripper.scenario.model_files import model_path
@@ -34,7 +35,9 @@ from soft_gripper.scenario.scenario_file import load_scenario
 from soft_gripper.scenario.schema import Scenario, SensorConfig, StrainErrorsConfig
 from soft_gripper.scenario.sensor_presets import strain_errors
 from soft_gripper.sensors.strain_errors import SENSOR_FAULTS, SensorFault, StrainErrors, disturb
+from studies.kept_rows import counted_jobs
 
+TABLE, RUNS, FIGURE = "health.csv", "health_runs.csv", "health"
 PRESET = "realistic"
 SECTIONS = 4
 KINDS = (*SENSOR_FAULTS, "leak", "cut", "held")  # simulated faults
@@ -101,18 +104,38 @@ class HealthRow:
     belief: str
     fault: str
     runs: int
-    found_percent: float
-    right_percent: float
-    false_alarm_percent: float
-    median_delay: float  # s
-    delay_90: float  # s, within which 90 % of those found are found
+    found_percent: Annotated[float, ".3g"]
+    right_percent: Annotated[float, ".3g"]
+    false_alarm_percent: Annotated[float, ".3g"]
+    median_delay: Annotated[float, ".3g"]  # s
+    delay_90: Annotated[float, ".3g"]  # s, within which 90 % of those found are found
 
 
-def moved_scenario(
-    rng: np.random.Generator, motion: str, overrides: Sequence[str] = (), max_pressure: float | None = None
-) -> Scenario:
+def run(options: argparse.Namespace) -> None:
+    """Makes as many runs with a fault, of every kind in turn, as without."""
+    out, console = options.out, options.console
+    calls = [*_calls(options, KINDS, DECLARED), *_calls(options, ["none"], DECLARED + BEYOND)]
+    jobs = {call[:2]: call for call in calls}
+    with counted_jobs(options, len(jobs), "runs", "nothing is written until the last run") as (executor, ended):
+        runs = [health_run for job in results(executor, run_health, jobs, ended).values() for health_run in job]
+    rows = health_rows(runs)
+    console.table("runs", runs, out / RUNS)
+    console.table("health", rows, out / TABLE)
+    save_figure(health_figure(runs), out / FIGURE)
+    print_rows(rows, "by stiffness that the monitor believes, and its declared uncertainty")
+    console.wrote(*(out / file for file in (TABLE, RUNS, f"{FIGURE}.png", f"{FIGURE}.svg")))
+
+
+def _calls(options: argparse.Namespace, kinds: Sequence[str], rest: Sequence[Belief]) -> Iterator[tuple[Any, ...]]:
+    """Arguments of `run_health` for every run."""
+    for i in range(options.runs):
+        is_chosen = i // len(kinds) % BELIEF_INTERVAL == 0
+        yield i, kinds[i % len(kinds)], options.seed, (EXACT, *rest) if is_chosen else (EXACT,)
+
+
+def moved_scenario(rng: np.random.Generator, kind: str, motion: str, overrides: Sequence[str]) -> Scenario:
     """Scenario with the pressures of a run."""
-    low, high = MOTIONS[motion] if max_pressure is None else (0, max_pressure)
+    low, high = (0, HELD_PRESSURE) if kind == "held" else MOTIONS[motion]
     steps = [0.0, *(1e3 * rng.uniform(low, high, STEPS - 1)).round().tolist()]
     common = [f"pressure.steps.all={steps}", f"pressure.settle={STEP - 0.1}", "pressure.hold_samples=10"]
     common += [f"pressure.time_constant={rng.uniform(0.05, 0.25):.3f}", "record.truth=forces"]
@@ -141,7 +164,7 @@ def run_health(number: int, kind: str, seed: int, beliefs: Sequence[Belief] = (E
         if kind == "cut":
             size = float(rng.uniform(*SOFTENING))
             overrides = _write_cut_finger(rng, Path(folder) / "cut.urdf", size)
-        scenario = moved_scenario(rng, motion, overrides, HELD_PRESSURE if kind == "held" else None)
+        scenario = moved_scenario(rng, kind, motion, overrides)
         if kind == "held":
             _add_pegs(scenario, rng)
         station = make_private_station(scenario)
@@ -254,37 +277,21 @@ def health_rows(runs: Sequence[HealthRun]) -> list[HealthRow]:
 def _row(belief: str, name: str, runs: Sequence[HealthRun]) -> HealthRow:
     delays = [run.delay for run in runs if run.is_found]
     median, delay_90 = np.percentile(delays, [50, 90]) if delays else (np.nan, np.nan)
-
-    def percent(holds: Callable[[HealthRun], bool]) -> float:
-        return float(100 * np.mean([holds(run) for run in runs]))
-
-    percentages = (
-        (percent(lambda run: run.is_found), percent(lambda run: run.is_right)) if name != "none" else (np.nan, np.nan)
-    )
-    false_alarms = percent(lambda run: run.false_alarm)
-    return HealthRow(belief, name, len(runs), *percentages, false_alarms, float(median), float(delay_90))
-
-
-def health_runs(number: int, seed: int, executor: Executor, ended: Callable[[Any], Any]) -> list[HealthRun]:
-    """Makes `number` runs with a fault, as many of every kind, and `number` without; calls `ended` after each."""
-    jobs = [*_jobs(number, KINDS, DECLARED), *_jobs(number, ["none"], DECLARED + BEYOND)]
-    calls = {(i, kind): (i, kind, seed, beliefs) for i, kind, beliefs in jobs}
-    runs_by_call = results(executor, run_health, calls, ended)
-    return [run for runs in runs_by_call.values() for run in runs]
-
-
-def _jobs(number: int, kinds: Sequence[str], rest: Sequence[Belief]) -> Iterator[tuple[int, str, Sequence[Belief]]]:
-    """Number, kind and beliefs of every run."""
-    for i in range(number):
-        is_chosen = i // len(kinds) % BELIEF_INTERVAL == 0
-        yield i, kinds[i % len(kinds)], (EXACT, *rest) if is_chosen else (EXACT,)
+    answers = np.array([[run.is_found, run.is_right, run.false_alarm] for run in runs])
+    found, right, false_alarms = (100 * answers.mean(axis=0)).tolist()
+    if name == "none":
+        found = right = np.nan
+    return HealthRow(belief, name, len(runs), found, right, false_alarms, float(median), float(delay_90))
 
 
 def health_figure(runs: Sequence[HealthRun]) -> Figure:
     """Figure of the answers to each fault, and of its delay; the model is exact."""
     runs = [run for run in runs if run.belief == runs[0].belief]
     truths = (*KINDS, "none")
-    counts = np.array([[_answer_count(runs, truth, name) for name in FAULTS] for truth in truths])
+    counts = np.zeros((len(truths), len(FAULTS)))
+    for run in runs:
+        answer = run.said if run.is_found or run.false_alarm else FAULTS[0]
+        counts[truths.index(run.fault), FAULTS.index(answer)] += 1
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         table, delay_plot = figure.subplots(1, 2, width_ratios=[1.35, 1])
@@ -310,9 +317,3 @@ def health_figure(runs: Sequence[HealthRun]) -> Figure:
         delay_plot.xaxis.set_major_formatter("{x:g}")
         delay_plot.set(xlabel="delay [s], and its median", ylim=(len(KINDS) - 0.5, -0.5))
     return figure
-
-
-def _answer_count(runs: Sequence[HealthRun], truth: str, name: str) -> int:
-    return sum(
-        run.fault == truth and (run.said if run.is_found or run.false_alarm else "healthy") == name for run in runs
-    )

@@ -1,0 +1,1 @@
+"""How soon faults of fingers and sensors are named."""
