@@ -65,6 +65,7 @@ class ArrayBlock(LeafSystem):
         self._tickets: dict[str, set[Any]] = {TIME: {self.time_ticket()}}
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
         self._groups: dict[str, int] = {}  # of the discrete state, by the steps that remember
+        self.logs: list[tuple[Cached, Callable[[Context], Any]]] = []  # lists of values, and what reads the next one
         if period is not None:
             self._last = int(self.DeclareDiscreteState([np.inf]))  # time of the last sample, s; infinite before any
             self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
@@ -112,6 +113,15 @@ class ArrayBlock(LeafSystem):
         calc = partial(weakly(self._calc_step), name)
         port = self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(object()), calc, tickets)
         self._add_leaf(name, Step(), port.Eval, tickets)
+
+    def log(self, name: str, period: float) -> Cached:
+        """Logs a step of `show` every `period` s from the beginning of a run; returns the list of its values."""
+        values = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
+        self.logs.append((values, self._read[name]))
+        keep = partial(weakly(self._log_value), len(self.logs) - 1)
+        self.DeclarePeriodicPublishEvent(period, 0.0, keep)
+        self.DeclareForcedPublishEvent(keep)
+        return values
 
     def sample(
         self,
@@ -292,6 +302,10 @@ class ArrayBlock(LeafSystem):
         self._calcs[name] = read
         cached = Cached(self, name, partial(weakly(self._calc_step), name), tickets)
         self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
+
+    def _log_value(self, i: int, context: Context) -> None:
+        values, read = self.logs[i]
+        values.Eval(context).append(read(context))
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
         try:
