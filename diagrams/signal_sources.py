@@ -1,7 +1,7 @@
 """The ports from which the signals of a run follow.
 
-An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples, and so does a MatrixGain
-of the root diagram. So a port of such a block needs no log if its inputs can be traced back to logged ports.
+An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples, and so does a
+MatrixGain of the root diagram. So a port of such a block needs no log if its inputs can be traced back to logged ports.
 """
 
 import logging
