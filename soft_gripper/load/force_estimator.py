@@ -23,7 +23,6 @@ Leading axes are free; 5 samples, N joints, P = 2 N points.
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import prod
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -34,7 +33,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_planar, as_points, rotated
+from soft_gripper.fingers.kinematics import as_points, rotated
 
 SAMPLES = 5
 DELAY = SAMPLES // 2  # delay of the result, samples
@@ -60,7 +59,7 @@ class Motion(NamedTuple):
     driving: Array  # (..., N) N m, driving torque
     X_WB: Array  # (..., 3, 4) pose of the base, [R | p]
     moving: Array  # (..., N) rad, joint angles whose motion stands for the finger's
-    vectors: Array  # (..., 3, 2 N + 1) in the world: along links bent by `moving`, across them; m, to the first joint
+    vectors: Array  # (..., 2 N + 1, 3) in the world: along links bent by `moving`, across them; m, to the first joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +96,11 @@ class TorqueBalance:
         `moving` None: the motion is that of `q` itself, whose noise accelerations multiply.
         """
         moving = q if moving is None else moving
-        headings = moving.cumsum(axis=-1)[..., None, :]
+        headings = moving.cumsum(axis=-1)[..., None]
         cos, sin = np.cos(headings), np.sin(headings)
-        x, z, origin = X_WB[..., 0:1], X_WB[..., 2:3], X_WB[..., 3:4]
+        x, z, origin = (X_WB[..., None, :, i] for i in (0, 2, 3))
         first_joint = self.finger.segment_length / 2 * z + origin
-        vectors = np.concatenate([z * cos + x * sin, x * cos - z * sin, first_joint], axis=-1)
+        vectors = np.concatenate([cos * z + sin * x, cos * x - sin * z, first_joint], axis=-2)
         return Motion(q, driving, X_WB, moving, vectors)
 
     def external_torque(self, motion: Motion, gravity: Array, period: float) -> ExternalTorque:
@@ -122,19 +121,20 @@ class TorqueBalance:
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""
+        segments, plane = self.finger.segments, motion.X_WB[..., DELAY, :, 2::-2]  # z and x of the bending plane
         flat = motion.vectors.reshape(*motion.vectors.shape[:-2], -1)
-        accelerations = (_ACCELERATION_FILTER / period**2 @ flat).reshape(*flat.shape[:-2], 3, -1)
-        axes = motion.X_WB[..., DELAY, :, ::2].swapaxes(-1, -2)  # x and z of the bending plane, in the world
-        in_plane = as_planar((axes @ accelerations).swapaxes(-1, -2))
-        tangents, normals, first_joint = np.split(in_plane, [self.finger.segments, -1], axis=-1)
+        accelerations = (_ACCELERATION_FILTER / period**2 @ flat).reshape(*flat.shape[:-2], -1, 3)
+        in_plane: Planar = (accelerations @ plane).view(complex)[..., 0]
+        tangents, normals, first_joint = in_plane[..., :segments], in_plane[..., segments:-1], in_plane[..., -1:]
         headings = motion.q[..., DELAY, :].cumsum(axis=-1)
-        turn = headings - motion.moving[..., DELAY, :].cumsum(axis=-1)
-        cos, sin = np.cos(turn), np.sin(turn)
+        if motion.moving is not motion.q:
+            turn = headings - motion.moving[..., DELAY, :].cumsum(axis=-1)
+            cos, sin = np.cos(turn), np.sin(turn)
+            tangents, normals = tangents * cos + normals * sin, normals * cos - tangents * sin
         normal_levers, tangent_levers = self._inertia
-        inertia = (normals * cos - tangents * sin) @ normal_levers + (tangents * cos + normals * sin) @ tangent_levers
-        inertia += first_joint * self._moments
-        weight = as_planar(axes @ gravity)[..., None] * self._moments
-        torques = as_points(rotated(np.array([inertia, weight]), -headings))[..., 0]
+        inertia = normals @ normal_levers + tangents @ tangent_levers + first_joint * self._moments
+        weight = (gravity @ plane).view(complex) * self._moments
+        torques = rotated(np.array([inertia, weight]), -headings).imag
         # Sums over each joint and all beyond it.
         sums: Array = torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
         return sums
@@ -203,9 +203,8 @@ class ForceEstimator(ArrayBlock):
         joints = finger.segments
         for name, size in {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}.items():
             self.take(name, size)
-        self._shapes = [values.shape for values in self._samples(*np.zeros((2, joints)), np.zeros(12))]
-        self.derive("present", lambda *inputs: _flat(self._samples(*inputs)), ANGLES, DRIVING_TORQUE, "X_WB")
-        begin = np.full((SAMPLES - 1, sum(map(prod, self._shapes))), np.nan)
+        self.derive("present", self._present, ANGLES, DRIVING_TORQUE, "X_WB")
+        begin = np.full((SAMPLES - 1, self._present(*np.zeros((2, joints)), np.zeros(12)).size), np.nan)
         self.remember(
             "samples", _append_present, "present", begin=begin, keep=_drop_oldest, over_time=_recorded_samples
         )
@@ -214,24 +213,22 @@ class ForceEstimator(ArrayBlock):
         for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):
             self.put_out(name, attrgetter(part), "external", unit="N m", joint=range(joints))
 
-    def _samples(self, q: Array, driving: Array, X_WB: Array) -> Motion:
-        """What a sample contributes to the balance, of inputs (..., size)."""
+    def _present(self, q: Array, driving: Array, X_WB: Array) -> Array:
+        """What a sample contributes to the balance, of inputs (..., size), side by side."""
         moving = self._finger.angle(driving) if self._noisy else None
-        return self._balance.samples(q, driving, X_WB.reshape(*X_WB.shape[:-1], 3, 4), moving)
+        sample = self._balance.samples(q, driving, X_WB.reshape(*X_WB.shape[:-1], 3, 4), moving)
+        others = () if moving is None else (moving,)
+        return np.concatenate([q, driving, X_WB, sample.vectors.reshape(*q.shape[:-1], -1), *others], axis=-1)
 
     def _external_torque(self, samples: Array) -> ExternalTorque:
-        """External torque at the middle of flat samples, (..., 5, size)."""
-        begins = np.cumsum([prod(shape) for shape in self._shapes])[:-1]
-        parts = np.split(samples, begins, axis=-1)
-        motion = Motion(
-            *(part.reshape(*part.shape[:-1], *shape) for part, shape in zip(parts, self._shapes, strict=True))
-        )
+        """External torque at the middle of samples side by side, (..., 5, size)."""
+        joints, axes = self._finger.segments, samples.shape[:-1]
+        pose, vectors = 2 * joints, 2 * joints + 12
+        q, X_WB = samples[..., :joints], samples[..., pose:vectors].reshape(*axes, 3, 4)
+        end = vectors + 3 * (2 * joints + 1)
+        moving = samples[..., end:] if self._noisy else q
+        motion = Motion(q, samples[..., joints:pose], X_WB, moving, samples[..., vectors:end].reshape(*axes, -1, 3))
         return self._balance.external_torque(motion, self._gravity, self._period)
-
-
-def _flat(motion: Motion) -> Array:
-    """Samples of a motion side by side, (..., size)."""
-    return np.concatenate([part.reshape(*motion.q.shape[:-1], -1) for part in motion], axis=-1)
 
 
 def _append_present(samples: Array, present: Array) -> Array:
