@@ -65,7 +65,7 @@ class ArrayBlock(LeafSystem):
         self._tickets: dict[str, set[Any]] = {TIME: {self.time_ticket()}}
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
         self._groups: dict[str, int] = {}  # of the discrete state, by the steps that remember
-        self.logs: list[tuple[Cached, Callable[[Context], Any]]] = []  # lists of values, and what reads the next one
+        self.logs: list[tuple[Cached, Callable[[Context], Any]]] = []  # lists of values, and what computes the next one
         if period is not None:
             self._last = int(self.DeclareDiscreteState([np.inf]))  # time of the last sample, s; infinite before any
             self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
@@ -115,9 +115,12 @@ class ArrayBlock(LeafSystem):
         self._add_leaf(name, Step(), port.Eval, tickets)
 
     def log(self, name: str, period: float) -> Cached:
-        """Logs a step of `show` every `period` s from the beginning of a run; returns the list of its values."""
+        """Logs a step of `show` every `period` s from the beginning of a run; returns the list of its values.
+
+        It is computed for the log alone: in most runs nothing else reads it.
+        """
         values = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
-        self.logs.append((values, self._read[name]))
+        self.logs.append((values, self._calcs[name]))
         keep = partial(weakly(self._log_value), len(self.logs) - 1)
         self.DeclarePeriodicPublishEvent(period, 0.0, keep)
         self.DeclareForcedPublishEvent(keep)
@@ -304,8 +307,8 @@ class ArrayBlock(LeafSystem):
         self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
 
     def _log_value(self, i: int, context: Context) -> None:
-        values, read = self.logs[i]
-        values.Eval(context).append(read(context))
+        values, calc = self.logs[i]
+        values.Eval(context).append(calc(context))
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
         try:
