@@ -204,7 +204,7 @@ class ForceEstimator(ArrayBlock):
         for name, size in {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}.items():
             self.take(name, size)
         self.derive("present", self._present, ANGLES, DRIVING_TORQUE, "X_WB")
-        begin = np.full((SAMPLES - 1, self._present(*np.zeros((2, joints)), np.zeros(12)).size), np.nan)
+        begin = np.full((SAMPLES - 1, self._present(np.zeros(joints), np.zeros(joints), np.zeros(12)).size), np.nan)
         self.remember(
             "samples", _append_present, "present", begin=begin, keep=_drop_oldest, over_time=_recorded_samples
         )
