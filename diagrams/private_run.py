@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
+from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.wires import Feed, Level, leaf_systems
@@ -35,7 +36,7 @@ def remove_unread_blocks(builder: DiagramBuilder, signals: Mapping[str, OutputPo
     root = Level.root(builder)
     parts = {system: [*leaf_systems(system, root)] for system in builder.GetSystems()}
     leaf_parts = {leaf: part for part, leaves in parts.items() for leaf, _ in leaves}
-    running = [part for part, leaves in parts.items() if not all(isinstance(leaf, ArrayBlock) for leaf, _ in leaves)]
+    running = [part for part, leaves in parts.items() if any(_runs_alone(leaf) for leaf, _ in leaves)]
     for reader in running:  # which grows
         sources = {leaf_parts[block] for leaf, level in parts[reader] for block in _input_blocks(leaf, level)}
         running += [part for part in parts if part in sources and part not in running]
@@ -89,6 +90,11 @@ def fuse_loop(builder: DiagramBuilder, signals: Mapping[str, OutputPort]) -> dic
     return kept_ports | {name: block.GetOutputPort(output) for name, output in fused.items()}
 
 
+def _runs_alone(leaf: LeafSystem) -> bool:
+    """Whether a block runs even if nothing reads it: it is no function of its inputs, or logs values."""
+    return bool(leaf.logs) if isinstance(leaf, ArrayBlock) else not isinstance(leaf, MatrixGain)
+
+
 def _open_feeds(leaf: LeafSystem, level: Level) -> dict[str, Feed]:
     """Feeds of the inputs of a block, by name."""
     feeds = {name: level.feed(port) for name, port in inputs(leaf).items()}
@@ -96,7 +102,7 @@ def _open_feeds(leaf: LeafSystem, level: Level) -> dict[str, Feed]:
 
 
 def _input_blocks(leaf: LeafSystem, level: Level) -> Iterator[LeafSystem]:
-    """The blocks that a block reads."""
+    """The functions of their inputs that a block reads."""
     for feed in map(level.feed, map(leaf.get_input_port, range(leaf.num_input_ports()))):
-        if feed is not None and isinstance(feed.system, ArrayBlock | Diagram):
+        if feed is not None and isinstance(feed.system, ArrayBlock | MatrixGain | Diagram):
             yield feed.level.leaf_output(feed.output)[0].get_system()

@@ -5,50 +5,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import (
-    Context,
-    Diagram,
-    DiagramBuilder,
-    EventStatus,
-    InputPort,
-    LeafSystem,
-    OutputPort,
-    PortDataType,
-)
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort, PortDataType
 from pydrake.systems.primitives import Multiplexer, VectorLogSink
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.cached import Cached
 from soft_gripper.diagrams.signal_labels import Labels, labels_of
-from soft_gripper.diagrams.signal_sources import LoggedPort, Samples, SignalSource, SignalSources
+from soft_gripper.diagrams.signal_sources import DerivedProduct, LoggedPort, Samples, SignalSource, SignalSources
 from soft_gripper.signals import Signal, signal_of
-
-
-class ValueLog(LeafSystem):
-    """Logs the values of a port as a VectorLogSink logs vectors: in its context, from the beginning of a run.
-
-    ::
-
-        value (any Python object) ---> ValueLog
-    """
-
-    def __init__(self, period: float):
-        """Samples a value every `period` s."""
-        super().__init__()
-        self._value = self.DeclareAbstractInputPort("value", AbstractValue.Make(object()))
-        self._log = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
-        self.DeclarePeriodicPublishEvent(period, 0.0, self._keep)
-        self.DeclareForcedPublishEvent(self._keep)
-
-    def values(self, root_context: Context) -> list[Any]:
-        """The logged values, from the context of the root diagram."""
-        log: list[Any] = self._log.Eval(self.GetMyContextFromRoot(root_context))
-        return log
-
-    def _keep(self, context: Context) -> EventStatus:
-        self._log.Eval(context).append(self._value.Eval(context))
-        return EventStatus.Succeeded()
 
 
 class SignalLogs(Diagram):
@@ -66,16 +31,16 @@ class SignalLogs(Diagram):
         names = _logged_ports(self._sources, sources.ports)
         ports = {i: sources.ports[i] for i in names}
         self._sizes = {i: p.size() for i, p in ports.items() if p.get_data_type() == PortDataType.kVectorValued}
-        self._values: dict[int, ValueLog] = {}
+        self._values: dict[int, tuple[ArrayBlock, Cached]] = {}  # blocks that log values, and these
         multiplexer = builder.AddNamedSystem("vectors", Multiplexer([*self._sizes.values()]))
         self._sink = builder.AddNamedSystem("log", VectorLogSink(multiplexer.get_output_port().size(), period))
         builder.Connect(multiplexer.get_output_port(), self._sink.get_input_port())
         for i, port_number in enumerate(self._sizes):
             builder.ExportInput(multiplexer.get_input_port(i), names[port_number])
-        for port_number, name in names.items():
+        for port_number, port in ports.items():
             if port_number not in self._sizes:
-                self._values[port_number] = builder.AddNamedSystem(name, ValueLog(period))
-                builder.ExportInput(self._values[port_number].get_input_port(), name)
+                block = port.get_system()
+                self._values[port_number] = block, block.log(port.get_name(), period)
         builder.BuildInto(self)
 
     @cached_property
@@ -85,7 +50,7 @@ class SignalLogs(Diagram):
 
     @property
     def port_numbers(self) -> list[int]:
-        """The logged ports, in the order of the inputs, by their indices among those of the sources."""
+        """The logged ports by their indices among those of the sources: the inputs in order, then values of blocks."""
         return [*self._sizes, *self._values]
 
     def samples(self, root_context: Context) -> Samples:
@@ -93,7 +58,7 @@ class SignalLogs(Diagram):
         log = self._sink.FindLog(root_context)
         ends = np.cumsum([*self._sizes.values()])
         vectors = dict(zip(self._sizes, np.split(log.data().T.copy(), ends[:-1], axis=1), strict=True))
-        values = {port_number: [*sink.values(root_context)] for port_number, sink in self._values.items()}
+        values = {i: [*log.Eval(block.GetMyContextFromRoot(root_context))] for i, (block, log) in self._values.items()}
         return self.make_samples(log.sample_times().copy(), vectors | values)
 
     def make_samples(self, time: Array, logged: Mapping[int, Any]) -> Samples:
@@ -103,8 +68,8 @@ class SignalLogs(Diagram):
     def clear(self, root_context: Context) -> None:
         """Forgets all samples, in the context of the root diagram."""
         self._sink.FindMutableLog(root_context).Clear()
-        for sink in self._values.values():
-            sink.values(root_context).clear()
+        for block, log in self._values.values():
+            log.Eval(block.GetMyContextFromRoot(root_context)).clear()
 
 
 def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period: float) -> SignalLogs:
@@ -118,7 +83,7 @@ def add_logs(builder: DiagramBuilder, signals: Mapping[str, OutputPort], period:
     sources = SignalSources(builder, period)
     logs = SignalLogs(signals, sources, period)
     builder.AddNamedSystem("logs", logs)
-    for i, port_number in enumerate(logs.port_numbers):
+    for i, port_number in enumerate(logs.port_numbers[: logs.num_input_ports()]):
         port = sources.ports[port_number]
         connect = builder.ConnectToSame if isinstance(port, InputPort) else builder.Connect
         connect(port, logs.get_input_port(i))
@@ -130,12 +95,12 @@ def _logged_ports(sources: Mapping[str, SignalSource], ports: Sequence[OutputPor
     port_names = {
         source.number: name for name, source in reversed(list(sources.items())) if isinstance(source, LoggedPort)
     }
-    blocks = [source.derived for source in sources.values() if not isinstance(source, LoggedPort)]
-    while blocks:
-        for source in blocks.pop().leaves.values():
-            if isinstance(source, LoggedPort):
-                port = ports[source.number]
-                port_names.setdefault(source.number, f"{port.get_system().get_name()}.{port.get_name()}")
-            else:
-                blocks.append(source.derived)
+    pending = list(sources.values())
+    while pending:
+        source = pending.pop()
+        if isinstance(source, LoggedPort):
+            port = ports[source.number]
+            port_names.setdefault(source.number, f"{port.get_system().get_name()}.{port.get_name()}")
+        else:
+            pending += [source.source] if isinstance(source, DerivedProduct) else source.derived.leaves.values()
     return port_names

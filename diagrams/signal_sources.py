@@ -1,7 +1,7 @@
 """The ports from which the signals of a run follow.
 
-An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples. So a port of such a
-block needs no log if its inputs can be traced back to logged ports.
+An ArrayBlock computes its outputs at all samples of a recording from its inputs at all samples, and so does a
+MatrixGain of the root diagram. So a port of such a block needs no log if its inputs can be traced back to logged ports.
 """
 
 import logging
@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
+from pydrake.systems.framework import DiagramBuilder, InputPort, LeafSystem, OutputPort, System
+from pydrake.systems.primitives import MatrixGain
 
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
@@ -47,7 +48,15 @@ class DerivedOutput(NamedTuple):
     name: str
 
 
-SignalSource = LoggedPort | DerivedOutput
+@dataclass(frozen=True, eq=False)
+class DerivedProduct:
+    """Output of a MatrixGain, computed from its input."""
+
+    gain: Array
+    source: "SignalSource"
+
+
+SignalSource = LoggedPort | DerivedOutput | DerivedProduct
 
 
 class SignalSources:
@@ -65,6 +74,7 @@ class SignalSources:
         self._period = period
         self._blocks: dict[tuple[System, frozenset[str]], DerivedBlock] = {}
         self._outputs: dict[tuple[System, str], DerivedOutput | None] = {}
+        self._products: dict[System, DerivedProduct] = {}  # by the MatrixGain
 
     def find(self, port: OutputPort) -> SignalSource:
         """The source of a port of the builder's systems."""
@@ -88,6 +98,10 @@ class SignalSources:
             output = self._follow(system, port.get_name(), level)
             if output is not None:
                 return output
+        if isinstance(system, MatrixGain) and level.diagram is None:
+            product = self._multiply(system, level)
+            if product is not None:
+                return product
         root_port = level.root_port(port)
         return None if root_port is None else self._log_port(root_port)
 
@@ -104,14 +118,22 @@ class SignalSources:
                 self._outputs[key] = DerivedOutput(block, name)
         return self._outputs[key]
 
-    def _leaf(self, system: ArrayBlock, name: str, level: Level) -> SignalSource | None:
+    def _multiply(self, system: MatrixGain, level: Level) -> DerivedProduct | None:
+        """Output of a gain of the root diagram if its input can be traced, else None."""
+        if system not in self._products:
+            source = self._leaf(system, "u0", level)
+            if source is None:
+                return None
+            self._products[system] = DerivedProduct(system.D(), source)
+        return self._products[system]
+
+    def _leaf(self, system: LeafSystem, name: str, level: Level) -> SignalSource | None:
         if system.HasInputPort(name):
             feed = level.feed(system.GetInputPort(name))
             if feed is not None and isinstance(feed.system, MultibodyPlant) and feed.level.diagram is None:
                 return self._log_output(feed.system, feed.output_index, feed.input)
             return None if feed is None else self._trace(feed.output, feed.level)
-        root_port = level.root_port(system.GetOutputPort(name))
-        return None if root_port is None else self._log_port(root_port)
+        return self._log_port(system.GetOutputPort(name))  # the block logs it, at any level
 
 
 class Samples:
@@ -131,6 +153,7 @@ class Samples:
         self.time, self._sources, self._logged = time, sources, logged
         self._steps: dict[DerivedBlock, _BlockSteps] = {}  # of blocks, some of whose outputs are not computed yet
         self._output_values: dict[DerivedBlock, dict[str, Array]] = {}  # outputs of blocks, by name
+        self._products: dict[DerivedProduct, Array] = {}
         # Names and sources of joint angles that have not been read, by estimate.
         self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
 
@@ -164,6 +187,10 @@ class Samples:
         """Reads or computes the values of a source; keeps the steps of a block until its last output is computed."""
         if isinstance(source, LoggedPort):
             return self._logged[source.number]
+        if isinstance(source, DerivedProduct):
+            if source not in self._products:
+                self._products[source] = self.values_of(source.source) @ source.gain.T
+            return self._products[source]
         values = self._output_values.setdefault(source.derived, {})
         if source.name not in values:
             steps = self._steps.setdefault(source.derived, _BlockSteps(self, source.derived.leaves))
@@ -174,8 +201,8 @@ class Samples:
 
 
 def _estimate_of(source: SignalSource) -> Any:
-    """Key of the estimate that an output belongs to: block and finger; a logged port is its own key."""
-    return source if isinstance(source, LoggedPort) else (source.derived.block, source.name.rpartition(".")[0])
+    """Key of the estimate that an output belongs to: block and finger; any other source is its own key."""
+    return (source.derived.block, source.name.rpartition(".")[0]) if isinstance(source, DerivedOutput) else source
 
 
 class _BlockSteps(dict[str, Any]):

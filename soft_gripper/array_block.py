@@ -65,6 +65,7 @@ class ArrayBlock(LeafSystem):
         self._tickets: dict[str, set[Any]] = {TIME: {self.time_ticket()}}
         self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
         self._groups: dict[str, int] = {}  # of the discrete state, by the steps that remember
+        self.logs: list[tuple[Cached, Callable[[Context], Any]]] = []  # lists of values, and what computes the next one
         if period is not None:
             self._last = int(self.DeclareDiscreteState([np.inf]))  # time of the last sample, s; infinite before any
             self.DeclareInitializationDiscreteUpdateEvent(weakly(self._begin))
@@ -112,6 +113,18 @@ class ArrayBlock(LeafSystem):
         calc = partial(weakly(self._calc_step), name)
         port = self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(object()), calc, tickets)
         self._add_leaf(name, Step(), port.Eval, tickets)
+
+    def log(self, name: str, period: float) -> Cached:
+        """Logs a step of `show` every `period` s from the beginning of a run; returns the list of its values.
+
+        It is computed for the log alone: in most runs nothing else reads it.
+        """
+        values = Cached(self, "log", lambda _, value: value.set_value([]), {self.nothing_ticket()})
+        self.logs.append((values, self._calcs[name]))
+        keep = partial(weakly(self._log_value), len(self.logs) - 1)
+        self.DeclarePeriodicPublishEvent(period, 0.0, keep)
+        self.DeclareForcedPublishEvent(keep)
+        return values
 
     def sample(
         self,
@@ -283,6 +296,10 @@ class ArrayBlock(LeafSystem):
 
     def _last_sample(self, context: Context) -> float:
         return float(context.get_discrete_state(self._last).value()[0])
+
+    def _log_value(self, i: int, context: Context) -> None:
+        values, calc = self.logs[i]
+        values.Eval(context).append(calc(context))
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
         try:

@@ -340,18 +340,23 @@ def check_steps(where: str, steps: Steps, commands: Commands) -> None:
 
 
 def add_steps(builder: DiagramBuilder, where: str, steps: Steps, duration: float, commands: Commands) -> Ports:
-    """Adds `{finger}.{kind}_steps` for each command; returns the signals `{finger}.{kind}_command`.
+    """Adds `{kind}_steps`, if there are commands; returns the signals `{finger}.{kind}_command`.
 
     Each step is held for `duration` s; see `steps_of`.
     """
-    signals = {}
-    for finger, command in commands.inputs.items():
+    values = {}
+    for finger in commands.inputs:
         paths = [path for names in commands.axes[finger].values() for path in names]
-        source = StepSource(steps_of(where, steps, finger, paths), duration)
-        builder.AddNamedSystem(f"{finger}.{commands.kind}_steps", source)
-        builder.Connect(source.get_output_port(), command)
-        signals[f"{finger}.{commands.kind}_command"] = commands.described(finger, source.get_output_port())
-    return signals
+        values[finger] = steps_of(where, steps, finger, paths)
+    if not values:
+        return {}
+    source = builder.AddNamedSystem(f"{commands.kind}_steps", StepSource(values, duration))
+    for finger, command in commands.inputs.items():
+        builder.Connect(source.GetOutputPort(finger), command)
+    return {
+        f"{finger}.{commands.kind}_command": commands.described(finger, source.GetOutputPort(finger))
+        for finger in values
+    }
 
 
 _STEP_TOLERANCE = 1e-9  # s before a step is due, by which the sum of sampling periods may fall short
@@ -359,30 +364,30 @@ _MAX_RUN_TIME = 1e9  # s, of any run
 
 
 class StepSource(Diagram):
-    """Outputs values in turn, each for the same time from the beginning of a run, then holds the last one.
+    """Outputs values in turn, each for the same time from the beginning of a run, then holds the last ones.
 
     ::
 
-        time ------> elapsed ---> which step (steps), 1 and else 0 ---> value (C)
+        time ------> elapsed ---> which step (steps), 1 and else 0 ---> {name} (C), for every name
         begin ---------^
 
     Nothing in it is written in Python, because the plant reads it at every step.
     """
 
-    def __init__(self, values: Array, duration: float):
-        """`values`, (steps,) or (steps, C), of `duration` s each."""
+    def __init__(self, values: Mapping[str, Array], duration: float):
+        """`values` by name, (steps, C) each, of `duration` s each."""
         super().__init__()
-        rows = np.reshape(values, (len(values), -1))
         builder = DiagramBuilder()
         time = TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, _MAX_RUN_TIME], [[0.0, _MAX_RUN_TIME]]))
         elapsed = builder.AddNamedSystem("elapsed", Adder(2, 1))
         begin = builder.AddNamedSystem("begin", RunBegin())
         builder.Connect(builder.AddNamedSystem("time", time).get_output_port(), elapsed.get_input_port(0))
         builder.Connect(begin.get_output_port(), elapsed.get_input_port(1))
-        mesh = BarycentricMeshSystem(*_step_mesh(len(rows), duration))
+        mesh = BarycentricMeshSystem(*_step_mesh(len(next(iter(values.values()))), duration))
         step = add_stage(builder, "step", mesh, elapsed.get_output_port())
-        value = add_stage(builder, "value", MatrixGain(np.ascontiguousarray(rows.T)), step)
-        builder.ExportOutput(value, "value")
+        for name, rows in values.items():
+            value = add_stage(builder, name, MatrixGain(np.ascontiguousarray(rows.T)), step)
+            builder.ExportOutput(value, name)
         builder.BuildInto(self)
 
 

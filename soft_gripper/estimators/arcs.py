@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array, Planar
-from soft_gripper.fingers.kinematics import planar_vector, rotated
+from soft_gripper.fingers.kinematics import planar_vector, rotated, unit_vectors
 from soft_gripper.sensors.sensor_layout import SensorLayout
 
 _TINY = 1e-100  # lost in any other number; added to 0 it makes sin(x) / x exactly 1
@@ -64,7 +64,7 @@ class Arcs(NamedTuple):
     def centers(self) -> Planar:
         """Centre of each arc, m in B; NaN where the arc is straight and has none."""
         radius = self.length / np.where(self.theta == 0, np.nan, self.theta)
-        return self.start + 1j * radius * np.exp(1j * self.heading)
+        return self.start + 1j * radius * unit_vectors(self.heading)
 
     @property
     def tip_heading(self) -> Array:
@@ -75,8 +75,7 @@ class Arcs(NamedTuple):
 def chord(theta: Array, length: Array, heading: Array) -> Planar:
     """Vector from the beginning to the end of an arc; exact for every angle, zero included."""
     half_angle = theta / 2 + _TINY
-    direction: Planar = np.exp(1j * (heading + half_angle))
-    return length * (np.sin(half_angle) / half_angle) * direction
+    return length * (np.sin(half_angle) / half_angle) * unit_vectors(heading + half_angle)
 
 
 def join_arcs(theta: Array, length: Array) -> Arcs:

@@ -10,6 +10,7 @@ import numpy as np
 from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.errors import InputError
+from soft_gripper.estimators.batches import map_batches
 from soft_gripper.estimators.driving_torque import driving_port
 from soft_gripper.estimators.estimate import ContactForce, ShapeEstimate, ShapeFunction
 from soft_gripper.estimators.finger_shape import TIP, Places, put_out_arcs, put_out_curve, put_out_places
@@ -298,7 +299,12 @@ class ShapeEstimator(ArrayBlock):
         self.put_out(TIP, lambda places: places[0][..., -1, :], "places", unit="m", xyz=XYZ)
         if estimate.covariance is not None:
             point = (*map(str, joints), "tip")
-            self.derive("variance", lambda shape: places.variance(shape.q, shape.covariance), "shape")
+            self.derive(
+                "variance",
+                lambda shape: places.variance(shape.q, shape.covariance),
+                "shape",
+                over_time=lambda shape: map_batches(places.variance, shape.q, shape.covariance),
+            )
             self.put_out(
                 "position_std", lambda variance: np.sqrt(variance.sum(axis=-1)), "variance", unit="m", point=point
             )

@@ -109,9 +109,18 @@ def planar_vector(x: Array | float, z: Array | float) -> Planar:
     return z + 1j * np.asarray(x)
 
 
+def unit_vectors(angle: Array | float) -> Planar:
+    """exp(i angle), in half the time for a recording and as quickly for one sample, (...)."""
+    angle = np.asarray(angle)
+    vectors: Planar = np.empty(angle.shape, complex)
+    np.cos(angle, out=vectors.real)
+    np.sin(angle, out=vectors.imag)
+    return vectors
+
+
 def rotated(vectors: Planar, angle: Array | float) -> Planar:
     """Rotates planar vectors by angles, rad, from z toward x, (...)."""
-    return vectors * np.exp(1j * angle)
+    return vectors * unit_vectors(angle)
 
 
 def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | None = None) -> Chain:
@@ -120,7 +129,7 @@ def forward_kinematics(q: Array, segment_length: Array | float, shear: Array | N
     `shear` (..., N) m is the sliding distance before every joint along x of the link before it; None: 0.
     """
     headings: Array = _sums_from_zero(q)
-    directions, half = np.exp(1j * headings), np.asarray(segment_length) / 2
+    directions, half = unit_vectors(headings), np.asarray(segment_length) / 2
     to_joints = directions[..., :-1] * (half if shear is None else half + 1j * shear)
     segment_ends: Planar = _sums_from_zero(to_joints + directions[..., 1:] * half)
     return Chain(segment_ends[..., :-1] + to_joints, segment_ends, headings, directions, segment_length)
@@ -132,7 +141,7 @@ def link_directions(q: Array) -> Planar:
     Points of links move as  p = p_0 + directions @ levers , with levers (N, M) of every point along the direction of a
     link; an imaginary part is along the link's normal.
     """
-    return np.exp(1j * q.cumsum(axis=-1))
+    return unit_vectors(q.cumsum(axis=-1))
 
 
 def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array:
@@ -141,8 +150,7 @@ def gravity_torque(finger: Finger, q: Array, gravity: Planar | complex) -> Array
     The links beyond a joint act on it with the moments of their directions.
     `gravity` is the acceleration in the bending plane, z + i x in B, m/s^2, a number or (..., 1).
     """
-    directions = np.exp(1j * q.cumsum(axis=-1))  # as `link_directions`, without a call: this runs at every sample
-    return (np.conj(directions @ finger.mass_moments) * gravity).imag
+    return (np.conj(link_directions(q) @ finger.mass_moments) * gravity).imag
 
 
 def _sums_from_zero(steps: NDArray[Any]) -> Any:

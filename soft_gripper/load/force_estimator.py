@@ -33,7 +33,7 @@ from soft_gripper.arrays import Array, Planar
 from soft_gripper.estimators.driving_torque import DRIVING_TORQUE
 from soft_gripper.estimators.finger_shape import ANGLES
 from soft_gripper.fingers.finger import Finger
-from soft_gripper.fingers.kinematics import as_planar, as_points, rotated
+from soft_gripper.fingers.kinematics import as_points, rotated
 
 SAMPLES = 5
 DELAY = SAMPLES // 2  # delay of the result, samples
@@ -45,7 +45,7 @@ _ACCELERATION_FILTER = np.convolve(_SMOOTHING_WEIGHTS, [1.0, -2.0, 1.0])
 # rate is taken midway between, and its change from there to either counts as tolerance.
 _MIDWAY_FILTER = _ACCELERATION_FILTER / 4
 _RATE_FILTER = np.convolve(_SMOOTHING_WEIGHTS, [-0.5, 0.0, 0.5]) + _MIDWAY_FILTER
-_STATE_FILTERS = np.array([_VALUE_FILTER, _RATE_FILTER, _MIDWAY_FILTER])
+_RATE_FILTERS = np.array([_RATE_FILTER, _MIDWAY_FILTER])
 
 # Other residuals without contact, as fractions of the terms that are known less accurately.
 _INERTIA_UNCERTAINTY = 0.1  # of the torque of inertia
@@ -53,11 +53,13 @@ _DRIVING_UNCERTAINTY = 0.15  # of the change of the driving torque over the samp
 
 
 class Motion(NamedTuple):
-    """Consecutive samples of a finger."""
+    """Samples of a finger, from `TorqueBalance.samples`; leading axes are free."""
 
-    q: Array  # (..., 5, N) rad, joint angles
-    driving: Array  # (..., 5, N) N m, driving torque
-    X_WB: Array  # (..., 5, 3, 4) pose of the base, [R | p]
+    q: Array  # (..., N) rad, joint angles
+    driving: Array  # (..., N) N m, driving torque
+    X_WB: Array  # (..., 3, 4) pose of the base, [R | p]
+    moving: Array  # (..., N) rad, joint angles whose motion stands for the finger's
+    vectors: Array  # (..., 2 N + 1, 3) in the world: along links bent by `moving`, across them; m, to the first joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,23 +90,30 @@ class TorqueBalance:
 
     finger: Finger
 
-    def external_torque(
-        self, motion: Motion, gravity: Array, period: float, moving: Array | None = None
-    ) -> ExternalTorque:
+    def samples(self, q: Array, driving: Array, X_WB: Array, moving: Array | None = None) -> Motion:
+        """Samples of joint angles, driving torque and pose of the base; see `Motion`.
+
+        `moving` None: the motion is that of `q` itself, whose noise accelerations multiply.
+        """
+        moving = q if moving is None else moving
+        headings = moving.cumsum(axis=-1)[..., None]
+        cos, sin = np.cos(headings), np.sin(headings)
+        x, z, origin = (X_WB[..., None, :, i] for i in (0, 2, 3))
+        first_joint = self.finger.segment_length / 2 * z + origin
+        vectors = np.concatenate([cos * z + sin * x, cos * x - sin * z, first_joint], axis=-2)
+        return Motion(q, driving, X_WB, moving, vectors)
+
+    def external_torque(self, motion: Motion, gravity: Array, period: float) -> ExternalTorque:
         """External torque at the middle sample, (..., N) N m.
 
         Args:
-            motion: samples `period` s apart.
+            motion: five samples `period` s apart, (..., 5, ...) each.
             gravity: in the world, (3,) m/s^2.
             period: s.
-            moving: joint angles, rad, (..., 5, N), whose motion stands for the finger's; None: that of `motion` itself,
-                whose noise accelerations multiply.
         """
         finger = self.finger
-        moving = motion.q if moving is None else moving
-        filtered = _STATE_FILTERS @ moving
-        inertia, weight = self._inertia_and_weight(motion._replace(q=moving), gravity, period)
-        damping = filtered[..., 1:, :] * (finger.damping / period)
+        inertia, weight = self._inertia_and_weight(motion, gravity, period)
+        damping = _RATE_FILTERS @ motion.moving * (finger.damping / period)
         elastic = finger.elastic_torque(_VALUE_FILTER @ motion.q)
         torque = elastic + damping[..., 0, :] - _VALUE_FILTER @ motion.driving + inertia - weight
         driving_change = motion.driving.max(axis=-2) - motion.driving.min(axis=-2)
@@ -112,23 +121,20 @@ class TorqueBalance:
 
     def _inertia_and_weight(self, motion: Motion, gravity: Array, period: float) -> Array:
         """Torques of inertia and of weight at the middle sample, (2, ..., N) N m."""
-        headings = motion.q.cumsum(axis=-1)
-        cos, sin = np.cos(headings), np.sin(headings)
-        # Axes and origin of B at every sample, (..., 5, 4), seen in the bending plane of the middle one: z + i x.
-        plane = as_planar(motion.X_WB[..., DELAY, :, ::2])
-        frames = (plane[..., None, None, :] @ motion.X_WB)[..., 0, :]
-        frames = frames * (_ACCELERATION_FILTER / period**2)[:, None]
-        x, z = frames[..., None, :, 0], frames[..., None, :, 2]
-        tangents = (z @ cos + x @ sin)[..., 0, :]
-        normals = (x @ cos - z @ sin)[..., 0, :]
-        base = np.add.reduce(frames, axis=-2)
-        first_joint_acceleration = self.finger.segment_length / 2 * base[..., 2] + base[..., 3]
+        segments, plane = self.finger.segments, motion.X_WB[..., DELAY, :, 2::-2]  # z and x of the bending plane
+        flat = motion.vectors.reshape(*motion.vectors.shape[:-2], -1)
+        accelerations = (_ACCELERATION_FILTER / period**2 @ flat).reshape(*flat.shape[:-2], -1, 3)
+        in_plane: Planar = (accelerations @ plane).view(complex)[..., 0]
+        tangents, normals, first_joint = in_plane[..., :segments], in_plane[..., segments:-1], in_plane[..., -1:]
+        headings = motion.q[..., DELAY, :].cumsum(axis=-1)
+        if motion.moving is not motion.q:
+            turn = headings - motion.moving[..., DELAY, :].cumsum(axis=-1)
+            cos, sin = np.cos(turn), np.sin(turn)
+            tangents, normals = tangents * cos + normals * sin, normals * cos - tangents * sin
         normal_levers, tangent_levers = self._inertia
-        inertia = (
-            normals @ normal_levers + tangents @ tangent_levers + first_joint_acceleration[..., None] * self._moments
-        )
-        weight = (plane @ gravity)[..., None] * self._moments
-        torques = as_points(rotated(np.array([inertia, weight]), -headings[..., DELAY, :]))[..., 0]
+        inertia = normals @ normal_levers + tangents @ tangent_levers + first_joint * self._moments
+        weight = (gravity @ plane).view(complex) * self._moments
+        torques = rotated(np.array([inertia, weight]), -headings).imag
         # Sums over each joint and all beyond it.
         sums: Array = torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
         return sums
@@ -195,45 +201,45 @@ class ForceEstimator(ArrayBlock):
         self._finger, self._balance = finger, TorqueBalance(finger)
         self._gravity, self._period, self._noisy = gravity, period, noisy
         joints = finger.segments
-        sizes = {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}
-        for name, size in sizes.items():
+        for name, size in {ANGLES: joints, DRIVING_TORQUE: joints, "X_WB": 12}.items():
             self.take(name, size)
-        begin = np.full((SAMPLES - 1, sum(sizes.values())), np.nan)
-        self.remember("samples", _append_present, *sizes, begin=begin, keep=_drop_oldest, over_time=_recorded_samples)
+        self.derive("present", self._present, ANGLES, DRIVING_TORQUE, "X_WB")
+        begin = np.full((SAMPLES - 1, self._present(np.zeros(joints), np.zeros(joints), np.zeros(12)).size), np.nan)
+        self.remember(
+            "samples", _append_present, "present", begin=begin, keep=_drop_oldest, over_time=_recorded_samples
+        )
         self.derive("external", self._external_torque, "samples")
         self.put_out("free_bending_angles", finger.angle, DRIVING_TORQUE, unit="rad", joint=range(joints))
         for name, part in (("external_torque", "torque"), ("torque_tolerance", "tolerance")):
             self.put_out(name, attrgetter(part), "external", unit="N m", joint=range(joints))
 
+    def _present(self, q: Array, driving: Array, X_WB: Array) -> Array:
+        """What a sample contributes to the balance, of inputs (..., size), side by side."""
+        moving = self._finger.angle(driving) if self._noisy else None
+        sample = self._balance.samples(q, driving, X_WB.reshape(*X_WB.shape[:-1], 3, 4), moving)
+        others = () if moving is None else (moving,)
+        return np.concatenate([q, driving, X_WB, sample.vectors.reshape(*q.shape[:-1], -1), *others], axis=-1)
+
     def _external_torque(self, samples: Array) -> ExternalTorque:
-        """External torque at the middle of samples, (..., 5, 2 N + 12)."""
-        joints = self._finger.segments
-        q, driving = samples[..., :joints], samples[..., joints : 2 * joints]
-        X_WB = samples[..., 2 * joints :].reshape(*samples.shape[:-1], 3, 4)
-        motion = Motion(q, driving, X_WB)
-        return self._balance.external_torque(motion, self._gravity, self._period, self._moving(motion))
-
-    def _moving(self, motion: Motion) -> Array | None:
-        """The present shape, moved as the driving torque moves a free finger."""
-        if not self._noisy:
-            return None
-        free_angles = self._finger.angle(motion.driving)
-        return motion.q[..., DELAY, None, :] + free_angles - free_angles[..., DELAY, None, :]
+        """External torque at the middle of samples side by side, (..., 5, size)."""
+        joints, axes = self._finger.segments, samples.shape[:-1]
+        pose, vectors = 2 * joints, 2 * joints + 12
+        q, X_WB = samples[..., :joints], samples[..., pose:vectors].reshape(*axes, 3, 4)
+        end = vectors + 3 * (2 * joints + 1)
+        moving = samples[..., end:] if self._noisy else q
+        motion = Motion(q, samples[..., joints:pose], X_WB, moving, samples[..., vectors:end].reshape(*axes, -1, 3))
+        return self._balance.external_torque(motion, self._gravity, self._period)
 
 
-def _append_present(samples: Array, *inputs: Array) -> Array:
-    """The samples remembered and the present one, (..., 5, 2 N + 12): joint angles, driving torque, X_WB."""
-    return np.concatenate([samples, np.concatenate(inputs, axis=-1)[..., None, :]], axis=-2)
+def _append_present(samples: Array, present: Array) -> Array:
+    """The samples remembered and the present one, (..., 5, size)."""
+    return np.concatenate([samples, present[..., None, :]], axis=-2)
 
 
 def _drop_oldest(samples: Array) -> Array:
     return samples[..., 1:, :]
 
 
-def _recorded_samples(*inputs: Array) -> Array:
-    """Samples that `_append_present` returns along a recording, (T, 5, 2 N + 12); the first is not kept."""
-    present = np.concatenate(inputs, axis=-1)
-    all_samples = np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]])
-    samples = windows(all_samples).copy()
-    samples[:, -1] = present
-    return samples
+def _recorded_samples(present: Array) -> Array:
+    """Samples that `_append_present` returns along a recording, (T, 5, size); the first is not kept."""
+    return windows(np.concatenate([np.full((SAMPLES, present.shape[-1]), np.nan), present[1:]]))

@@ -482,9 +482,10 @@ class TrueContact(ArrayBlock):
 
     def _collect(self, context: Context) -> Array:
         """Collects the table of patches, without columns at omitted samples."""
-        intervals = 0.0 if self._interval is None else self._run_time(context) / self._interval
-        if abs(intervals - round(intervals)) > _TIME_TOLERANCE:
-            return _LEFT_OUT
+        if self._interval is not None:
+            intervals = self._run_time(context) / self._interval
+            if abs(intervals - round(intervals)) > _TIME_TOLERANCE:
+                return _LEFT_OUT
         contact_patches = list(patches(self._results.Eval(context), self._links))
         if not contact_patches:
             return _EMPTY_TABLE

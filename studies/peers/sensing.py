@@ -24,11 +24,12 @@ def sense(task: PeerTask, q: Array, pressure: Array) -> tuple[Array, Array, Plan
     driving = pressure[..., None] * finger.pressure_gain
     angles = BendSharing(layout).joint_angles(arcs.theta, driving, -complex(gravity[2]))
     X_WB = np.broadcast_to(np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0]]), (*pressure.shape, 3, 4))
+    balance = TorqueBalance(finger)
     # Five samples each; at first there are fewer.
     histories = [
         np.concatenate([np.full((SAMPLES - 1, *values.shape[1:]), np.nan), values])
-        for values in (angles, driving, X_WB)
+        for values in balance.samples(angles, driving, X_WB)
     ]
     motion = Motion(*(np.moveaxis(windows(history), 1, 2) for history in histories))
-    external = TorqueBalance(finger).external_torque(motion, gravity, task.period)
+    external = balance.external_torque(motion, gravity, task.period)
     return strain, arcs.theta, joints_on_arcs(layout, arcs), angles, external.torque

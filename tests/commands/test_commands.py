@@ -55,8 +55,8 @@ def test_show_draws_the_blocks(ending: str) -> None:
     drawing = Path(f"blocks.{ending}").read_text()
     if ending == "svg":
         assert ET.fromstring(drawing).tag.endswith("svg")
-    of_a_finger = ("pressure_drive", "pressure_steps", "sensors", "estimation", "scoring")
-    for block in ("plant", "logs", *(f"left_finger.{name}" for name in of_a_finger)):
+    of_a_finger = ("pressure_drive", "sensors", "estimation", "scoring")
+    for block in ("plant", "logs", "pressure_steps", *(f"left_finger.{name}" for name in of_a_finger)):
         assert block in drawing
     assert files() == [f"blocks.{ending}"]
 

@@ -45,7 +45,7 @@ def found(layout, theta, pressure=PRESSURE):
     """External torque at the joints of a finger at rest, without weight, from the bend of its sections."""
     driving = layout.finger.pressure_torque(pressure)
     q = BendSharing(layout).joint_angles(theta, driving, 0.0)
-    return TorqueBalance(layout.finger).external_torque(at_rest(q, driving), np.zeros(3), 0.01).torque
+    return TorqueBalance(layout.finger).external_torque(at_rest(layout.finger, q, driving), np.zeros(3), 0.01).torque
 
 
 def under_load(finger, torque):

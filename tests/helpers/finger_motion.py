@@ -3,17 +3,18 @@
 import numpy as np
 from pydrake.math import RotationMatrix
 
-from soft_gripper.load.force_estimator import SAMPLES, Motion
+from soft_gripper.load.force_estimator import SAMPLES, TorqueBalance
 
 Y = np.array([0.0, 1.0, 0.0])
 UPRIGHT = np.eye(3)
 TILTED = np.array([2.0, 1.0, -2.0]) / 3
 
 
-def at_rest(q, driving=0.0, R=UPRIGHT):
+def at_rest(finger, q, driving=0.0, R=UPRIGHT):
     """Samples of a finger that does not move."""
     X_WB = np.column_stack([R, [1.0, 2.0, 3.0]])
-    return Motion(np.tile(q, (SAMPLES, 1)), np.full((SAMPLES, len(q)), driving), np.tile(X_WB, (SAMPLES, 1, 1)))
+    values = np.tile(q, (SAMPLES, 1)), np.full((SAMPLES, len(q)), driving), np.tile(X_WB, (SAMPLES, 1, 1))
+    return TorqueBalance(finger).samples(*values)
 
 
 def wave(time, order, size, rate, phase=0.0):
@@ -57,4 +58,5 @@ def moving(finger, axis, time, period):
     times = time + (np.arange(SAMPLES) - SAMPLES // 2) * period
     X_WB = [np.column_stack([turn(axis, t)[0], position(t)]) for t in times]
     q = [bend(finger.segments, t) for t in times]
-    return Motion(np.array(q), finger.pressure_torque(chamber_pressure(times)), np.array(X_WB))
+    driving = finger.pressure_torque(chamber_pressure(times))
+    return TorqueBalance(finger).samples(np.array(q), driving, np.array(X_WB))

@@ -90,14 +90,14 @@ def test_at_rest_it_is_what_the_static_balance_lacks(tapered_finger, bent, drake
     finger, R = replace(tapered_finger, elastic_law=law), turn(TILTED, TIME)[0]
     for q, driving in zip(bent(20, 5), 0.1 * bent(20, 5), strict=True):
         known = driving + drake_weight(finger, q, R.T @ GRAVITY)
-        found = TorqueBalance(finger).external_torque(at_rest(q, driving, R), GRAVITY, 0.01)
+        found = TorqueBalance(finger).external_torque(at_rest(finger, q, driving, R), GRAVITY, 0.01)
         torque, tolerance = found.torque, found.tolerance
         np.testing.assert_allclose(torque, finger.elastic_torque(q) - known, atol=1e-11)
         np.testing.assert_allclose(tolerance, 0.0, atol=1e-11)
 
 
 def test_what_drives_a_finger_may_change(shipped_finger):
-    balance, still = TorqueBalance(shipped_finger), at_rest(np.zeros(12))
+    balance, still = TorqueBalance(shipped_finger), at_rest(shipped_finger, np.zeros(12))
     for change in (-40e3, 40e3):
         changing = still._replace(driving=shipped_finger.pressure_torque(change * np.array([0.0, 0.0, 0.0, 0.5, 1.0])))
         tolerance = balance.external_torque(changing, NO_GRAVITY, 0.01).tolerance

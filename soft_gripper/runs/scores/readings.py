@@ -151,10 +151,10 @@ def external_torque_again(
     shape, X_WB = readings.estimate(estimator), recording.samples(f"{finger.name}.X_WB")
     torque = shape.external_torque
     if torque is None:
-        motion = Motion(*map(windows, (shape.q, readings.driving(estimator), X_WB)))
-        gravity, period = compensated_gravity(station.scenario), readings.period
-        balance = TorqueBalance(readings.layout.finger).external_torque(motion, gravity, period).torque
-        torque = np.concatenate([np.full((SAMPLES - 1, shape.q.shape[-1]), np.nan), balance])
+        balance = TorqueBalance(readings.layout.finger)
+        motion = Motion(*map(windows, balance.samples(shape.q, readings.driving(estimator), X_WB)))
+        known = balance.external_torque(motion, compensated_gravity(station.scenario), readings.period).torque
+        torque = np.concatenate([np.full((SAMPLES - 1, shape.q.shape[-1]), np.nan), known])
     return torque[recording.sample_numbers]
 
 

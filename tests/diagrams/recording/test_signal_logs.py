@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
+from soft_gripper.array_block import ArrayBlock
 from soft_gripper.diagrams.recording import Recording, read_logs
-from soft_gripper.diagrams.signal_logs import ValueLog, add_logs
+from soft_gripper.diagrams.signal_logs import add_logs
 from soft_gripper.signals import XZ, describe
 
 PHASES = ("go there", "close", "over")
@@ -86,23 +86,20 @@ def test_every_sample_is_there_once():
     np.testing.assert_array_equal(recording.samples("ramp")[recording.sample_numbers], recording.values("ramp"))
 
 
-class Clock(LeafSystem):
+class Clock(ArrayBlock):
     """Puts the time out as a string."""
 
     def __init__(self):
         super().__init__()
-        self.DeclareAbstractOutputPort("time", lambda: AbstractValue.Make(object()), self._calc)
-
-    def _calc(self, context, value):
-        value.set_value(f"{context.get_time():.1f}")
+        self.show("text", lambda context: f"{context.get_time():.1f}", {self.time_ticket()})
 
 
 def test_values_are_kept_with_the_period_and_every_run_begins_anew():
     builder = DiagramBuilder()
-    clock, log = builder.AddSystem(Clock()), builder.AddSystem(ValueLog(0.5))
-    builder.Connect(clock.get_output_port(), log.get_input_port())
+    clock = builder.AddSystem(Clock())
+    log = clock.log("text", 0.5)
     diagram = builder.Build()
     for end, expected in ((1.2, ["0.0", "0.5", "1.0"]), (0.7, ["0.0", "0.5"])):
         simulator = Simulator(diagram)
         simulator.AdvanceTo(end)
-        assert log.values(simulator.get_context()) == expected
+        assert log.Eval(clock.GetMyContextFromRoot(simulator.get_context())) == expected

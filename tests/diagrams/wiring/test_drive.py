@@ -153,7 +153,7 @@ def value(source, context, time):
 
 @pytest.mark.parametrize("begin", [0.0, 0.1, 10.0, 12.34])
 def test_steps_count_from_the_beginning_of_a_run(begin):
-    source = StepSource(np.array([0.1, -2.7, 3.3]), 0.5)
+    source = StepSource({"left": np.array([[0.1], [-2.7], [3.3]])}, 0.5)
     simulator = Simulator(source)
     context = simulator.get_mutable_context()
     context.SetTime(begin)
