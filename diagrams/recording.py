@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from soft_gripper.registry import registered
 if TYPE_CHECKING:  # imported when a signal is read or plotted
     import xarray as xr
     from matplotlib.figure import Figure
+
+_TIME = "time"
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,34 @@ def read_logs(logs: SignalLogs, root_context: Context, about: Mapping[str, str] 
 
 def make_recording(labels: Labels, samples: Samples, about: Mapping[str, str] | None = None) -> Recording:
     """Labels the samples of signals, which are computed when they are first read; `about` as for `read_logs`."""
-    from soft_gripper.diagrams.signal_dataset import signal_dataset
+    return _SampledRecording(labels, samples, about or {})
 
-    return Recording(signal_dataset(labels, samples, about))
+
+class _SampledRecording(Recording):
+    """Reads values from samples, and labels them once `data` is read: labels take longer than to simulate a grasp."""
+
+    def __init__(self, labels: Labels, samples: Samples, about: Mapping[str, str]):
+        vars(self).update(_labels=labels, _samples=samples, _about=about)
+        self._labels: Labels
+        self._samples: Samples
+        self._about: Mapping[str, str]
+
+    @cached_property
+    def data(self) -> "xr.Dataset":
+        from soft_gripper.diagrams.signal_dataset import signal_dataset
+
+        return signal_dataset(self._labels, self._samples, self._about)
+
+    def __contains__(self, signal: str) -> bool:
+        return signal == _TIME or signal in self._labels.axes or signal in self._labels.coords
+
+    def values(self, signal: str) -> Array:
+        if "data" in vars(self) or signal not in (_TIME, *self._labels.axes):
+            return super().values(signal)
+        if signal == _TIME:
+            return self._samples.time
+        return self._samples[signal].reshape(len(self._samples.time), *self._labels.shape(signal))
+
+    def __reduce__(self) -> Any:
+        """A copy, in another process too, has the values."""
+        return Recording, (self.data,)

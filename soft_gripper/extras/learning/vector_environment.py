@@ -193,7 +193,7 @@ class MujocoStations:
         plant, points = self._station.plant, self._station.scenario.contact_points
         exported = [self._exported[i] for i in rows]
         pairs = zip(exported, variations, strict=True)
-        models = [vary_model(copy.model, copy.file, plant, variation, points) for copy, variation in pairs]
+        models = [vary_model(copy.model, copy.pairs, plant, variation, points) for copy, variation in pairs]
         self._plants.reset(rows, models, np.array([begin_positions(plant, variation) for variation in variations]))
         self._actions[rows] = self.resting
         self._network.give("action", self._actions)

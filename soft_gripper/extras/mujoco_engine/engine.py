@@ -77,10 +77,13 @@ def run_many(scenarios: Sequence[Scenario], described: bool = True) -> Iterator[
     user_stations: Stations = OrderedDict()
     runs = [_serve(scenario, content_of, context_of, user_stations) for scenario in scenarios]
     groups: dict[Any, list[int]] = {}
+    keys: dict[Diagram, Hashable] = {}  # of groups
     outcomes: dict[int, Run | Exception] = {}
     for i, run in enumerate(runs):
         if isinstance(run, ServedRun):
-            groups.setdefault(_structure(run.station) if _serves_many(run.station) else i, []).append(i)
+            if (diagram := run.station.diagram) not in keys:
+                keys[diagram] = _structure(run.station) if _serves_many(run.station) else diagram
+            groups.setdefault(keys[diagram], []).append(i)
         else:
             outcomes[i] = run
     for numbers in groups.values():
@@ -144,9 +147,10 @@ def _serve(
         key = station_key(scenario, content_of)
         plant = None if scenario.arm is not None else plant_key(scenario, content_of)
         build = partial(_build_station, deepcopy(plain_objects(scenario)), plant)  # the caller may change the scenario
-        store = user_stations if has_own_blocks(scenario) else _stations
+        is_own = has_own_blocks(scenario)
+        store = user_stations if is_own else _stations
         station = build() if key is None else get_or_make(store, key, build, _MAX_STATIONS)
-        if not _serves_many(station):
+        if is_own and not _serves_many(station):
             user_stations.pop(key or (), None)
         differences = variation(scenario, station.scenario)
         if differences.poses:
@@ -362,7 +366,9 @@ class _Models:
         steps_of_runs = [(run, step) for step in steps for run in served]
         exported = [self._export(run, step) for run, step in steps_of_runs]
         models = [
-            vary_model(export.model, export.file, run.station.plant, run.variation, run.station.scenario.contact_points)
+            vary_model(
+                export.model, export.pairs, run.station.plant, run.variation, run.station.scenario.contact_points
+            )
             for (run, _), export in zip(steps_of_runs, exported, strict=True)
         ]
         begins = np.array([begin_positions(run.station.plant, run.variation) for run, _ in steps_of_runs])

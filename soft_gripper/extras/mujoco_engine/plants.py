@@ -20,12 +20,13 @@ from soft_gripper.arrays import Array
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError, first_line
 from soft_gripper.extras.export.actuation import arm_actuators
-from soft_gripper.extras.export.mjcf import Mjcf, station_mjcf
+from soft_gripper.extras.export.mjcf import station_mjcf
 from soft_gripper.extras.export.tree import scoped_name
 from soft_gripper.extras.mujoco_engine.blocks import Rows
 from soft_gripper.extras.mujoco_engine.library import load_mujoco
 from soft_gripper.extras.mujoco_engine.normal_forces import NormalForces
 from soft_gripper.extras.mujoco_engine.touching import TouchSensors
+from soft_gripper.extras.mujoco_engine.variation import PairIds
 from soft_gripper.fingers.spatial_chain import vector_product
 
 if TYPE_CHECKING:  # it is optional
@@ -115,7 +116,7 @@ class Exported(NamedTuple):
     """A station in MuJoCo."""
 
     model: "mujoco.MjModel"
-    file: Mjcf
+    pairs: PairIds
     touching: TouchSensors | NormalForces
 
 
@@ -162,7 +163,10 @@ def export_to_mujoco(
     sensors.bind(model)
     if _touches_only_in_pairs(model):
         model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or MuJoCo would search for others at every step
-    return Exported(model, export, sensors)
+    pairs: dict[Any, list[int]] = {}
+    for pair in export.pairs:
+        pairs.setdefault((pair.models, pair.surfaces), []).append(int(model.pair(pair.name).id))
+    return Exported(model, pairs, sensors)
 
 
 def _touches_only_in_pairs(model: "mujoco.MjModel") -> bool:

@@ -13,7 +13,7 @@ the plant, of which each station has a copy. Runs whose diagrams have one struct
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,6 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.simulation import build_key, fingerprint
-from soft_gripper.extras.export.mjcf import Mjcf
 from soft_gripper.extras.export.mjcf_contact import ShapeSurface, friction_coefficients, touch
 from soft_gripper.scenario.schema import (
     ControlConfig,
@@ -42,6 +41,7 @@ if TYPE_CHECKING:  # it is optional
     import mujoco
 
 Key = tuple[str, ...]
+PairIds = Mapping[tuple[tuple[str, str], tuple[ShapeSurface, ShapeSurface]], list[int]]  # by models and surfaces
 _ANY_FILE = "package://soft_gripper/package.xml"  # instead of the file of an object
 
 
@@ -135,13 +135,13 @@ def begin_positions(plant: MultibodyPlant, differences: Variation) -> Array:
 
 
 def vary_model(
-    model: "mujoco.MjModel", exported: Mjcf, plant: MultibodyPlant, differences: Variation, points: int
+    model: "mujoco.MjModel", pairs: PairIds, plant: MultibodyPlant, differences: Variation, points: int
 ) -> "mujoco.MjModel":
     """Copies a model of MuJoCo with other objects; inertia grows with the mass, and with the square of the size.
 
     Args:
         model: in which the models that differ touch others in pairs.
-        exported: its file.
+        pairs: its pairs.
         plant: of Drake.
         differences: of its objects.
         points: on either side of a link.
@@ -168,12 +168,10 @@ def vary_model(
         import mujoco
 
         mujoco.mj_setConst(varied_model, mujoco.MjData(varied_model))
-    contact = cache(partial(_contact, differences=differences, growth=growth, points=points))  # many pairs are alike
-    touched_models, friction, solref = differences.touched, varied_model.pair_friction, varied_model.pair_solref
-    for pair in exported.pairs:
-        if touched_models.intersection(pair.models):
-            pair_id = varied_model.pair(pair.name).id
-            friction[pair_id], solref[pair_id, 0] = contact(pair.models, pair.surfaces)
+    for (models, surfaces), ids in pairs.items():
+        if differences.touched.intersection(models):
+            friction, time = _contact(models, surfaces, differences, growth, points)
+            varied_model.pair_friction[ids], varied_model.pair_solref[ids, 0] = friction, time
     return varied_model
 
 

@@ -71,6 +71,12 @@ class RecordedObject:
         return X_WB
 
     @cached_property
+    def link_poses(self) -> Sequence[Array]:
+        """Poses of the links of each finger in its base, (T, N, 3, 4) [R | p]."""
+        states = self.recording.values("plant.state")
+        return [finger.screws.poses(states)[:, :-1] for finger in self.station.fingers]
+
+    @cached_property
     def contact_centers(self) -> Array:
         """True centres of contact of the fingers in the world, (F, T, 3) m; NaN without contact."""
         return np.stack([self.recording.values(f"{finger.name}.contact_center") for finger in self.station.fingers])
@@ -127,12 +133,11 @@ class RecordedObject:
         """
         if not len(samples):
             return np.empty((0, 0, 2))
-        states, X_WO, shifts = self.recording.values("plant.state")[samples], self.poses[samples], []
-        for finger, X_WB, p_WC in zip(
-            self.station.fingers, self.base_poses[:, samples], self.contact_centers[:, samples], strict=True
-        ):
+        X_WO, shifts = self.poses[samples], []
+        places = (self.base_poses[:, samples], self.contact_centers[:, samples], self.link_poses)
+        for finger, X_WB, p_WC, link_poses in zip(self.station.fingers, *places, strict=True):
             if np.isfinite(p_WC[0]).all():
-                X_BL = finger.screws.poses(states)[:, :-1]
+                X_BL = link_poses[samples]
                 link, on_link = nearest_link(finger, X_BL[0], seen_from(X_WB[0], p_WC[0]))
                 on_object = (p_WC[0] - X_WO[0, :, 3]) @ X_WO[0, :, :3]
                 p_WO = X_WO[..., :3] @ on_object + X_WO[..., 3]
@@ -161,7 +166,7 @@ class RecordedObject:
         touches = np.isfinite(p_WC).all(axis=-1)
         link_numbers, p_WL = np.zeros(touches.shape, int), np.empty_like(p_WC)
         for j, X_WB in enumerate(self.base_poses[:, samples]):
-            X_BL = fingers[j].screws.poses(states)[:, :-1]
+            X_BL = self.link_poses[j][samples]
             link_numbers[:, j], _ = nearest_link(fingers[j], X_BL, seen_from(X_WB, p_WC[:, j]))
             p_BL = X_BL[np.arange(len(samples)), link_numbers[:, j], :, 3]
             p_WL[:, j] = (X_WB[..., :3] @ p_BL[..., None])[..., 0] + X_WB[..., 3]

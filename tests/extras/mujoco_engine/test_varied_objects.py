@@ -26,7 +26,7 @@ def test_masses_frictions_and_poses_are_numbers_of_one_model():
     stations = [make_private_station(scenario, composed=False) for scenario in (base, other)]
     of = variation(other, base)
     one, two = (export_to_mujoco(station, 0.005, ["box"]) for station in stations)
-    found = vary_model(one.model, one.file, stations[0].plant, of, base.contact_points)
+    found = vary_model(one.model, one.pairs, stations[0].plant, of, base.contact_points)
     for field in ("body_mass", "body_inertia", "body_invweight0", "dof_invweight0", "pair_friction", "pair_solref"):
         expected = getattr(two.model, field)
         np.testing.assert_allclose(getattr(found, field), expected, rtol=1e-9, atol=1e-12, err_msg=field)
