@@ -21,7 +21,7 @@ from studies.kept_rows import counted_jobs, kept_rows
 TABLE, SUMMARY, FIGURE = "drift_parts.csv", "drift.csv", "drift"
 COVERED = 90.0, 99.0  # %, at the last minute, under each policy
 MAX_TIP = 2.9  # % of the length, under the best policy
-_STATED = "force_error_n", "force_width_n", "force_covered_percent"  # columns of stated intervals
+_STATED = "force_error_n", "force_width_n", "force_covered_percent", "force_rms_z"  # columns of stated intervals
 
 
 def run(options: argparse.Namespace) -> int:
@@ -81,8 +81,8 @@ def drift_claims(rows: Sequence[PolicyRow]) -> list[Claim]:
 _PANELS = {
     "tip_percent": "mean tip error [% of the length]",
     "shape_covered_percent": "shape: in the 95 % band [%]",
-    "force_width_n": "force: width of the interval [N]",
-    "force_covered_percent": "force: in the 95 % interval [%]",
+    "force_width_n": "transverse force: width of the interval [N]",
+    "force_covered_percent": "transverse force: in the 95 % interval [%]",
 }
 _COLORS = "#d55e00", "#0072b2", "#009e73"
 
