@@ -81,8 +81,8 @@ def drift_claims(rows: Sequence[PolicyRow]) -> list[Claim]:
 _PANELS = {
     "tip_percent": "mean tip error [% of the length]",
     "shape_covered_percent": "shape: in the 95 % band [%]",
-    "force_width_n": "transverse force: width of the interval [N]",
-    "force_covered_percent": "transverse force: in the 95 % interval [%]",
+    "force_width_n": "force: width of the interval [N]",
+    "force_covered_percent": "force: in the 95 % interval [%]",
 }
 _COLORS = "#d55e00", "#0072b2", "#009e73"
 
