@@ -21,7 +21,7 @@ from studies.kept_rows import counted_jobs, kept_rows
 TABLE, SUMMARY, FIGURE = "drift_parts.csv", "drift.csv", "drift"
 COVERED = 90.0, 99.0  # %, at the last minute, under each policy
 MAX_TIP = 2.9  # % of the length, under the best policy
-_STATED = "force_error_n", "force_width_n", "force_covered_percent"  # columns of stated intervals
+_STATED = "force_error_n", "force_width_n", "force_covered_percent", "force_rms_z"  # columns of stated intervals
 
 
 def run(options: argparse.Namespace) -> int:

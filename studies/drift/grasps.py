@@ -33,7 +33,7 @@ class Grasps(NamedTuple):
     q: Array  # (T, N) rad
     pressure: Array  # (T) Pa
     gravity: Array  # (T, 3) m/s^2 in B
-    force: Array  # (T) N, true, absolute; NaN or 0 without contact
+    force: Array  # (T) N, true, transverse; NaN or 0 without contact
 
 
 def simulated_grasp(seed: int, number: int, times: int = 1) -> Grasps:
@@ -49,7 +49,7 @@ def finger_grasps(recording: Recording) -> Grasps:
         return recording.samples(f"{FINGER}.{name}")[:: round(PERIOD / _SIMULATED)]
 
     gravity = to_base(samples("X_WB"), np.array([0.0, 0.0, -G]))
-    force = np.abs(samples("true_contact_force")).reshape(-1)
+    force = samples("true_transverse_force").reshape(-1)
     return Grasps(samples("sampled_joint_angles"), samples("sampled_pressure").reshape(-1), gravity, force)
 
 

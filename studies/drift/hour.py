@@ -56,7 +56,9 @@ class PolicyEstimates(NamedTuple):
     """Estimates under a policy at some samples."""
 
     shape: ShapeEstimate  # (M, E)
-    interval: Array  # (M, E, 3) N
+    interval: Array  # (M, E, 3) N, of the transverse force
+    force: Array  # (M, E) N, transverse
+    force_std: Array  # (M, E) N
 
 
 def simulate_hour(grasps: list[Grasps], seed: int, minutes: int = MINUTES[-1], sensors: int = SENSORS) -> Hour:
@@ -78,22 +80,30 @@ def estimate_by_contact(hour: Hour, rows: NDArray[np.int_], free_pressure: float
     function = ContactShape(hour.layout, replace(hour.uncertainty, free_pressure=free_pressure), PERIOD)
     readings, std = recorded_zeros(function, hour.readings, hour.driving, hour.gravity)
     inputs: tuple[Any, ...] = readings[rows], hour.driving[rows], hour.gravity[rows], AT_REST, *(s[rows] for s in std)
-    return PolicyEstimates(function(*inputs), function.posterior(*inputs).force_interval)
+    return _policy_estimates(function(*inputs), function.posterior(*inputs).transverse_force_interval)
 
 
 def estimate_by_recursion(hour: Hour, rows: NDArray[np.int_]) -> PolicyEstimates:
     """`recursive`, which estimates the offsets whenever it sees that the finger is free."""
     function, row_set = RecursiveShape(hour.layout, hour.uncertainty, PERIOD), set(rows.tolist())
     state = function.begin(hour.readings.shape[1:2])
-    shapes = list[ShapeEstimate]()
-    intervals = list[Array]()
+    estimates = list[PolicyEstimates]()
     for i, sample in enumerate(zip(hour.readings, hour.driving, hour.gravity, strict=True)):
         state = function.step(state, *sample)
         if i in row_set:
-            shapes.append(function.estimate(state, hour.driving[i]))
-            intervals.append(function.posterior(state, hour.driving[i]).force_interval)
+            interval = function.posterior(state, hour.driving[i]).transverse_force_interval
+            estimates.append(_policy_estimates(function.estimate(state, hour.driving[i]), interval))
+    shapes, *forces = zip(*estimates, strict=True)
     q, covariance = (np.array([getattr(shape, name) for shape in shapes]) for name in ("q", "covariance"))
-    return PolicyEstimates(ShapeEstimate(q, covariance), np.array(intervals))
+    return PolicyEstimates(ShapeEstimate(q, covariance), *(np.array(values) for values in forces))
+
+
+def _policy_estimates(shape: ShapeEstimate, interval: Array) -> PolicyEstimates:
+    contact = shape.contact
+    assert contact is not None
+    assert contact.transverse_force is not None
+    assert contact.transverse_force_std is not None
+    return PolicyEstimates(shape, interval, contact.transverse_force, contact.transverse_force_std)
 
 
 POLICIES: dict[str, Callable[[Hour, NDArray[np.int_]], PolicyEstimates]] = {
@@ -113,9 +123,10 @@ class PolicyRow:
     tip_mm: Annotated[float, ".2f"]  # mean
     tip_percent: Annotated[float, ".2f"]  # mean, of the length
     shape_covered_percent: Annotated[float, ".1f"]  # of the places in their 95 % bands
-    force_error_n: Annotated[float, ".3f"]  # median distance of the median from the true force
+    force_error_n: Annotated[float, ".3f"]  # median distance of the median from the true transverse force
     force_width_n: Annotated[float, ".3f"]  # median width of the 95 % interval
     force_covered_percent: Annotated[float, ".1f"]  # of the intervals that are stated
+    force_rms_z: Annotated[float, ".2f"]  # root mean square error over the standard deviation
     force_stated_percent: Annotated[float, ".1f"]
     samples: int
 
@@ -163,6 +174,7 @@ def policy_rows(
         low, middle, high = np.moveaxis(estimates.interval[minute_rows], -1, 0)
         force, is_stated = hour.truth.force[rows[minute_rows]][:, None], np.isfinite(low)
         covers = (low <= force) & (force <= high)
+        z = (estimates.force[minute_rows] - force) / estimates.force_std[minute_rows]
         tip = float(errors.tip.mean())
         yield DriftRow(
             part=part,
@@ -175,6 +187,7 @@ def policy_rows(
             force_error_n=float(np.median(np.abs(middle - force)[is_stated])),
             force_width_n=float(np.median((high - low)[is_stated])),
             force_covered_percent=100 * float(covers[is_stated].mean()),
+            force_rms_z=float(np.sqrt(np.nanmean(z[is_stated] ** 2))),
             force_stated_percent=100 * float(is_stated.mean()),
             samples=int(is_stated.size),
         )

@@ -31,12 +31,16 @@ HELD, OPEN, PRESSURE = 80, 40, 90e3  # samples of a grasp; Pa
 
 
 def still_grasp(force: float) -> Grasps:
-    """Held for 8 s by a force near the tip, open for 4 s, without any motion between; by statics."""
+    """Held for 8 s by a force across the finger near the tip, open for 4 s, without any motion; by statics."""
     finger, down = read_finger(), 9.81 + 0j
     held = in_balance(finger, PRESSURE, down, [Push(0.1, force)])
     free = in_balance(finger, 0.0, down, [])
     q = np.repeat([held, free], [HELD, OPEN], axis=0)
-    pressure, forces = np.repeat([PRESSURE, 0.0], [HELD, OPEN]), np.repeat([force, 0.0], [HELD, OPEN])
+    directions = np.exp(1j * np.append(0, np.cumsum(held)))
+    place = np.sum(np.diff(np.minimum(finger.link_ends, 0.1)) * directions)  # z + i x, m
+    link = np.searchsorted(finger.joint_arc_lengths, 0.1)
+    transverse = force * np.real(np.conj(place) * directions[link]) / np.abs(place)
+    pressure, forces = np.repeat([PRESSURE, 0.0], [HELD, OPEN]), np.repeat([transverse, 0.0], [HELD, OPEN])
     return Grasps(q, pressure, np.tile([0.0, 0.0, 9.81], (len(q), 1)), forces)
 
 
@@ -61,10 +65,11 @@ def test_bands_hold_under_either_policy(rows):
         assert row.shape_covered_percent >= 90
         assert row.force_covered_percent >= 90
         assert row.force_stated_percent == 100
+        assert 0.4 < row.force_rms_z < 1.3
 
 
 def row(part: int, policy: str, minute: int, **changes: float) -> DriftRow:
-    like = DriftRow(part, policy, minute, 0.5, 1.0 + part, 0.8 + part, 95.0, 0.1, 0.5, 94.0, 100.0, 100)
+    like = DriftRow(part, policy, minute, 0.5, 1.0 + part, 0.8 + part, 95.0, 0.1, 0.5, 94.0, 1.0, 100.0, 100)
     return replace(like, **changes)
 
 
@@ -107,6 +112,6 @@ def test_the_page_shows_what_the_command_writes(tmp_path):
     found = {(row.policy, row.minute): row for row in rows}
     shown = [found[each] for each in SHOWN]
     of_shape = [[row.minute, row.tip_mm, row.tip_percent, row.shape_covered_percent] for row in shown]
-    of_force = [[row.force_error_n, row.force_width_n, row.force_covered_percent] for row in shown]
+    of_force = [[row.force_error_n, row.force_width_n, row.force_covered_percent, row.force_rms_z] for row in shown]
     results = [[*shape, *force] for shape, force in zip(of_shape, of_force, strict=True)]
     assert table_problems(page, "policy | minute | tip [mm]", results) == []

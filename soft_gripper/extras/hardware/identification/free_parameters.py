@@ -70,6 +70,22 @@ def _section_key(name: str, unit: str) -> Key:
     return Key(unit, get, put)
 
 
+def _modulus_ratio(model: Model) -> Sequence[float]:
+    """Young's modulus at the tip over that at the base."""
+    return [float(model.finger.tip.youngs_modulus / model.finger.base.youngs_modulus)]
+
+
+def _set_modulus_ratio(model: Model, values: Sequence[float]) -> Model:
+    """Multiplies the modulus by a factor that is linear along the finger, and 1 at the base."""
+    change, places = values[0] / _modulus_ratio(model)[0] - 1, iter(model.finger.places)
+    return replace(
+        model,
+        finger=model.finger.with_sections(
+            lambda part: replace(part, youngs_modulus=part.youngs_modulus * (1 + change * next(places)))
+        ),
+    )
+
+
 _Parts = tuple[Callable[[Model], Sequence[Any]], Callable[[Model, list[Any]], Model]]  # gets and puts them
 _FINGER_PARTS: _Parts = (lambda model: [model.finger], lambda model, parts: replace(model, finger=parts[0]))
 _SETUP_PARTS: _Parts = (lambda model: [model.setup], lambda model, parts: replace(model, setup=parts[0]))
@@ -178,6 +194,7 @@ def pressure_law_keys(pressures: Sequence[float]) -> dict[str, Key]:
 
 KEYS = {
     "youngs_modulus": _section_key("youngs_modulus", "Pa"),
+    "youngs_modulus_ratio": Key("1", _modulus_ratio, _set_modulus_ratio),
     "density": _section_key("density", "kg/m^3"),
     "chamber_width": _section_key("chamber_width", "m"),
     "chamber_thickness": _section_key("chamber_thickness", "m"),

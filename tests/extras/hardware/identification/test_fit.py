@@ -27,11 +27,14 @@ def softened(finger, ratio, **changes):
 @pytest.mark.slow
 def test_known_parameters_are_found(beam, motion, pool):
     guess = softened(beam, 1.15, relaxation_time=0.013, creep=(CreepBranch(0.2, 0.26),))
-    free, reports = free_parameters(guess, ["youngs_modulus", "relaxation_time", "creep.time"], []), []
+    guess = replace(guess, tip=replace(guess.tip, youngs_modulus=beam.tip.youngs_modulus))
+    names, reports = ["youngs_modulus", "youngs_modulus_ratio", "relaxation_time", "creep.time"], []
+    free = free_parameters(guess, names, [])
     late = motion.with_unknowns(np.array([RELEASE, LET_GO]) + 0.02)
     found = fit(free, [late], pool.map, reports.append)
-    modulus, damping, creep = free.values(found.x)
+    modulus, ratio, damping, creep = free.values(found.x)
     assert modulus == pytest.approx(beam.base.youngs_modulus, rel=0.01)
+    assert ratio == pytest.approx(1, rel=0.01), "of the moduli at tip and base"
     assert damping == pytest.approx(0.01, rel=0.1)
     assert creep == pytest.approx(0.2, rel=0.1)
     assert found.recordings[0].events == pytest.approx((RELEASE, LET_GO), abs=3e-3)
