@@ -20,9 +20,11 @@ def names() -> list[str]:
 
 def command_modules() -> list[Any]:
     """The modules that declare the commands of extras; other folders are not imported, since that takes long."""
-    folder_names = (f"{extra}.commands" for extra in names() if Path(__path__[0], extra, "commands").is_dir())
+    folders = (extra for extra in names() if Path(__path__[0], extra, "commands", "__init__.py").is_file())
     file_names = (entry.name for entry in pkgutil.iter_modules(__path__) if not entry.ispkg)
-    return [import_module(f"{__name__}.{module}") for module in (*folder_names, *file_names)]
+    return [
+        import_module(f"{__name__}.{module}") for module in (*(f"{extra}.commands" for extra in folders), *file_names)
+    ]
 
 
 def added(name: str) -> list[Any]:

@@ -36,12 +36,6 @@ def layout() -> SensorLayout:
     return SensorLayout(read_finger(), 2, borders=BORDERS)
 
 
-def simulate_file(seed: int) -> Contacts:
-    """Simulates the contacts of a file."""
-    with tqdm(total=CONTACTS, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
-        return contact_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
-
-
 @dataclass(frozen=True)
 class ContactMeasurements:
     """Measurements of a contact, the first columns of every file."""
@@ -98,7 +92,8 @@ def _rows(table: Array, contacts: Contacts) -> list[list[float]]:
 def write_samples() -> None:
     """Simulates the contacts and writes the files."""
     for number, (file, seed) in enumerate(FILES.items()):
-        contacts = simulate_file(seed)
+        with tqdm(total=CONTACTS, desc=f"contacts of seed {seed}", unit="contact") as bar, open_executor() as executor:
+            contacts = contact_arrays(run_contacts(CONTACTS, seed, executor, bar.update, places=PLACE_RANGE))
         readings = contact_readings(layout(), contacts, EstimatorSetup(2, noise=1.0).errors, len(FILES), HELD).pressed[
             number
         ]

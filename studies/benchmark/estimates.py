@@ -51,15 +51,14 @@ def _estimate_shuffled(name: str, task: Question, predict: Predict, parts: Seque
 def _estimate(name: str, task: Question, predict: Predict, inputs: Array) -> Estimated:
     """Asks for mean and standard deviation, and checks that the first half does not depend on the second."""
     half = len(inputs) // 2
-    first_half, estimate = (_ask(name, task, predict, values) for values in (inputs[:half], inputs))
+    first_half, estimate = (
+        check_estimate(name, task, len(values), *mean_and_std(predict(values.copy())))
+        for values in (inputs[:half], inputs)
+    )
     for full, begin in zip((estimate.mean, estimate.std), (first_half.mean, first_half.std), strict=True):
         if full is not None and begin is not None and not np.allclose(begin, full[:half], rtol=1e-6, atol=1e-9):
             raise InputError(name, f"estimate on {task.name}", "depends on later inputs", "must use past inputs only")
     return estimate
-
-
-def _ask(name: str, task: Question, predict: Predict, inputs: Array) -> Estimated:
-    return check_estimate(name, task, len(inputs), *mean_and_std(predict(inputs.copy())))
 
 
 def mean_and_std(prediction: object) -> tuple[object, object]:

@@ -7,8 +7,7 @@ sensors, whose readings are averaged for two seconds at each pressure.
 """
 
 import argparse
-from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -161,12 +160,8 @@ class SoftnessRow:
 Grasps = dict[tuple[str, int, str], dict[int, Compliance]]
 
 
-def softness_rows(grasps: Grasps) -> list[SoftnessRow]:
-    """A row for each number of sections and material."""
-    return [_row(grasps, sections, material) for sections in SECTIONS for material in MATERIALS]
-
-
-def _row(grasps: Grasps, sections: int, material: str) -> SoftnessRow:
+def softness_row(grasps: Grasps, sections: int, material: str) -> SoftnessRow:
+    """The row of a number of sections and a material."""
     trained = {name: _realistic(grasps, SETS[0], sections, name) for name in MATERIALS}
     test_grasps = _realistic(grasps, SETS[1], sections, material)
     ideal = [grasp[sections].ideal for (set, _, name), grasp in grasps.items() if (set, name) == (SETS[1], material)]
@@ -192,12 +187,6 @@ def _realistic(grasps: Grasps, set: str, sections: int, material: str) -> Array:
     return np.concatenate(draws)
 
 
-def run_grasps(numbers: Mapping[str, int], seed: int, executor: Executor) -> Grasps:
-    """Simulates grasps of every material, their number for each of SETS."""
-    keys = [(set, i, material) for set in SETS for i in range(numbers[set]) for material in MATERIALS]
-    return results(executor, grasp_compliance, {key: (seed, *key) for key in keys})
-
-
 def print_softness(rows: Sequence[SoftnessRow]) -> None:
     """Prints the table."""
     print("sections  material  compliance [mm/N]  ideal sensors  right %  taken for %")
@@ -213,7 +202,9 @@ def print_softness(rows: Sequence[SoftnessRow]) -> None:
 def run(options: argparse.Namespace) -> None:
     """Runs the study, writes its table and prints it."""
     options.out.mkdir(parents=True, exist_ok=True)
+    keys = [(set, i, material) for set in SETS for i in range(options.grasps) for material in MATERIALS]
     with open_executor(options.jobs, options.scheduler) as executor:
-        rows = softness_rows(run_grasps(dict.fromkeys(SETS, options.grasps), options.seed, executor))
+        grasps = results(executor, grasp_compliance, {key: (options.seed, *key) for key in keys})
+    rows = [softness_row(grasps, sections, material) for sections in SECTIONS for material in MATERIALS]
     write_csv(options.out / "softness.csv", rows)
     print_softness(rows)

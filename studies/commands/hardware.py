@@ -35,8 +35,7 @@ def run(options: argparse.Namespace) -> int:
     write_csv(out / f"{ARM}.csv", arm.table)
     with opened as executor:
         beam, segment = (
-            _write_results(out, experiment, _identify(out, experiment, recordings[experiment.description], executor))
-            for experiment in (BEAM, SEGMENT)
+            _identify(out, experiment, recordings[experiment.description], executor) for experiment in (BEAM, SEGMENT)
         )
     save_figure(hardware_figure(beam, segment, arm), out / "hardware")
     claims = hardware_claims(beam, segment, arm.table)
@@ -51,22 +50,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _identify(out: Path, experiment: Experiment, recordings: Recordings, executor: Executor) -> Identified:
-    """Identifies a finger; its file has the best one so far."""
-    initial, file = experiment.finger_file, _finger_file(out, experiment)
-    progress = FitProgress(experiment.description, lambda model, remark: write_fitted(initial, file, model, [remark]))
-    return identify_published(experiment, recordings, executor, progress)
-
-
-def _finger_file(out: Path, experiment: Experiment) -> Path:
-    return out / f"{experiment.description}.urdf"
-
-
-def _write_results(out: Path, experiment: Experiment, identified: Identified) -> Identified:
-    """Writes and prints the identified parameters."""
-    print(f"\n{experiment.description}: fitted to {', '.join(experiment.fitted)}")
+    """Identifies a finger, prints and writes its parameters; its file has the best one so far."""
+    initial, name = experiment.finger_file, experiment.description
+    file = out / f"{name}.urdf"
+    progress = FitProgress(name, lambda model, remark: write_fitted(initial, file, model, [remark]))
+    identified = identify_published(experiment, recordings, executor, progress)
+    print(f"\n{name}: fitted to {', '.join(experiment.fitted)}")
     print_identified(identified)
-    write_fitted(
-        experiment.finger_file, _finger_file(out, experiment), identified.model, fit_remarks(identified.confidence)
-    )
-    write_csv(out / f"{experiment.description}.csv", identified.scores)
+    write_fitted(initial, file, identified.model, fit_remarks(identified.confidence))
+    write_csv(out / f"{name}.csv", identified.scores)
     return identified

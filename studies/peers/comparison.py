@@ -69,21 +69,15 @@ def compare(name: str, config: dict[str, Any], simulators: Iterable[str], rounds
     task = load_task(config["tasks"][name])
     rounds_ = [[run() for _, _, run in runs] for _ in range(rounds)]
     costs = np.array([[trial.seconds for trial in turn] for turn in rounds_]).T / task.scenario.duration
-    return [
-        _result(task, name, simulator, setting, trial, references[simulator], cost)
-        for (simulator, setting, _), trial, cost in zip(runs, rounds_[0], costs, strict=True)
-    ]
+    results = []
+    for (simulator, setting, _), trial, cost in zip(runs, rounds_[0], costs, strict=True):
+        error = tip_error(task, trial, references[simulator])
+        results.append(Result(name, simulator, setting, cost, error, creep(task, trial), holds(task, trial)))
+    return results
 
 
 def _make(simulator: str, name: str, config: dict[str, Any], setting: Setting) -> Run:
     return find_simulator(simulator)(load_task(config["tasks"][name]), setting)
-
-
-def _result(
-    task: PeerTask, name: str, simulator: str, setting: Setting, trial: PeerTrial, reference: PeerTrial, costs: Array
-) -> Result:
-    error = tip_error(task, trial, reference)
-    return Result(name, simulator, setting, costs, error, creep(task, trial), holds(task, trial))
 
 
 def chosen_results(results: list[Result]) -> list[Result]:
@@ -93,7 +87,8 @@ def chosen_results(results: list[Result]) -> list[Result]:
     for simulator in dict.fromkeys(result.simulator for result in results if result.simulator != OURS):
         simulator_results = [result for result in results if result.simulator == simulator]
         matching = [result for result in simulator_results if result.matches(own_result)]
-        selection.append(max(matching, key=lambda r: r.speed) if matching else min(simulator_results, key=_rank))
+        closest = min(simulator_results, key=lambda result: (not result.holds, result.quality))
+        selection.append(max(matching, key=lambda result: result.speed) if matching else closest)
     return selection
 
 
@@ -101,10 +96,6 @@ def equal_setting(results: list[Result], other: Result) -> Result | None:
     """Our fastest result that matches another simulator's result; None if no setting of ours does."""
     matching = [result for result in results if result.simulator == OURS and result.matches(other)]
     return max(matching, key=lambda result: result.speed, default=None)
-
-
-def _rank(result: Result) -> tuple[bool, float]:
-    return not result.holds, result.quality
 
 
 def tip_error(task: PeerTask, trial: PeerTrial, reference: PeerTrial) -> float:

@@ -6,7 +6,6 @@ import elastica
 import numpy as np
 from scipy.linalg import eigh
 
-from soft_gripper.arrays import Array
 from soft_gripper.fingers import Finger
 from studies.peers.sensing import sense
 from studies.peers.task import PeerTask, PeerTrial, Run, Setting
@@ -32,7 +31,8 @@ def make_run(task: PeerTask, setting: Setting) -> Run:
 
     def run() -> PeerTrial:
         rods, fingers = _make_rods(task, step)
-        bends = [_rest_curvature(finger) for finger in task.fingers]
+        # Rest curvatures per pressure, 1/(m Pa), (N,)
+        bends = [finger.pressure_gain / finger.stiffness / finger.segment_length for finger in task.fingers]
         tips = np.zeros((len(pressures), len(fingers)), dtype=complex)
         angles = np.zeros((len(pressures), len(fingers), task.fingers[0].segments))
         time = np.float64(0.0)
@@ -87,11 +87,6 @@ def _make_rod(finger: Finger) -> elastica.CosseratRod:
     )
     rod.bend_matrix[0, 0] = rod.bend_matrix[1, 1] = finger.stiffness * rod.rest_voronoi_lengths
     return rod
-
-
-def _rest_curvature(finger: Finger) -> Array:
-    """Rest curvature per pressure, 1/(m Pa), (N,)."""
-    return finger.pressure_gain / finger.stiffness / finger.segment_length
 
 
 def _damping(finger: Finger) -> float:

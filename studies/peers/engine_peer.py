@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from copy import deepcopy
+from itertools import product
 from time import process_time
 from typing import cast
 
 import mujoco  # noqa: F401  or the engine is left out
 import numpy as np
 
-from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.simulation import Run as Simulated
 from soft_gripper.diagrams.simulation import run_many
 from studies.peers.task import PeerTask, PeerTrial, Run, Setting
@@ -30,25 +30,13 @@ def make_run(task: PeerTask, setting: Setting) -> Run:
     def run() -> PeerTrial:
         start = process_time()
         recordings = [run.recording for run in cast(Iterator[Simulated], run_many(scenarios, described=False))]
-        for recording in recordings if task.sensed else ():
-            _read_signals(task, recording)
+        for recording, finger, name in product(recordings, task.fingers, _SENSED_SIGNALS) if task.sensed else ():
+            recording[f"{finger.name}.{name}"].to_numpy()  # computes it
         seconds = (process_time() - start) / len(scenarios)
         recording = recordings[0]
         names = [f"{finger.name}.true_tip_position" for finger in task.fingers]
         tips = np.array([recording.samples(name) @ _PLANE_AXES for name in names]).T
-        positions = (
-            recording[f"{task.grasped_body.name}.pose"].values[1:, -3:]
-            if task.grasped_body
-            else np.zeros((len(tips), 0))
-        )
-        return PeerTrial(seconds, tips, positions)
+        return PeerTrial(seconds, tips, task.object_positions(recording))
 
     run()  # its station is built
     return run
-
-
-def _read_signals(task: PeerTask, recording: Recording) -> None:
-    """Reads the signals that are compared, which computes them."""
-    for finger in task.fingers:
-        for name in _SENSED_SIGNALS:
-            recording[f"{finger.name}.{name}"].to_numpy()

@@ -48,12 +48,7 @@ def make_run(task: PeerTask, setting: Setting) -> Run:
             seconds = process_time() - start
         q = np.array([recording.samples(f"{finger.name}.joint_angles") for finger in scene.fingers])
         tips = forward_kinematics(q, task.fingers[0].segment_length).tip.T
-        positions = (
-            recording[f"{task.grasped_body.name}.pose"].values[1:, -3:]
-            if task.grasped_body
-            else np.zeros((len(tips), 0))
-        )
-        return PeerTrial(seconds, tips, positions)
+        return PeerTrial(seconds, tips, task.object_positions(recording))
 
     return run
 

@@ -34,14 +34,9 @@ def rows(results: list[Result]) -> list[str]:
     lines = []
     for result in chosen_results(results):
         name = f"**{OURS}**" if result.simulator == OURS else result.simulator
-        lines.append(f"| {result.task} | {name} | {_words(result)} | {_cells(result, results)} |")
+        words = ", ".join(f"{key} {value}" for key, value in _flatten(result.setting).items())
+        lines.append(f"| {result.task} | {name} | {words} | {_cells(result, results)} |")
     return lines
-
-
-def _words(result: Result) -> str:
-    """Text of a setting, in a few words."""
-    parts = (f"{key} {value}" for key, value in _flatten(result.setting).items())
-    return ", ".join(parts)
 
 
 def _flatten(setting: Setting) -> Setting:

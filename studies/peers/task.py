@@ -9,6 +9,7 @@ import numpy as np
 
 from soft_gripper import Scenario, expand_urdf, load_scenario, model_path
 from soft_gripper.arrays import Array, Planar
+from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.wiring.drive import pressure_steps
 from soft_gripper.fingers import Finger
 from soft_gripper.fingers.urdf import ExpandedUrdf
@@ -55,6 +56,13 @@ class PeerTask:
     @property
     def grasped_body(self) -> Body | None:
         return next((body for body in self.bodies if body.is_free), None)
+
+    def object_positions(self, recording: Recording) -> Array:
+        """Positions of the grasped body after the first sample, (T, 3) m; (T, 0) without one."""
+        if self.grasped_body is None:
+            return np.zeros((recording.data.sizes["time"] - 1, 0))
+        positions: Array = recording[f"{self.grasped_body.name}.pose"].values[1:, -3:]
+        return positions
 
     @property
     def period(self) -> float:

@@ -13,7 +13,7 @@ from pushed_fingers import bent, compliance, with_cloth
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.urdf import expand_urdf
 from soft_gripper.models import DIRECTORY
-from studies.verification.grasps import GRASPS, SPATIAL, GraspOutcome, run
+from studies.verification.grasps import GRASPS, SPATIAL, run
 
 RODS = ("tpu", "steel")
 MIN_LOST_COMPLIANCE = 1e3  # mm/N, of an object that is pushed out of the grasp
@@ -96,17 +96,12 @@ def _compliances() -> Iterator[Row]:
     yield "in its plane", [compliance(finger, pressure, 0) for pressure in pressures]
 
 
-def outcome_row(name: str, yields: str, outcome: GraspOutcome) -> Row:
-    """Row of a grasp with the measures on the page."""
-    o = outcome
-    numbers = [o.lifted, o.tilt, o.force, o.friction, o.compliance]
-    return f"{name} | {'spatial' if yields == SPATIAL else 'planar'}", numbers
-
-
 def _grasps() -> Iterator[Row]:
     for name, grasp in GRASPS.items():
         for yields in ("bending", SPATIAL):
-            yield outcome_row(name, yields, run(grasp, yields).outcome)
+            o = run(grasp, yields).outcome
+            kind = "spatial" if yields == SPATIAL else "planar"
+            yield f"{name} | {kind}", [o.lifted, o.tilt, o.force, o.friction, o.compliance]
 
 
 RESTING_RODS = DocTable(

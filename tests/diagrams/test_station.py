@@ -56,7 +56,7 @@ def test_estimates_are_made_of_measurements_and_of_nothing_else(pick_and_place):
         assert sources[f"{finger}.estimation"] == {f"{finger}.sensors", f"{finger}.base_pose"}
     scores = {name for name in sources if name.endswith(".scoring")} | {"true_contact"}
     readers = {name for name, found in sources.items() if found & scores}
-    assert readers == {"logs", "object_width_error"}
+    assert readers == {"object_width_error"}
     assert not any("object_width_error" in found for found in sources.values())
 
 

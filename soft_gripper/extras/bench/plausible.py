@@ -28,7 +28,9 @@ def plausible_ranges(bench: Bench, config: BenchConfig) -> Ranges:
     """Ranges of a bench, from its description, or else from the scenario's sensors and drive."""
     limits = config.pressure_range
     pressure = _pressures(bench.scenario) if limits is None else tuple(config.relative(np.array(limits)))
-    tension = _explicit_range(config.tension_range) or _tensions(bench.scenario)
+    maximum = bench.scenario.tendons.maximum
+    max_tension = _MAX_TENSION if maximum is None else 2 * maximum
+    tension = _explicit_range(config.tension_range) or (-max_tension, max_tension)
     ranges: dict[str, _Range] = {SET_POINT: (-_MAX_OPENING, _MAX_OPENING)}
     for name, layout in bench.layouts.items():
         ranges[bench.quantities[name]] = _explicit_range(config.reading_range) or _readings(layout)
@@ -52,11 +54,6 @@ def _pressures(scenario: Scenario) -> _Range:
     """Range of measured pressures, Pa, which may be absolute, and overshoot."""
     supply = scenario.pressure
     return -1.2 * ATMOSPHERE, 2 * supply.maximum - supply.minimum + ATMOSPHERE
-
-
-def _tensions(scenario: Scenario) -> _Range:
-    limit = _MAX_TENSION if scenario.tendons.maximum is None else 2 * scenario.tendons.maximum
-    return -limit, limit
 
 
 def _readings(layout: MeasurementModel) -> _Range:

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from soft_gripper.arrays import Array
 from soft_gripper.extras.design.run_design import DesignResult
 from soft_gripper.extras.design.study_tables import SHARE_HELD, sensitivity_rows
-from soft_gripper.extras.sweeps.cells import cell
+from soft_gripper.extras.sweeps.axes import Range
+from soft_gripper.extras.sweeps.cells import cell, numbers_in
 from soft_gripper.extras.sweeps.figure import axis_positions
 from soft_gripper.pictures.style import ESTIMATOR_COLORS, STYLE
 
@@ -39,8 +40,7 @@ def design_figure(result: DesignResult) -> Figure:
     Designs that lose an object or break a limit are grey; the best is a star, and the scenario as it is a square.
     """
     keys = [axis.key for axis in result.study.axes]
-    lines = ceil(len(keys) / _PANEL_COLUMNS)
-    columns = min(len(keys), _PANEL_COLUMNS)
+    lines, columns = ceil(len(keys) / _PANEL_COLUMNS), min(len(keys), _PANEL_COLUMNS)
     no_ends = [nan] * len(result.study.config.ends)
     ends = np.array([design.ends or no_ends for design in result.designs], float)
     with mpl.rc_context({**STYLE, "axes.formatter.limits": (-2, 3)}):
@@ -52,10 +52,10 @@ def design_figure(result: DesignResult) -> Figure:
         panels = rows[1].subplots(lines, columns, squeeze=False, sharey=True).ravel()
         simulated = [design for design in result.designs[1:] if design.ends]
         indices = [design.number for design in simulated]
-        for number, (axes, key, name) in enumerate(zip(panels, keys, short_names(keys), strict=False)):
+        for number, (axes, axis, name) in enumerate(zip(panels, result.study.axes, short_names(keys), strict=False)):
             x = np.full(len(ends), np.nan)
-            cells = [cell(design.values[key]).rpartition("/")[2] for design in simulated]
-            x[indices] = axis_positions(axes, "x", cells)
+            cells = [cell(design.values[axis.key]).rpartition("/")[2] for design in simulated]
+            x[indices] = numbers_in(cells) if isinstance(axis, Range) else axis_positions(axes, "x", cells)
             _draw_designs(axes, result, x, ends[:, 0], indices)
             axes.set(xlabel=name, ylabel="" if number % columns else result.study.config.ends[0].measure)
         for axes in panels[len(keys) :]:

@@ -53,8 +53,9 @@ def write_report(
         figures: caption of each figure, by its name, which its SVG in `out` and its place in the template have too.
         task: the picture of the task, a PNG.
     """
+    style = "holds" if all(claim.holds for claim in evaluation.claims) else "fails"
     parts = {
-        "verdict": _verdict(evaluation.claims),
+        "verdict": f'<p class="{style}">{verdict(evaluation.claims).capitalize()}.</p>',
         "claims": "\n".join(map(_claim, evaluation.claims)),
         "differences": "\n".join(map(_difference, evaluation.differences)),
         "scenes": "\n".join(_scene(out / name) for name in scenarios),
@@ -74,11 +75,6 @@ def write_report(
 def title(scenario: str) -> str:
     """A scenario's name as a heading."""
     return scenario.replace("_", " ").capitalize()
-
-
-def _verdict(claims: Sequence[Claim]) -> str:
-    style = "holds" if all(claim.holds for claim in claims) else "fails"
-    return f'<p class="{style}">{verdict(claims).capitalize()}.</p>'
 
 
 def _claim(claim: Claim) -> str:

@@ -100,19 +100,12 @@ def _tool_command(arm: Arm) -> SliderCommand:
     foot = arm.plant.get_body(arm.plant.GetBodyIndices(arm.plant.GetModelInstanceByName(arm.name))[0])
     start = X_WTool.translation()
     reach = _JOG_RANGE * float(np.linalg.norm(start - arm.plant.EvalBodyPoseInWorld(context, foot).translation()))
-    sliders = (
-        Slider(
-            f"tool {axis} [mm]", *_whole(1e3 * (center - reach), 1e3 * (center + reach)), _TOOL_STEP, 1e3 * center, keys
-        )
-        for axis, center, keys in zip("xyz", start, TOOL_KEYS, strict=False)
-    )
+    sliders = []
+    for axis, center, keys in zip("xyz", start, TOOL_KEYS, strict=False):
+        low, high = (_TOOL_STEP * round(1e3 * end / _TOOL_STEP) for end in (center - reach, center + reach))
+        sliders.append(Slider(f"tool {axis} [mm]", low, high, _TOOL_STEP, 1e3 * center, keys))
     yaw = Slider("tool yaw [deg]", -180.0, 180.0, _YAW_STEP, 0.0, TOOL_KEYS[3])
     return SliderCommand(f"{arm.name}.X_WTool", (*sliders, yaw), lambda values: tool_pose(values, X_WTool.rotation()))
-
-
-def _whole(low: float, high: float) -> tuple[float, float]:
-    """Rounds two limits to whole steps of the tool."""
-    return _TOOL_STEP * round(low / _TOOL_STEP), _TOOL_STEP * round(high / _TOOL_STEP)
 
 
 def tool_pose(values: Sequence[float], R_WHome: RotationMatrix) -> RigidTransform:

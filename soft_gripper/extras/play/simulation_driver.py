@@ -72,11 +72,6 @@ class Pacer:
         return self.played / self._lasted if self._lasted else 1.0
 
 
-def import_writers() -> None:
-    """Imports the writers of recordings; xarray defers most of that, half a second, until use."""
-    xr.Dataset({"time": [0.0]}).to_netcdf()
-
-
 class StationRecorder:
     """A recording in progress, written into a folder when it ends.
 
@@ -132,7 +127,7 @@ class SimulationDriver(Driver):
 
     def __init__(self, make: Callable[[Meshcat], Station]):
         """`make` makes the station of an `open_scenario`, shown in a Meshcat."""
-        import_writers()
+        xr.Dataset({"time": [0.0]}).to_netcdf()  # imports the writers of recordings, which takes half a second, now
         self._make = make
         self._show()
         self.panel: ControlPanel = ControlPanel(self.station)

@@ -53,7 +53,7 @@ class SoftBody(Deformable):
 
     def check(self, context: Context) -> None:
         """Raises an error if an element is inside out, which Drake does not."""
-        if not element_volumes(self.rest, self.vertices(context)).min() > 0:  # or NaN
+        if not self.rest._replace(vertices=self.vertices(context)).volumes.min() > 0:  # or NaN
             raise SimulationDivergedError(
                 f"the soft object '{self.name}' was crushed before t = {context.get_time():.4g} s: an element is inside"
                 " out; likely cause: a force that its modulus does not bear, or friction below 0.2"
@@ -65,13 +65,6 @@ class SoftBody(Deformable):
         builder.Connect(configurations, block.GetInputPort("configurations"))
         builder.Connect(plant.get_contact_results_output_port(), block.GetInputPort("contact_results"))
         return {f"{self.name}.{signal}": port for signal, port in vector_outputs(block).items()}
-
-
-def element_volumes(rest: Tetrahedra, vertices: Array) -> Array:
-    """Volumes of deformed elements, (..., V, 3) m -> (..., M) m^3; one that is not positive is inside out."""
-    corners = vertices[..., rest.cells, :]
-    volumes: Array = np.linalg.det(corners[..., 1:, :] - corners[..., :1, :]) / 6
-    return volumes
 
 
 def fitted_pose(rest: Tetrahedra, vertices: Array) -> Array:

@@ -28,9 +28,16 @@ ROWS = {f"{name} {count}": (name, count) for name in ("arcs", "gaussian") for co
 
 @pytest.mark.parametrize("holds", [True, False])
 def test_a_claim_that_fails_is_the_exit_code(tmp_path, monkeypatch, holds):
-    for name in ("published_recordings", "replay", "_write_results", "hardware_figure", "save_figure"):
+    for name in ("published_recordings", "replay", "fit_remarks", "hardware_figure", "save_figure"):
         monkeypatch.setattr(hardware_command, name, MagicMock())
-    for name in ("open_executor", "identify_published", "print_replay", "write_csv"):
+    for name in (
+        "open_executor",
+        "identify_published",
+        "print_replay",
+        "print_identified",
+        "write_fitted",
+        "write_csv",
+    ):
         monkeypatch.setattr(hardware_command, name, MagicMock())
     claims = [Claim("ours", "one", True, "1"), Claim("ours", "other", holds, "2")]
     monkeypatch.setattr(hardware_command, "hardware_claims", lambda *_: claims)

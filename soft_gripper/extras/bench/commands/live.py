@@ -4,7 +4,7 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -86,8 +86,9 @@ def run(options: argparse.Namespace) -> None:
                 serve_session(session, "live", options, scenario, is_over, _say)
         finally:
             _sum_up(driver, endpoints.dropped)
-    for line in _change_lines(live.bench):
-        _say(line)
+    for finger in live.bench.quantities:
+        if f"{finger}.bend_change" in live.bench.signals:  # of `recursive`
+            _say(changes_line(finger, lambda name: live.bench.read([name])[name]))
     if options.mcap is not None and recording is not None:
         Recording.load(recording).save(options.mcap)
         _say(f"Recording written: {options.mcap}")
@@ -189,13 +190,6 @@ def _sink(
         width = get_terminal_size().columns if sys.stdout.isatty() else None
         return endpoints.queued_sink(StatusLine(bench, config.pressure_unit, width))
     return endpoints.sink(address)
-
-
-def _change_lines(bench: Bench) -> Iterator[str]:
-    """Drift since calibration of each finger that `recursive` estimates, a line each."""
-    for finger in bench.quantities:
-        if f"{finger}.bend_change" in bench.signals:
-            yield changes_line(finger, lambda name: bench.read([name])[name])
 
 
 def check_inputs(file: Path, config: BenchConfig, bench: Bench) -> None:
