@@ -5,6 +5,7 @@ from dataclasses import astuple
 
 from soft_gripper.extras.health.study import health_figure, health_rows, health_runs
 from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_table
 from soft_gripper.pictures.style import save_figure
@@ -18,7 +19,10 @@ def run(options: argparse.Namespace) -> None:
     executor = open_executor(options.jobs, options.scheduler)
     out = lock_folder(options.out)
     console = options.console
-    with console.jobs(2 * options.runs, "runs", "nothing is written until the last run") as report, executor as workers:
+    with (
+        count_jobs(console, 2 * options.runs, "runs", "nothing is written until the last run") as report,
+        executor as workers,
+    ):
         runs = health_runs(options.runs, options.seed, workers, lambda key: report())
     rows = health_rows(runs)
     console.table("runs", runs, out / RUNS)
