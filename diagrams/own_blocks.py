@@ -41,19 +41,19 @@ class UserBlock(NamedTuple):
 def user_blocks(station: Station) -> list[UserBlock]:
     """User blocks of a station, in the order of the data flow."""
     blocks = []
-    parts = station.parts
     for plant_finger in station.fingers:
         finger = plant_finger.name
         quantity = sensor_layout(plant_finger.finger, station.scenario.sensor).quantity
-        if is_own(parts.sensor):
+        if is_own(station.parts.sensor):
             block = _find_system(station, f"{finger}.sensors", "sensor")
-            blocks.append(UserBlock("sensor.type", parts.sensor, finger, *block, quantity, quantity))
-        if is_own(parts.estimator):
-            block = _find_system(station, f"{finger}.estimation", "estimator")
-            blocks.append(UserBlock("estimator.type", parts.estimator, finger, *block, ANGLES, quantity))
-        for kind in filter(is_own, station.scenario.estimator.alongside):
-            block = _find_system(station, f"{finger}.{label(kind)}.estimation", "estimator")
-            blocks.append(UserBlock("estimator.alongside", kind, f"{finger}.{label(kind)}", *block, ANGLES, quantity))
+            blocks.append(UserBlock("sensor.type", station.parts.sensor, finger, *block, quantity, quantity))
+        estimators = [("estimator.type", station.parts.estimator, finger)]
+        alongside = station.scenario.estimator.alongside
+        estimators += [("estimator.alongside", kind, f"{finger}.{label(kind)}") for kind in alongside]
+        for field, name, prefix in estimators:
+            if is_own(name):
+                block = _find_system(station, f"{prefix}.estimation", "estimator")
+                blocks.append(UserBlock(field, name, prefix, *block, ANGLES, quantity))
     return blocks
 
 

@@ -209,19 +209,14 @@ def run_station(
     that is not kept need not be `described` by its scenario and versions, see `provenance`.
     """
     if station.scenario.engine != DRAKE:
-        return _run_elsewhere(station.scenario, meshcat, described)
+        if meshcat is not None:
+            expected = f"is not shown as it runs; choose {DRAKE}, or a video of the recording"
+            raise InputError("scenario", "engine", station.scenario.engine, expected)
+        (run,) = run_many([station.scenario], described)
+        if isinstance(run, Exception):
+            raise run
+        return run.recording
     return _recording(station, run_to_end(station, meshcat, progress).get_context(), described)
-
-
-def _run_elsewhere(scenario: Scenario, meshcat: Meshcat | None, described: bool) -> Recording:
-    """The recording of a run in another engine."""
-    if meshcat is not None:
-        expected = f"is not shown as it runs; choose {DRAKE}, or a video of the recording"
-        raise InputError("scenario", "engine", scenario.engine, expected)
-    (run,) = run_many([scenario], described)
-    if isinstance(run, Exception):
-        raise run
-    return run.recording
 
 
 def run_to_end(station: Station, meshcat: Meshcat | None = None, progress: Progress | None = None) -> Simulator:

@@ -37,7 +37,11 @@ def make_station(
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begin_station(scenario, meshcat, make_sensor, make_estimator)
+    builder = DiagramBuilder()
+    visuals = meshcat is not None  # the only viewer that can be added
+    station = add_station(
+        builder, scenario, meshcat, make_sensor=make_sensor, make_estimator=make_estimator, visuals=visuals
+    )
     return _build_station(builder, station, add_logs(builder, station.signals, station.scenario.sensor.period))
 
 
@@ -53,36 +57,14 @@ def make_private_station(
     Raises:
         InputError: if a part of the scenario cannot be built.
     """
-    builder, station = _begin_station(scenario, meshcat, composed=composed, like=like)
+    builder = DiagramBuilder()
+    station = add_station(builder, scenario, meshcat, visuals=meshcat is not None, composed=composed, like=like)
     period = station.scenario.sensor.period
     logs = add_logs(builder, station.signals, period)
     station.signals, removed = remove_unread_blocks(builder, station.signals)
     if composed:
         station.signals = fuse_loop(builder, station.signals)
     return replace(_build_station(builder, station, logs), removed=removed)
-
-
-def _begin_station(
-    scenario: Scenario,
-    meshcat: Meshcat | None,
-    make_sensor: MakeSensor | None = None,
-    make_estimator: MakeEstimator | None = None,
-    composed: bool = False,
-    like: StationParts | None = None,
-) -> tuple[DiagramBuilder, StationParts]:
-    builder = DiagramBuilder()
-    has_viewer = meshcat is not None  # the only viewer that can be added
-    station = add_station(
-        builder,
-        scenario,
-        meshcat,
-        make_sensor=make_sensor,
-        make_estimator=make_estimator,
-        visuals=has_viewer,
-        composed=composed,
-        like=like,
-    )
-    return builder, station
 
 
 def _build_station(builder: DiagramBuilder, station: StationParts, logs: SignalLogs) -> Station:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.extras.sweeps.study import StudyTables
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import cells, columns, row_from_cells
@@ -27,7 +28,7 @@ def counted_jobs(
     """Opens the executor of a study for so many jobs, and counts them; its folder is locked."""
     executor = open_executor(options.jobs, options.scheduler)
     lock_folder(options.out)
-    with options.console.jobs(number, unit, note) as ended, executor as opened:
+    with count_jobs(options.console, number, unit, note) as ended, executor as opened:
         yield opened, lambda job: ended()
 
 

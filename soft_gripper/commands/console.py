@@ -57,28 +57,6 @@ class Console:
             return tqdm(total=total, desc=description, dynamic_ncols=True, disable=self.quiet)
         return self._lines(total, description, COUNTED if total else None)
 
-    @contextmanager
-    def jobs(self, total: int, description: str, interruption_note: str) -> Iterator[Callable[..., None]]:
-        """Counts jobs; call the yielded function after each job, with True if it succeeded.
-
-        On Ctrl-C, prints how many have ended, and `interruption_note`, a note on which results remain.
-        """
-        successes: list[bool] = []
-        with self.counter(total, description) as bar:
-
-            def count_job(succeeded: bool = True) -> None:
-                successes.append(succeeded)
-                if not all(successes):
-                    bar.set_postfix_str(f"{successes.count(False)} failed")
-                bar.update()
-
-            try:
-                yield count_job
-            except KeyboardInterrupt:
-                bar.close()
-                print(f"\n{len(successes)} of {total} {description} ended; {interruption_note}")
-                raise
-
     def seconds_bar(self, total: float, description: str) -> "tqdm[None]":
         """A progress bar of simulated seconds."""
         if sys.stderr.isatty():

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows, write_csv
 from studies.contacts.contacts import Contacts, load_contacts, save_contacts
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> None:
 def _simulate(options: argparse.Namespace, out: Path) -> Contacts:
     number, note = options.trials, "nothing is written until the last contact"
     executor = open_executor(options.jobs, options.scheduler)
-    with options.console.jobs(number, "contacts", note) as ended, executor as opened:
+    with count_jobs(options.console, number, "contacts", note) as ended, executor as opened:
         contacts = run_contacts(number, options.seed, opened, ended, options.friction, (options.beyond, PLACE[1]))
     arrays = contact_arrays(contacts)
     write_csv(out / TABLE, [contact_row(contact) for contact in contacts])

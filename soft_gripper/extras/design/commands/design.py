@@ -16,6 +16,7 @@ from soft_gripper.extras.design.study_file import DesignStudy, load_design_study
 from soft_gripper.extras.design.study_tables import Table, design_rows, sensitivity_rows, test_rows, write_tables
 from soft_gripper.extras.sweeps.agreement import AGREEMENT, agreement_with_drake, print_agreement
 from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.files.output import atomic_folder, lock_folder
 from soft_gripper.files.row_table import print_rows, print_table
 from soft_gripper.fingers.finger import Finger
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     executor = open_executor(options.jobs, options.scheduler)
     warning = f"their results are in {options.out / TABLE}; --resume runs the others"
     begin = time.monotonic()
-    with options.console.jobs(most_runs(study), "runs", warning) as report, executor as workers:
+    with count_jobs(options.console, most_runs(study), "runs", warning) as report, executor as workers:
         result = run_design(study, options.out, workers, options.resume, report)
         measures = own_measures(study)
         pairs = agreement_with_drake(study.scenario, result.tests, options.check, study.config.seed, workers, measures)

@@ -8,6 +8,7 @@ from soft_gripper.commands.chosen_station import station_of
 from soft_gripper.diagrams.simulation import check_closed
 from soft_gripper.extras.grasps.strength import LOADS, NOT_HELD, Shake, grasp_strength, held_object, strength_figure
 from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.files.output import lock_folder
 from soft_gripper.files.row_table import print_rows
 from soft_gripper.pictures.style import save_figure
@@ -24,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     lock_folder(options.out)
     shake = Shake(1e-3 * options.slid, math.radians(options.turned), options.seconds)
     executor = open_executor(options.jobs, options.scheduler)
-    with options.console.jobs(len(LOADS), "loads", "nothing is kept") as report, executor as processes:
+    with count_jobs(options.console, len(LOADS), "loads", "nothing is kept") as report, executor as processes:
         rows = grasp_strength(scenario, processes, object_name, shake, report)
     options.console.table("strength", rows, options.out / TABLE)
     save_figure(strength_figure(rows, f"{name}: strength of the grasp of {object_name}"), options.out / FIGURE)

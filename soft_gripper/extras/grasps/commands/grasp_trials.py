@@ -24,6 +24,7 @@ from soft_gripper.extras.grasps.trials import (
 )
 from soft_gripper.extras.sweeps.agreement import AGREEMENT, Agreement, agreement, draw_indices, print_agreement
 from soft_gripper.extras.sweeps.executor import open_executor
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.extras.sweeps.study import results
 from soft_gripper.files.output import atomic_file, lock_folder, writable_folder
 from soft_gripper.scenario.scenario_file import dump_scenario, load_scenario
@@ -49,7 +50,7 @@ def _run_all(files: Sequence[str], out: Path, options: argparse.Namespace) -> No
     console = options.console
     executor = open_executor(options.jobs, options.scheduler)
     warning = f"their results are in {out / TABLES[0]}; --resume runs the others"
-    with console.jobs(trial_count * len(files), "trials", warning) as report_trial, executor as processes:
+    with count_jobs(console, trial_count * len(files), "trials", warning) as report_trial, executor as processes:
         trials = run_trials(
             *(files, trial_count, seed, out, processes, lambda trial: report_trial(trial.result.success)),
             resume=options.resume,

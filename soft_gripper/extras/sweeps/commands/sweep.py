@@ -7,6 +7,7 @@ from soft_gripper.extras.sweeps.agreement import AGREEMENT, agreement_with_drake
 from soft_gripper.extras.sweeps.axes import SweepPoint, read_axis, sweep_points
 from soft_gripper.extras.sweeps.executor import open_executor
 from soft_gripper.extras.sweeps.figure import sweep_figure
+from soft_gripper.extras.sweeps.job_progress import count_jobs
 from soft_gripper.extras.sweeps.measured_runs import DEPENDS, ERROR
 from soft_gripper.extras.sweeps.sweep import NUMBER, TABLE, run_sweep
 from soft_gripper.pictures.style import save_figure
@@ -25,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     fixed_changes |= {key: value for key, value in option_values.items() if value is not None}
     executor = open_executor(options.jobs, options.scheduler)
     note = f"their results are in {options.out / TABLE}; --resume runs the others"
-    with options.console.jobs(len(points), "runs", note) as report, executor as opened:
+    with count_jobs(options.console, len(points), "runs", note) as report, executor as opened:
         rows = run_sweep(
             options.scenario,
             points,
