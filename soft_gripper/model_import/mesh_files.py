@@ -200,12 +200,7 @@ def read_msh(path: Path) -> trimesh.Trimesh:
 
 @lru_cache(maxsize=16)
 def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
-    """Corners of the convex parts of a mesh, (M, 3) each, in its own units; a single part if it is convex.
-
-    Args:
-        path: of the file.
-        modified: time of its last change, ns, so that a changed file is read again.
-    """
+    """Corners of the convex parts of a mesh, (M, 3) each in its units; `modified`, ns: a changed file is read again."""
     mesh = _read_mesh(path)
     if hull_excess(path, modified) * CONVEX <= 1:
         return (np.array(mesh.convex_hull.vertices),)

@@ -30,14 +30,7 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
     """The closed parts of a mesh, which face outward or, if they lie in another part, enclose a cavity.
 
     Vertices that are split at seams of texture or at sharp edges are joined. Faces and parts that are turned the other
-    way are turned back, with a note.
-
-    Args:
-        file: of the mesh.
-        mesh: any mesh; it is not changed.
-
-    Raises:
-        InputError: if a part is not closed, or there are more than 1000.
+    way are turned back, with a note. Raises an InputError if a part is not closed, or there are more than 1000.
     """
     mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     component = _part_of_faces(mesh)
