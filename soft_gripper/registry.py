@@ -37,15 +37,9 @@ class Registry(dict[str, _T]):
         self._field = field
 
     def find(self, name: str, field: str | None = None, where: object = "scenario") -> _T:
-        """The value that is registered under a name, or a user's own.
+        """The value that is registered under a name, or a user's own; raises an InputError if none can be called.
 
-        Args:
-            name: as the user gives it.
-            field: that gives the name, if it is not that of the registry.
-            where: the file or command that has the field.
-
-        Raises:
-            InputError: if it does not exist, cannot be imported, or is not callable.
+        `field` gives the name, if it is not that of the registry, in the file or command `where`.
         """
         if name in self:
             return self[name]
@@ -122,10 +116,7 @@ def name_of(make: Callable[..., "System"] | None, type_name: str) -> str:
 def blamed_on(field: str, name: str, where: object = "scenario") -> Iterator[None]:
     """A failure of a user's function inside becomes an InputError that names it; one about its block names it too.
 
-    Args:
-        field: the field or option that names the function.
-        name: of the function; failures of this project's own are left as they are.
-        where: the file or command that has the field.
+    `field` names the function in the file or command `where`. Failures of this project's own are left as they are.
     """
     try:
         yield
@@ -140,16 +131,9 @@ def blamed_on(field: str, name: str, where: object = "scenario") -> Iterator[Non
 
 
 def make_block(field: str, name: str, make: Callable[..., "System"], *arguments: Any) -> "System":
-    """The block that a function makes from its arguments.
+    """The block that a function makes from its arguments; `field` gives its name, see `name_of`.
 
-    Args:
-        field: the scenario field or option that names the function.
-        name: a built-in block, or a user's own, see `name_of`.
-        make: the function.
-        arguments: its arguments.
-
-    Raises:
-        InputError: if it fails, does not return a system, or returns a block that it returned before.
+    Raises an InputError if it fails, does not return a system, or returns a block that it returned before.
     """
     from pydrake.systems.framework import System
 

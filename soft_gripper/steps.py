@@ -101,13 +101,7 @@ class Steps(dict[str, Step]):
         return Counter(name for names in (*steps, *memories, *outputs) for name in names)
 
     def value(self, name: str, step_values: dict[str, Any], remembered: Mapping[str, Array] = _NO_VALUES) -> Any:
-        """Computes or looks up the value of a step.
-
-        Args:
-            name: of the step.
-            step_values: the inputs and the time; computed steps with several readers are added.
-            remembered: of the steps that remember.
-        """
+        """Computes or looks up the value of a step; those with several readers are added to `step_values`."""
         step = self.get(name)
         if step is None or step.function is None or name in step_values:
             return step_values[name]

@@ -100,9 +100,18 @@ class Rules:
             progress = progress._replace(quiet_opening=observation.opening, since=observation.time)
         if observation.torque > self.threshold and observation.opening > progress.grasped - CLOSING_ALLOWANCE:
             progress = progress._replace(gripped=observation.time)
+        waiting_time = observation.time - progress.began - phase.duration
+        is_quiet = observation.time - progress.since >= QUIET_TIME
         if progress.outcome == Outcome.RUNNING:
-            progress = progress._replace(outcome=self._judge(phase, progress, observation))
-        follower = self._follower(phase, progress, observation)
+            is_at_rest = waiting_time >= 0 and is_quiet
+            if phase.holds and observation.time - progress.gripped > GRIP_GAP:
+                progress = progress._replace(outcome=Outcome.OBJECT_LOST)
+            elif phase.until is not None and waiting_time > self.timeout:
+                progress = progress._replace(outcome=NOT_REACHED[phase.until])
+            elif phase.until == "grasped" and is_at_rest and not observation.torque > self.threshold:
+                progress = progress._replace(outcome=Outcome.NOTHING_GRASPED)
+        is_complete = is_quiet and self._is_complete(phase, observation)
+        follower = self._follower(phase, progress.outcome, waiting_time, is_complete)
         if follower is None:
             return progress
         if follower == len(self.phases) and progress.outcome == Outcome.RUNNING:
@@ -118,41 +127,24 @@ class Rules:
             return self.phases[phase.rescue].opening
         return phase.opening
 
-    def _judge(self, phase: Phase, progress: Progress, observation: GripObservation) -> Outcome:
-        """The outcome after a sample: a failure of the phase, or none."""
-        if phase.holds and observation.time - progress.gripped > GRIP_GAP:
-            return Outcome.OBJECT_LOST
-        waiting_time = observation.time - progress.began - phase.duration
-        if phase.until is not None and waiting_time > self.timeout:
-            return NOT_REACHED[phase.until]
-        is_at_rest = waiting_time >= 0 and self._is_quiet(progress, observation)
-        empty = phase.until == "grasped" and is_at_rest and not observation.torque > self.threshold
-        return Outcome.NOTHING_GRASPED if empty else Outcome.RUNNING
-
-    def _follower(self, phase: Phase, progress: Progress, observation: GripObservation) -> int | None:
+    def _follower(self, phase: Phase, outcome: int, waiting_time: float, is_complete: bool) -> int | None:
         """The phase that starts now, if any."""
-        waiting_time = observation.time - progress.began - phase.duration
         if waiting_time < 0:
             return None
-        if progress.outcome != Outcome.RUNNING and phase.rescue is not None:
+        if outcome != Outcome.RUNNING and phase.rescue is not None:
             return phase.rescue
         if not phase.until:
             return phase.follower if waiting_time >= phase.rest else None
         given_up = phase.rescue is None and waiting_time > self.timeout
-        return phase.follower if given_up or self._is_complete(phase, progress, observation) else None
+        return phase.follower if given_up or is_complete else None
 
-    def _is_complete(self, phase: Phase, progress: Progress, observation: GripObservation) -> bool:
-        """Whether the fingers are at rest: at the commanded opening, closed on an object, or on nothing."""
-        if not self._is_quiet(progress, observation):
-            return False
+    def _is_complete(self, phase: Phase, observation: GripObservation) -> bool:
+        """Whether fingers at rest are at the commanded opening, closed on an object, or on nothing."""
         if phase.until == "opened":
             return abs(observation.opening - phase.opening) <= OPENED_BAND
         if phase.until == "grasped":
             return observation.torque > self.threshold
         return abs(observation.torque) < self.threshold
-
-    def _is_quiet(self, progress: Progress, observation: GripObservation) -> bool:
-        return observation.time - progress.since >= QUIET_TIME
 
 
 _PROGRESS_ENTRIES = slice(0, len(Progress._fields))

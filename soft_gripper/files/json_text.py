@@ -20,16 +20,10 @@ def read_json(path: Path) -> Any:
 
 
 def parse_json(where: Path | str, text: str | bytes, finite: bool = True) -> Any:
-    """The data of JSON text.
+    """The data of JSON text; not `finite`: with NaN and Infinity, which many programs write.
 
-    Args:
-        where: file or part, for messages.
-        text: the text; bytes in UTF-8, UTF-16 or UTF-32.
-        finite: whether NaN and Infinity are refused, which many programs write although JSON does not have them.
-
-    Raises:
-        InputError: if the text is not JSON, repeats a key, has a whole number of more than 19 digits or half a
-            character, or is nested too deeply or too large.
+    Raises an InputError if the text is not JSON, repeats a key, has a whole number of more than 19 digits or half a
+    character, or is nested too deeply or too large.
     """
     try:
         if isinstance(text, bytes):

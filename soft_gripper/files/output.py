@@ -164,15 +164,7 @@ def _is_abandoned(path: Path) -> bool:
 
 
 def check_file(path: Path, reads: Iterable[Path | str] = ()) -> None:
-    """Checks, before any work is done, that a file can be written; makes the folder for it.
-
-    Args:
-        path: of the file.
-        reads: files that the command reads, none of which may be replaced.
-
-    Raises:
-        InputError: if it cannot, or a file that is read would be lost.
-    """
+    """Raises an InputError if a file cannot be written, or is one that the command reads; makes the folder for it."""
     _require_name(path)
     _keep_inputs(reads, [path])
     try:
@@ -219,13 +211,8 @@ def _reason(error: Exception) -> str:
 def lock_folder(path: Path, writes: Iterable[Path | str] = (), reads: Iterable[Path | str] = ()) -> Path:
     """Makes a folder, and keeps other processes from writing to it until `release_folders` or the end of this process.
 
-    Args:
-        path: of the folder.
-        writes: names of files that the command writes there, or other files.
-        reads: files that it reads, none of which may be replaced.
-
-    Raises:
-        InputError: if it cannot be written to, another process has locked it, or a file that is read would be lost.
+    The command `writes` files there, by their names, and `reads` others, none of which may be replaced. Raises an
+    InputError if the folder cannot be written to, another process has locked it, or a file would be lost.
     """
     _keep_inputs(reads, [path / name for name in writes])
     folder = writable_folder(path)

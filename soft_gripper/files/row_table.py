@@ -74,13 +74,7 @@ def row_from_cells(texts: Sequence[str], row: type[Row]) -> Row:
 
 
 def print_table(columns: Mapping[str, str], rows: Iterable[Sequence[Any]], title: str = "") -> None:
-    """Prints a table, see `table_text`, below an empty line.
-
-    Args:
-        columns: format specification of each column, by heading; "": text, aligned left.
-        rows: cells in the order of the columns.
-        title: a line printed above the table.
-    """
+    """Prints a table, see `table_text`, below an empty line; `columns` are the formats by heading."""
     print(f"\n{table_text(list(columns), list(columns.values()), rows, title)}")
 
 

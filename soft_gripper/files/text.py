@@ -28,12 +28,8 @@ def name_of(name_or_path: object) -> str:
 def check_regular(path: Path, max_bytes: int | None = None) -> None:
     """Checks a file before it is opened: reading from a pipe would block, and from a device it may never end.
 
-    Args:
-        path: of the file.
-        max_bytes: size that it may have; None: any, for files that are not read at once.
-
-    Raises:
-        InputError: if there is none, it is not regular, it is too large, or a pointer of Git LFS is in its place.
+    Raises an InputError if there is none, it is not regular, it has more than `max_bytes` (None: any number), or a
+    pointer of Git LFS is in its place.
     """
     _read_beginning(path, len(_LFS_POINTER), max_bytes)
 
@@ -79,16 +75,9 @@ def _check_size(path: Path, size: int, max_bytes: int | None) -> None:
 
 
 def decode(path: Path, data: bytes, encoding: str | None = None, fallback: str | None = None) -> str:
-    """Bytes of a file as text.
+    """Bytes of a file as text; raises an InputError if they are not.
 
-    Args:
-        path: of the file, for messages.
-        data: the bytes.
-        encoding: how they are encoded; None: as a byte order mark says, or in UTF-8.
-        fallback: of a log: encoding of bytes that are text, and are not UTF-8.
-
-    Raises:
-        InputError: if they are not text.
+    Without an `encoding`, a byte order mark gives it, or it is UTF-8; a log has a `fallback` for what is not UTF-8.
     """
     marked_encoding = next((name for mark, name in _BYTE_ORDER_MARKS if data.startswith(mark)), "utf-8")
     if len(data) > 3 and not data[1:64:2].strip(b"\0") and data[0]:

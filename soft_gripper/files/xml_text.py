@@ -134,15 +134,9 @@ def check_counts(where: object, model: ET.Element) -> None:
 
 
 def read_numbers(where: object, field: str, text: str, *counts: int) -> tuple[float, ...]:
-    """The numbers of a text, which may be infinite.
+    """The numbers of a text, which may be infinite; raises an InputError if it contains anything else.
 
-    Args:
-        where, field: for the message.
-        text: numbers with white space between them.
-        counts: how many are allowed; none: any number.
-
-    Raises:
-        InputError: if it contains anything else, or another number of them.
+    `counts` are the allowed numbers of them; none: any.
     """
     words = text.split()
     if any(_NUMBER_PATTERN.fullmatch(word) is None for word in words) or (counts and len(words) not in counts):

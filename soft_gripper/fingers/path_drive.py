@@ -53,10 +53,7 @@ class Tendons:
     def torques(self, q: Joints, tensions: Array, sliding: Array | None = None) -> dict[str, Array]:
         """Torques at the joints, (..., N) N m, and N where they slide, by deformation.
 
-        Args:
-            q: joint positions.
-            tensions: at the pulled ends, (..., T) N.
-            sliding: z of the friction, (..., T), from -1 to 1; None: no friction.
+        Tensions are those at the pulled ends, (..., T) N; `sliding` is z of the friction, (..., T); None: no friction.
         """
         axial_forces = -tensions[..., None]
         if sliding is not None:  # tension in the middle of every segment over that at the pulled end

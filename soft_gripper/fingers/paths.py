@@ -128,12 +128,9 @@ class PathsOnChain:
 
 
 def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: float) -> PathsOnChain:
-    """Positions and slopes of paths on a chain, at the middle of the covered part of each segment.
+    """Positions and slopes of paths on a chain, at the middle of the covered part of each segment, m long.
 
-    Args:
-        paths: of a finger.
-        neutral_axis: x at the ends of the segments from the middle of the outer section, (N + 1,) m; linear between.
-        segment_length: m.
+    `neutral_axis` is x at the ends of the segments from the middle of the outer section, (N + 1,) m; linear between.
     """
     segments = len(neutral_axis) - 1
     ends = np.arange(segments + 1) * segment_length
@@ -157,10 +154,7 @@ def paths_on_chain(paths: Sequence[Path], neutral_axis: Array, segment_length: f
 def lengths_and_gradients(paths: PathsOnChain, levers: Array, q: Array) -> tuple[Array, Array]:
     """Lengths of paths on every segment, (..., P, N) m, and dl/dq, (..., P, W, N) m/rad, or 1 where joints slide.
 
-    Args:
-        paths: at the segments of a chain.
-        levers: those of `paths.levers` for W deformations, (3, P, W, N).
-        q: joint positions, (..., W, N).
+    `levers` are those of `paths.levers` for W deformations, (3, P, W, N), and `q` the joint positions, (..., W, N).
     """
     changes = paths.rest_changes + np.einsum("apwn,...wn->...apn", levers, q / paths.segment_length)
     stretched = _norm(changes)

@@ -142,15 +142,9 @@ def touch_at_surfaces(model: AddedModel) -> None:
 
 
 def check_meshes(model: AddedModel, free: bool, is_fixture: bool) -> None:
-    """Checks the sizes of the meshes of a model, seen or touched.
+    """Checks the sizes of meshes, seen or touched; raises an InputError if one is too large, or as `_box_of`.
 
-    Args:
-        model: in a plant.
-        free: the model is an object to grasp, and noted if it is larger than a gripper could hold.
-        is_fixture: the model stands in the world, where a mesh may be large: it is noted.
-
-    Raises:
-        InputError: if a mesh is too large for a link, or as `_box_of`.
+    A free object is noted if it is larger than a gripper could hold, and a fixture in the world if it is large.
     """
     for geometry in model.geometries():
         shape = model.inspector.GetShape(geometry)

@@ -255,12 +255,8 @@ def _convert_mesh(model: ModelFile, shape: ET.Element, mesh: ET.Element, origin:
 def remove_links(model: ModelFile, names: Sequence[str]) -> None:
     """Removes links, with all links beyond them, the joints before them, and references to these.
 
-    Args:
-        model: a <robot>, or a <model> of SDFormat without models in it, which is changed.
-        names: of the links, or of frames on them.
-
-    Raises:
-        InputError: if there is no such link, or it is the root.
+    The model is a <robot>, or a <model> without others in it; names are those of links, or of frames on them. Raises an
+    InputError if there is no such link, or it is the root.
     """
     if not names:
         return

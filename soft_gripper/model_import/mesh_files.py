@@ -200,16 +200,17 @@ def read_msh(path: Path) -> trimesh.Trimesh:
 
 @lru_cache(maxsize=16)
 def convex_parts(path: Path, modified: int) -> tuple[Array, ...]:
-    """Corners of the convex parts of a mesh, (M, 3) each, in its own units; a single part if it is convex.
-
-    Args:
-        path: of the file.
-        modified: time of its last change, ns, so that a changed file is read again.
-    """
+    """Corners of the convex parts of a mesh, (M, 3) each in its units; `modified`, ns: a changed file is read again."""
     mesh = _read_mesh(path)
     if hull_excess(path, modified) * CONVEX <= 1:
         return (np.array(mesh.convex_hull.vertices),)
-    slabs = min((_slabs(mesh, axis) for axis in range(3)), key=lambda slabs: sum(slab.volume for slab in slabs))
+    candidates = []  # hulls of slices of equal height along each axis
+    for axis in range(3):
+        low, high = mesh.bounds[:, axis]
+        heights = pairwise(np.linspace(low, high, _SLAB_COUNT + 1))
+        slices = [_slice_points(mesh, axis, *ends) for ends in heights]
+        candidates.append([trimesh.convex.convex_hull(points) for points in slices if _is_solid(points)])
+    slabs = min(candidates, key=lambda slabs: sum(slab.volume for slab in slabs))
     parts, filled_volume = [slabs[0]], slabs[0].volume
     for slab in slabs[1:]:  # joined as long as they fill their common hull
         hull = trimesh.convex.convex_hull(np.concatenate([parts[-1].vertices, slab.vertices]))
@@ -242,13 +243,6 @@ def _read_mesh(path: Path) -> trimesh.Trimesh:
     mesh = read_scene(path).to_mesh()
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     return mesh
-
-
-def _slabs(mesh: trimesh.Trimesh, axis: int) -> list[trimesh.Trimesh]:
-    """Hulls of slices of equal height along an axis."""
-    low, high = mesh.bounds[:, axis]
-    slices = (_slice_points(mesh, axis, *ends) for ends in pairwise(np.linspace(low, high, _SLAB_COUNT + 1)))
-    return [trimesh.convex.convex_hull(points) for points in slices if _is_solid(points)]
 
 
 def _is_solid(points: Array) -> bool:

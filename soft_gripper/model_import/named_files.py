@@ -88,12 +88,8 @@ class IncludedFiles:
     def read(self, field: str, name: str, file: Path) -> Iterator[ET.Element]:
         """Reads the root of a file; files read within the context are included in it.
 
-        Args:
-            field, name: where and how the including file names it, for messages.
-            file: the file.
-
-        Raises:
-            InputError: if the file cannot be read, is among those that include it, or is one too many or too large.
+        `field` and `name` are those in the including file. Raises an InputError if the file cannot be read, is among
+        those that include it, or is one too many or too large.
         """
         place, chain = self._chain[-1], [*self._chain, file]
         if not os.path.isfile(file):

@@ -30,17 +30,15 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
     """The closed parts of a mesh, which face outward or, if they lie in another part, enclose a cavity.
 
     Vertices that are split at seams of texture or at sharp edges are joined. Faces and parts that are turned the other
-    way are turned back, with a note.
-
-    Args:
-        file: of the mesh.
-        mesh: any mesh; it is not changed.
-
-    Raises:
-        InputError: if a part is not closed, or there are more than 1000.
+    way are turned back, with a note. Raises an InputError if a part is not closed, or there are more than 1000.
     """
     mesh = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
-    is_closed = _is_in_closed_part(mesh)
+    component = _part_of_faces(mesh)
+    edges = mesh.edges_unique_inverse * len(component) + np.repeat(component, 3)  # one number for an edge of a part
+    _, edge, counts = np.unique(edges, return_inverse=True, return_counts=True)
+    are_closed = np.ones(len(component), bool)  # parts with two faces at every edge
+    are_closed[component[np.flatnonzero(counts[edge] != 2) // 3]] = False
+    is_closed = are_closed[component]
     parts = _parts(file, _select_faces(mesh, is_closed)) + _parts(file, _join_vertices(_select_faces(mesh, ~is_closed)))
     is_open = sum(not part.is_watertight for part in parts)
     if is_open or not parts:
@@ -61,16 +59,6 @@ def closed_parts(file: ModelFile, mesh: trimesh.Trimesh) -> list[trimesh.Trimesh
 def _part_of_faces(mesh: trimesh.Trimesh) -> NDArray[np.int_]:
     """The number of the part to which each face belongs, (F,): edges of two faces hold a part together."""
     return trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-
-
-def _is_in_closed_part(mesh: trimesh.Trimesh) -> NDArray[np.bool_]:
-    """Mask of the faces, (F,), of parts with two faces at every edge."""
-    part = _part_of_faces(mesh)
-    edges = mesh.edges_unique_inverse * len(part) + np.repeat(part, 3)  # one number for an edge of a part
-    _, edge, counts = np.unique(edges, return_inverse=True, return_counts=True)
-    is_closed = np.ones(len(part), bool)
-    is_closed[part[np.flatnonzero(counts[edge] != 2) // 3]] = False
-    return is_closed[part]
 
 
 def _select_faces(mesh: trimesh.Trimesh, mask: NDArray[np.bool_]) -> trimesh.Trimesh:

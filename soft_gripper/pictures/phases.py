@@ -1,6 +1,6 @@
 """Figure of a task: the path of the object, the gripper at the end of each phase, and the control signals.
 
-Another plot is an entry of `recorded_plots`, and its function in `draw_grip_plots`.
+Another plot is an entry of `recorded_plots`, drawn in `draw_grip_plots`.
 """
 
 from collections.abc import Iterable, Sequence
@@ -65,16 +65,15 @@ def draw_grip_plots(
     forces: ContactForces | None = None,
 ) -> None:
     """The plots of `recorded_plots`, one below the other, with legends on the right and phase names above."""
-    draw = {
-        "force": lambda axes, *_: _draw_force(axes, forces),
-        "slip": lambda axes, *_: _draw_slip(axes, recording, slips),
-        "opening": _draw_opening,
-        "torque": _draw_torque,
-        "pressure": _draw_pressure,
-        "tension": _draw_tension,
-    }
     for axes, name in zip(plots, recorded_plots(recording, slips, forces), strict=True):
-        draw[name](axes, scenario, recording)
+        if name == "force" and forces is not None:
+            _draw_force(axes, forces)
+        elif name == "slip" and slips is not None:
+            axes.plot(recording.data["time"], 1e3 * slips, label="true, in the fingers", **WANTED)
+            axes.set_ylim(0, max(_LEAST_SLIP, 1.12 * float(np.nanmax(1e3 * slips))))
+            axes.set_ylabel("slip\n[mm]")
+        else:
+            _draw_signals(axes, name, scenario, recording)
     plots[-1].set_xlabel("time [s]", labelpad=1)
     for axes in plots:
         axes.set_xlim(0, float(recording.data["time"][-1]))
@@ -86,12 +85,11 @@ def draw_grip_plots(
     _name_spans(plots[0], spans)
 
 
-def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
+def _draw_force(axes: Axes, forces: ContactForces) -> None:
     """The transverse force on each finger, true and estimated with its band, which may end beyond the plot.
 
     Where no contact is detected, the band is that of a force too small to be detected, and would look like one.
     """
-    assert forces is not None
     data = forces.data
     for i, finger in enumerate(data["finger"].values):
         force, time = data.sel(finger=finger), data["time"]
@@ -105,44 +103,33 @@ def _draw_force(axes: Axes, forces: ContactForces | None) -> None:
     axes.set_ylabel("transverse\nforce [N]")
 
 
-def _draw_slip(axes: Axes, recording: Recording, slips: Array | None) -> None:
-    assert slips is not None
-    axes.plot(recording.data["time"], 1e3 * slips, label="true, in the fingers", **WANTED)
-    axes.set_ylim(0, max(_LEAST_SLIP, 1.12 * float(np.nanmax(1e3 * slips))))
-    axes.set_ylabel("slip\n[mm]")
+def _draw_signals(axes: Axes, name: str, scenario: Scenario, recording: Recording) -> None:
+    """Opening or torque of the gripper, or what drives the fingers."""
 
+    def plot(unit: float, signal: str, label: str, look: dict[str, Any]) -> None:
+        axes.plot(recording.data["time"], unit * recording[signal], label=label, **look)
 
-def _draw_opening(axes: Axes, _: Scenario, recording: Recording) -> None:
-    _plot(axes, recording, 1e3, "grip.set_point", "set point", WANTED)
-    _plot(axes, recording, 1e3, "grip.opening", "estimated", MEASURED)
-    axes.set_ylabel("opening\n[mm]")
-
-
-def _draw_torque(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    if scenario.control.torque_limit is not None:
-        axes.axhline(1e3 * scenario.control.torque_limit, label="limit", **WANTED)
-    _plot(axes, recording, 1e3, "grip.torque", "estimated", MEASURED)
-    assert scenario.task is not None
-    axes.axhline(1e3 * scenario.task.grip_threshold, label="grip threshold", **THRESHOLD)
-    axes.set_ylabel("grip torque\n[mN m]")
-
-
-def _draw_pressure(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    fingers = _finger_signals(recording, "pressure")
-    _plot(axes, recording, 1e-3, f"{fingers[0]}_command", "command", WANTED)
-    for name in fingers:
-        _plot(axes, recording, 1e-3, name, "in the fingers" if name == fingers[0] else "", MEASURED)
-    axes.set_ylabel("pressure\n[kPa]")
-
-
-def _draw_tension(axes: Axes, scenario: Scenario, recording: Recording) -> None:
-    for i, name in enumerate(_finger_signals(recording, "tension")):
-        _plot(axes, recording, 1.0, name, "" if i else "of the tendons", MEASURED)
-    axes.set_ylabel("tension\n[N]")
-
-
-def _plot(axes: Axes, recording: Recording, unit: float, signal: str, label: str, look: dict[str, Any]) -> None:
-    axes.plot(recording.data["time"], unit * recording[signal], label=label, **look)
+    fingers = _finger_signals(recording, name)
+    if name == "opening":
+        plot(1e3, "grip.set_point", "set point", WANTED)
+        plot(1e3, "grip.opening", "estimated", MEASURED)
+        axes.set_ylabel("opening\n[mm]")
+    elif name == "torque":
+        if scenario.control.torque_limit is not None:
+            axes.axhline(1e3 * scenario.control.torque_limit, label="limit", **WANTED)
+        plot(1e3, "grip.torque", "estimated", MEASURED)
+        assert scenario.task is not None
+        axes.axhline(1e3 * scenario.task.grip_threshold, label="grip threshold", **THRESHOLD)
+        axes.set_ylabel("grip torque\n[mN m]")
+    elif name == "pressure":
+        plot(1e-3, f"{fingers[0]}_command", "command", WANTED)
+        for i, signal in enumerate(fingers):
+            plot(1e-3, signal, "" if i else "in the fingers", MEASURED)
+        axes.set_ylabel("pressure\n[kPa]")
+    else:
+        for i, signal in enumerate(fingers):
+            plot(1.0, signal, "" if i else "of the tendons", MEASURED)
+        axes.set_ylabel("tension\n[N]")
 
 
 def _name_spans(axes: Axes, spans: Sequence[Span]) -> None:

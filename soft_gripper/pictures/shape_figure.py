@@ -220,7 +220,11 @@ def shape_figure(layout: MeasurementModel, recording: Recording, time: float) ->
         draw_segments(panels[0], finger, true.corners, color(true.torque, limit))
         draw_segments(panels[1], finger, true.corners, np.full((finger.segments, 3), 0.94))
         draw_arcs(panels[1], layout, snapshot.arcs)
-        _draw_joints(panels[1], snapshot)
+        true_joints, error = 1e3 * true.corners[1:-1, _FRONT_AXES], 1e3 * snapshot.pose_error
+        panels[1].plot(*true_joints.T, "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
+        label = f"estimated joints (mean error {error:.2f} mm)"
+        panels[1].plot(*(1e3 * snapshot.joints).T, ".", ms=4, color="black", label=label)
+        panels[1].plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")
         if snapshot.is_in_space:
             draw_segments(panels[2], finger, estimate.corners, color(estimate.torque, limit))
         else:
@@ -270,11 +274,3 @@ def _limits(layout: MeasurementModel, snapshot: Snapshot) -> tuple[list[Array], 
     close = centers[np.abs(centers - np.mean(x)) < 1e3 * layout.finger.length]
     with_centers = np.array([min([finger[0] - margin, *(close - 5)]), max([finger[1] + margin, *(close + 5)])])
     return [finger, with_centers, finger], np.array([max(*z + margin, 0.9e3 * layout.finger.length), -0.7 * margin])
-
-
-def _draw_joints(axes: Axes, snapshot: Snapshot) -> None:
-    estimated = f"estimated joints (mean error {1e3 * snapshot.pose_error:.2f} mm)"
-    true = 1e3 * snapshot.true.corners[1:-1, _FRONT_AXES]
-    axes.plot(*true.T, "o", ms=5.5, mfc="white", mec="black", mew=0.9, label="true joints")
-    axes.plot(*(1e3 * snapshot.joints).T, ".", ms=4, color="black", label=estimated)
-    axes.plot([], [], lw=0.8, ls=(0, (4, 2)), color="0.4", label="radii [mm] from the arc centres")

@@ -118,18 +118,10 @@ def write_video(
     width: int = 640,
     height: int = 480,
 ) -> None:
-    """Writes a video of a recording of a scenario, in real time.
+    """Writes a video of a recording of a scenario, in real time; raises as `check_video`.
 
-    Args:
-        path: file to write; its ending selects the format.
-        scenario: the recorded scenario.
-        recording: the recording of its run.
-        progress: called with the simulated time, s, after each frame.
-        width: width of the scene, pixels, even.
-        height: height of the scene, pixels, even.
-
-    Raises:
-        InputError: if a video with this name cannot be written.
+    The ending of the path selects the format; `progress` is called with the simulated time, s, after each frame. Width
+    and height are those of the scene, pixels, and even.
     """
     check_video(path)
     film = Film(scenario, recording, width, height)

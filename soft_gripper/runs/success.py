@@ -8,8 +8,7 @@ from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.errors import InputError
 from soft_gripper.runs.measures import kind_of, measure, names_of
 from soft_gripper.runs.scores.recorded_task import Judged, TaskCriterion, TaskRun, task_criteria
-from soft_gripper.scenario.criterion import Criterion, read_criterion
-from soft_gripper.scenario.schema import Scenario
+from soft_gripper.scenario.schema import Criterion, Scenario, read_criterion
 
 
 @dataclass(frozen=True)

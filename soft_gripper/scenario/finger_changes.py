@@ -57,13 +57,7 @@ def check_names(where: str, configs: Mapping[str, Mapping[str, str]], names: Seq
 def mounted_finger(mounted: FingerElement, where: str, configs: Mapping[str, Mapping[str, str]]) -> FingerElement:
     """A finger and its place with the changes for all and, on top of them, its own.
 
-    Args:
-        mounted: as its file gives it.
-        where: the model, for messages.
-        configs: changes by names of fingers, or for "all".
-
-    Raises:
-        InputError: if a change is not a number, or the result cannot be a finger.
+    Changes are by names of fingers, or for "all". Raises an InputError if one is no number, or the result no finger.
     """
     finger, rpy = mounted.finger, mounted.rpy
     for name in (_ALL_FINGERS, mounted.finger.name):

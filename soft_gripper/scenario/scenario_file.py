@@ -73,16 +73,9 @@ def _load(where: str, name_or_path: str | Path, changes: Mapping[str, Any]) -> S
 
 
 def load_changed(where: str, path: Path, changes: Mapping[str, Any], load: Callable[[dict[str, Any]], _T]) -> _T:
-    """Result of `load` for the document in a file with changes.
+    """Result of `load` for the document in a YAML file with changes by dotted keys, which come from `where`.
 
-    Args:
-        where: the changes come from, for messages.
-        path: of a YAML file.
-        changes: values by dotted keys.
-        load: checks a document, and raises an InputError if it is wrong.
-
-    Raises:
-        InputError: as `load`, but naming the change that made another field wrong, or if a change has no place.
+    Raises an InputError as `load`, but naming the change that made another field wrong, or if a change has no place.
     """
 
     def changed(keys: Iterable[str]) -> tuple[dict[str, Any], list[str]]:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydrake.common.schema import Transform
 from pydrake.common.yaml import yaml_load_file
@@ -21,10 +21,10 @@ from pydrake.visualization import VisualizationConfig
 from soft_gripper.control.pid_controller import PidGains
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.files.document import dotted_changes
+from soft_gripper.files.number import is_number
 from soft_gripper.fingers.finger_links import SPRINGS
 from soft_gripper.quantity import Rule, Violation, like, quantity, valid
 from soft_gripper.registry import registered, with_added_fields
-from soft_gripper.scenario.criterion import FORM, read_criterion
 from soft_gripper.scenario.drake_values import ByValue
 from soft_gripper.scenario.finger_changes import FINGER_PATHS, MODEL_PATHS
 from soft_gripper.scenario.shipped import PRESETS
@@ -554,3 +554,33 @@ class Scenario(ByValue):
         if self.task is not None:
             return self.task.time_limit
         return self.steps * self.step_duration
+
+
+FORM = "MEASURE at most NUMBER, MEASURE at least NUMBER, or MEASURE is TEXT, with a measure of a sweep"
+_CRITERION_PATTERN = re.compile(r"(\w+) (at most|at least|is) (\S.*)")
+
+
+class Criterion(NamedTuple):
+    """A condition on a measure of a run."""
+
+    text: str
+    measure: str
+    relation: str  # "at most", "at least" or "is"
+    value: str
+
+    def is_met(self, measured: Any) -> bool:
+        """Whether a run with this value of the measure meets the criterion; NaN never does."""
+        if self.relation == "is":
+            return str(measured) == self.value
+        bound = float(self.value)
+        return bool(measured <= bound if self.relation == "at most" else measured >= bound)
+
+
+def read_criterion(text: str) -> Criterion | None:
+    """Parses a criterion; None if it has another form than FORM."""
+    match = _CRITERION_PATTERN.fullmatch(text)
+    if match is None:
+        return None
+    criterion = Criterion(text, *match.groups())
+    is_bound = is_number(criterion.value.strip()) and math.isfinite(float(criterion.value))
+    return criterion if criterion.relation == "is" or is_bound else None

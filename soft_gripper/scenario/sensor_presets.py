@@ -26,7 +26,6 @@ from soft_gripper.scenario.schema import (
     EstimatorConfig,
     SensorConfig,
     SensorFaultConfig,
-    SensorPathConfig,
     StrainErrorsConfig,
     presets,
 )
@@ -68,24 +67,23 @@ def sensor_layout(finger: Finger, config: SensorConfig) -> MeasurementModel:
             if (value := getattr(config, name)) != default:
                 raise InputError("sensor", name, value, f"{config.type} has no paths; leave it out")
         dead = [] if config.errors is None else config.errors.dead
-        paths = {"faults": [fault.path for fault in config.faults], "errors.dead": [sensor.path for sensor in dead]}
-        for name, values in paths.items():
+        faulty, dead_paths = [fault.path for fault in config.faults], [sensor.path for sensor in dead]
+        for name, values in (("faults", faulty), ("errors.dead", dead_paths)):
             if values:
                 expected = f"{config.type} has no paths; leave {name} out"
                 raise InputError("sensor", f"{name}[0].path", values[0], expected)
     elif config.paths:
-        kind, options["paths"] = PathSensors, tuple(map(_path, config.paths))
+        kind, paths = PathSensors, list[SensorPath]()
+        for path in config.paths:
+            stations = {name: tuple(getattr(path, name)) for name in ("x", "y", "at")}
+            paths.append(SensorPath(path.name, **stations, x_slope=path.x_slope, y_slope=path.y_slope))
+        options["paths"] = tuple(paths)
     elif config.layout != "sides":
         kind, options["paths"] = PathSensors, named_paths(config.layout, finger)
     else:
         options["one_sided"] = config.one_sided
     with blamed_on("sensor.type", config.type):
         return kind(finger, config.sections, **options)
-
-
-def _path(config: SensorPathConfig) -> SensorPath:
-    stations = {name: tuple(getattr(config, name)) for name in ("x", "y", "at")}
-    return SensorPath(config.name, **stations, x_slope=config.x_slope, y_slope=config.y_slope)
 
 
 def strain_errors(sensor: SensorConfig, finger: str | None = None) -> StrainErrors | None:

@@ -55,12 +55,9 @@ class CalibratedStates:
     gain_std: float | None = None
 
     def distances(self, strains: Array, driving: Array, gravity: Array) -> StateDistances:
-        """Distances of samples.
+        """Distances of samples from strains, (..., R), NaN where nothing is read, and the drive.
 
-        Args:
-            strains: strains, (..., R); NaN where nothing is read.
-            driving: torque at the joints, (..., D) N m; that at the first counts.
-            gravity: in B, (..., 3) m/s^2.
+        `driving` is the torque at the joints, (..., D) N m: the first counts. `gravity` is in B, (..., 3) m/s^2.
         """
         drive = np.stack(np.broadcast_arrays(driving[..., 0], gravity[..., 0], gravity[..., 2]), axis=-1)
         drive_distance = self._drive.distance(drive)

@@ -79,15 +79,10 @@ class ErrorBlock(ArrayBlock):
 
 
 def pass_delay_line(line: Array, newest: Array) -> tuple[Array, Array]:
-    """The delay line after this sample, and the value that leaves it.
+    """The delay line after this sample, and the value that leaves it, (..., R).
 
-    Args:
-        line: what is on its way, (..., delay, R), from the oldest; NaN before the first sample, which is then what
-            arrives until it has passed itself.
-        newest: what sets out, (..., R).
-
-    Returns:
-        the line after this sample, and (..., R) that arrives.
+    The line holds what is on its way, (..., delay, R), from the oldest; NaN before the first sample, which is then what
+    arrives until it has passed itself. What sets out is `newest`, (..., R).
     """
     newest = newest[..., None, :]
     queue = np.concatenate([np.where(np.isnan(line), newest, line), newest], axis=-2)

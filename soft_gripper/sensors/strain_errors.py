@@ -143,17 +143,10 @@ def begin(errors: StrainErrors, draws: Array) -> StrainMemory:
 def step(
     errors: StrainErrors, memory: StrainMemory, ratio: Array, draws: Array, period: float
 ) -> tuple[StrainMemory, Array]:
-    """One sample of every sensor.
+    """One sample of every sensor: the memory after it, and the disturbed extension ratios, (..., R).
 
-    Args:
-        errors: of all sensors.
-        memory: after the previous sample, or at the start of a run.
-        ratio: true extension ratios, (..., R).
-        draws: standard normal, (..., SAMPLE_DRAWS, R).
-        period: between samples, s.
-
-    Returns:
-        the memory after this sample, and the disturbed extension ratios, (..., R).
+    It takes the memory after the previous sample, or at the start of a run, true extension ratios, (..., R), standard
+    normal draws, (..., SAMPLE_DRAWS, R), and the period between samples, s.
     """
     white, low_frequency, dropout = np.moveaxis(draws, -2, 0)
     strain = ratio - 1

@@ -6,8 +6,8 @@ import pytest
 from refusals import refused
 
 from soft_gripper.runs.success import success_criteria
-from soft_gripper.scenario.criterion import read_criterion
 from soft_gripper.scenario.scenario_file import load_scenario
+from soft_gripper.scenario.schema import read_criterion
 
 
 @pytest.mark.parametrize(

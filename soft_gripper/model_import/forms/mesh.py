@@ -11,7 +11,7 @@ from soft_gripper.model_import.model_file import ModelFile
 from soft_gripper.registry import registered
 
 if TYPE_CHECKING:  # imported when a mesh is read
-    import trimesh
+    pass
 
 SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf", *registered("MESHES"))
 MASS, FRICTION = 0.05, 0.8  # kg, Coulomb: of a mesh for which none is given
@@ -27,7 +27,7 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
     Raises:
         InputError: if the mesh is missing, empty, not watertight, or of an implausible size.
     """
-    from soft_gripper.model_import.mesh_files import read_scene
+    from soft_gripper.model_import.mesh_files import keep_by_content, obj_text, read_scene
     from soft_gripper.model_import.solid_mesh import solid
 
     mesh = solid(file, read_scene(file.path).to_mesh())
@@ -42,23 +42,17 @@ def read(file: ModelFile, options: ImportOptions) -> ImportedModel:
     if options.add_to_link is not None:
         options.add_to_link(link, file.path, mesh.density, friction)
     else:
-        _add_rigid(link, mesh, options.color, friction)
+        inertial = write_inertial(link, float(mesh.mass), mesh.moment_inertia, is_sdf=True)
+        ET.SubElement(inertial, "pose").text = _text([*mesh.center_mass, 0, 0, 0])
+        uri = f"file://{keep_by_content(obj_text(mesh))}"
+        add_visual(link, uri, options.color)
+        contact = ET.SubElement(add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
+        ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
+        add_values(contact, {"mu_static": friction, "mu_dynamic": friction, "hunt_crossley_dissipation": 2.0})
     return ImportedModel(ET.tostring(root, encoding="unicode"), ".sdf")
 
 
 FORM = Form("mesh", SUFFIXES, read)
-
-
-def _add_rigid(link: ET.Element, mesh: "trimesh.Trimesh", color: Sequence[float], friction: float) -> None:
-    from soft_gripper.model_import.mesh_files import keep_by_content, obj_text
-
-    inertial = write_inertial(link, float(mesh.mass), mesh.moment_inertia, is_sdf=True)
-    ET.SubElement(inertial, "pose").text = _text([*mesh.center_mass, 0, 0, 0])
-    uri = f"file://{keep_by_content(obj_text(mesh))}"
-    add_visual(link, uri, color)
-    contact = ET.SubElement(add_geometry(link, "collision", uri), DRAKE + "proximity_properties")
-    ET.SubElement(contact, DRAKE + "rigid_hydroelastic")
-    add_values(contact, {"mu_static": friction, "mu_dynamic": friction, "hunt_crossley_dissipation": 2.0})
 
 
 def add_visual(link: ET.Element, uri: str, color: Sequence[float]) -> None:

@@ -106,7 +106,13 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
     weighed_bodies = [body for body in model.root.iter("body") if weighs_all or body.find("inertial") is None]
     mass_meshes = {values["geom"].get("mesh") for values in defaults.values() if "geom" in values}
     mass_meshes |= {geom.get("mesh") for body in weighed_bodies for geom in body.findall("geom")}
-    bodies = _find_touched_meshes(model.root, defaults)
+    bodies: dict[str, list[str]] = {}  # names of the bodies with each mesh that others may touch
+    worlds = ((world, "main") for world in model.root.findall("worldbody"))
+    for body, childclass in [*worlds, *_bodies(model.root)]:
+        for geom in body.findall("geom"):
+            values = _with_defaults(geom, "geom", defaults, childclass)
+            if "mesh" in values and (_bits(values, "contype") or _bits(values, "conaffinity")):
+                bodies.setdefault(values["mesh"], []).append(body.get("name", ""))
     folder = Path(os.path.realpath(model.path.parent)) / options.get("meshdir", options.get("assetdir", ""))
     for mesh in model.root.findall("asset/mesh"):
         if file_name := (mesh.get("file") or "").strip():
@@ -117,25 +123,13 @@ def _find_meshes(model: ModelFile, defaults: _Defaults, is_arm: bool) -> dict[st
                 obj = file if file.suffix.lower() == ".obj" else convert_to_obj(file)
                 if name in mass_meshes or name in bodies:
                     obj = outward(model, obj, file, from_volume=name in mass_meshes)
-                for body in bodies.get(name, ()) if is_arm else ():
-                    note_hull(model, body, obj, file)
+                for body_name in bodies.get(name, ()) if is_arm else ():
+                    note_hull(model, body_name, obj, file)
             except InputError as error:
                 raise error.inside(model.path) from None
             mesh.set("file", str(obj))
             mesh.attrib.pop("content_type", None)
     return {mesh.get("name", ""): bool(mesh.get("file")) for mesh in model.root.findall("asset/mesh")}
-
-
-def _find_touched_meshes(root: ET.Element, defaults: _Defaults) -> Mapping[str, list[str]]:
-    """Names of the bodies with each mesh that others may touch, by mesh."""
-    bodies_by_mesh: dict[str, list[str]] = {}
-    worlds = ((world, "main") for world in root.findall("worldbody"))
-    for body, childclass in [*worlds, *_bodies(root)]:
-        for geom in body.findall("geom"):
-            values = _with_defaults(geom, "geom", defaults, childclass)
-            if "mesh" in values and (_bits(values, "contype") or _bits(values, "conaffinity")):
-                bodies_by_mesh.setdefault(values["mesh"], []).append(body.get("name", ""))
-    return bodies_by_mesh
 
 
 def _defaults(root: ET.Element) -> _Defaults:

@@ -44,7 +44,14 @@ def read(robot: ModelFile, options: ImportOptions) -> ImportedModel:
     if options.is_arm:
         actuate(robot)
     else:
-        _drop_doubles(robot)
+        used_names: set[str | None] = set()  # of actuators
+        for transmission in robot.root.findall("transmission"):
+            names = {motor.get("name") for motor in transmission.findall("actuator")}
+            if names & used_names:
+                robot.root.remove(transmission)
+                name = f"<transmission> '{transmission.get('name')}'"
+                robot.note(LEFT_OUT, name, ", ".join(map(str, names)), "another has an actuator of this name")
+            used_names |= names
     mend_links(robot, options)
     _set_colors(robot)
     convert_meshes(robot, options.is_arm)
@@ -84,18 +91,6 @@ def actuate(robot: ModelFile) -> None:
         ET.SubElement(transmission, "type").text = "transmission_interface/SimpleTransmission"
         ET.SubElement(transmission, "joint", name=joint_name)
         ET.SubElement(transmission, "actuator", name=f"{joint_name}_actuator")
-
-
-def _drop_doubles(robot: ModelFile) -> None:
-    """Removes transmissions with an actuator of a repeated name."""
-    used_names: set[str | None] = set()
-    for transmission in robot.root.findall("transmission"):
-        names = {motor.get("name") for motor in transmission.findall("actuator")}
-        if names & used_names:
-            robot.root.remove(transmission)
-            name = f"<transmission> '{transmission.get('name')}'"
-            robot.note(LEFT_OUT, name, ", ".join(map(str, names)), "another has an actuator of this name")
-        used_names |= names
 
 
 def _set_colors(robot: ModelFile) -> None:
