@@ -4,7 +4,8 @@ Sensors are realistic, the estimator is `gaussian`, and pose, mass and friction 
 fingers hold, and of some that they do not. The tables of one process and of two are compared. With `--varied`, the same
 sweep is made over friction, over the modulus of the fingers and over a pressure, and a search of designs; only runs
 with one finger under one course of pressure share a station. Times are those of whole commands, the start included: of
-the first by the clock of an idle machine, of the second CPU time of one process.
+the first by the clock of an idle machine, of the second CPU time of one process. With `--steps`, boxes
+near the limit of friction are compared over the step of MuJoCo.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
 
+import numpy as np
 import yaml
 from processes import cpu_time_of
 
@@ -41,6 +43,7 @@ VARIED = {
     "Young's modulus": "models.gripper.fingers.all.youngs_modulus=-10..10 %",
     "a pressure": "pressure.steps.all.12=140e3..160e3",  # Pa, the last one
 }
+STEPS = (0.001, 0.005, 0.01)  # s, of MuJoCo
 STUDY = ROOT / "examples/design/bottle.yaml"
 SEARCH = {"designs": 12, "test_draws": 4, "unseen": {}}
 
@@ -58,6 +61,19 @@ class SweepCost:
 
 
 @dataclass(frozen=True)
+class StepCost:
+    """CPU time of the same runs with a step of MuJoCo, and their differences from the shortest step."""
+
+    step_ms: Annotated[float, ".0f"]
+    runs: int
+    seconds: Annotated[float, ".1f"]
+    same_outcomes: int
+    median_force_change_n: Annotated[float, ".4f"]
+    largest_force_change_n: Annotated[float, ".3f"]
+    median_bend_change_deg: Annotated[float, ".3f"]
+
+
+@dataclass(frozen=True)
 class EngineCost:
     """CPU time of the same runs in both engines, s, and its ratio."""
 
@@ -72,6 +88,9 @@ class EngineCost:
 
 def run(options: argparse.Namespace) -> None:
     """Prints a table."""
+    if options.steps:
+        print_rows([*step_costs(options.runs or 60)])
+        return
     print_rows([*(engine_costs(options.runs or 40) if options.varied else process_costs(options.runs or 1000))])
 
 
@@ -87,16 +106,39 @@ def process_costs(runs: int) -> Iterator[SweepCost]:
                 yield SweepCost(boxes, runs, jobs, 1e3 * seconds / runs, seconds, agreement)
 
 
+def step_costs(runs: int) -> Iterator[StepCost]:
+    """Yields a row for each step, of boxes near the limit."""
+    first: list[dict[str, str]] = []
+    for step in STEPS:
+        with TemporaryDirectory() as folder:
+            command = grasps("near the limit", runs, 1, Path(folder), f"--set=engine_step={step}")
+            seconds = cpu_time_of(command)
+            with (Path(folder) / "sweep.csv").open(newline="", encoding="utf-8") as table:
+                rows = [*csv.DictReader(table)]
+        first = first or rows
+        force_changes, bend_changes = (
+            [abs(float(row[name]) - float(of_first[name])) for row, of_first in zip(rows, first, strict=True)]
+            for name in ("normal_force_n", "largest_bend_deg")
+        )
+        same_outcomes = sum(row["grasp"] == of_first["grasp"] for row, of_first in zip(rows, first, strict=True))
+        force_change, bend_change = (float(np.median(changes)) for changes in (force_changes, bend_changes))
+        yield StepCost(1e3 * step, runs, seconds, same_outcomes, force_change, max(force_changes), bend_change)
+
+
 def clock_time(boxes: str, runs: int, jobs: int, out: Path) -> float:
     """Time of a sweep, s."""
+    begin = time.perf_counter()
+    subprocess.run(grasps(boxes, runs, jobs, out), check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return time.perf_counter() - begin
+
+
+def grasps(boxes: str, runs: int, jobs: int, out: Path, *more: str) -> list[str]:
+    """Command of a sweep of boxes."""
     masses, frictions = SAMPLES[boxes]
     ranges = {"mass": masses, "friction": frictions, "X_PC.translation.0": (-0.004, 0.004)}
     axes = [f"models.box.{key}={low}..{high}" for key, (low, high) in ranges.items()]
     fixed_options = [f"--set={key}={value}" for key, value in FIXED.items()]
-    command = sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed_options)
-    begin = time.perf_counter()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return time.perf_counter() - begin
+    return sweep("mujoco", axes, runs, jobs, out, "--seed", "7", *fixed_options, *more)
 
 
 def engine_costs(runs: int) -> Iterator[EngineCost]:

@@ -16,17 +16,20 @@ from pydrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 from pydrake.systems.primitives import (
     Adder,
     AffineSystem,
+    BarycentricMeshSystem,
     ConstantVectorSource,
     Demultiplexer,
     MatrixGain,
     Multiplexer,
     PassThrough,
     Saturation,
+    TrajectorySource,
 )
 
 from soft_gripper.array_block import ArrayBlock, check_finite
 from soft_gripper.arrays import Array
 from soft_gripper.control.grip import GripForceBound
+from soft_gripper.run_begin import RunBegin
 from soft_gripper.steps import TIME, Memory, Step, Steps, same
 
 Read = Callable[[int], Any]  # the value of an input, by its number; None: it is open
@@ -327,9 +330,9 @@ def context_steps(block: LeafSystem) -> Steps:
 
 def _evaluate(port: OutputPort, inputs: Sequence[InputPort], context: Context, times: Array, *signals: Array) -> Array:
     """Output in every environment; NaN where the block fails because the environment has diverged."""
-    context.SetTime(float(times[0, 0]))
     rows = []
-    for values in zip(*signals, strict=True) if signals else [()]:
+    for time, *values in zip(times[:, 0].tolist(), *signals, strict=True):
+        context.SetTime(time)
         for input_port, value in zip(inputs, values, strict=True):
             input_port.FixValue(context, value)
         try:
@@ -425,5 +428,13 @@ GRAPHS: Graphs = {  # of the steps of a block, by its class
     MatrixGain: _gain,
     Multiplexer: lambda block: direct(block, side_by_side),
     PassThrough: lambda block: direct(block, same),
+    RunBegin: lambda block: direct(block, lambda: np.zeros((1, 1))),  # runs begin at time 0
     Saturation: _saturation,
 }
+
+
+def contents(block: LeafSystem, times: Array) -> Any:
+    """Values that determine a block without steps at some times, s; the block itself if they are unknown."""
+    if isinstance(block, BarycentricMeshSystem):
+        return np.array(block.get_mesh().get_all_mesh_points()), np.array(block.get_output_values())
+    return context_steps(block).output("y0", {TIME: times}) if isinstance(block, TrajectorySource) else block

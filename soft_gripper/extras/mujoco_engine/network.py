@@ -5,7 +5,7 @@ step of the plant, others with every sample; all updates of one time see the val
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
@@ -32,6 +32,7 @@ from soft_gripper.extras.mujoco_engine.blocks import (
     PerDiagram,
     Rows,
     Streams,
+    contents,
     context_steps,
     gains,
 )
@@ -208,6 +209,11 @@ class Network:
         feeds = (self._source(leaf, i, self._levels[leaf]) for i in range(leaf.num_input_ports()))
         return all(source is not None and self._is_shared(source[0]) for source in feeds)
 
+    @cached_property
+    def _step_times(self) -> Array:
+        """Times of all steps of the plant, s, (T, 1)."""
+        return np.arange(0.0, self._first.scenario.duration, self._first.plant.time_step())[:, None]
+
     def _group_equal(self, leaf: LeafSystem) -> dict[LeafSystem, Rows]:
         """Groups equal counterparts of a block in all diagrams: one block of each group, and its environments."""
         if isinstance(leaf, RandomSource | TaskMachine):  # have values for every environment
@@ -217,7 +223,7 @@ class Network:
         for leaves, rows in self._diagrams:
             counterpart = leaves[leaf_index]
             steps = None if make_steps is None else make_steps(counterpart)
-            behavior = counterpart if steps is None else (steps, steps.outputs)
+            behavior = contents(counterpart, self._step_times) if steps is None else (steps, steps.outputs)
             equal_rows = next((members for _, key, members in groups if is_equal(behavior, key)), None)
             if equal_rows is None:
                 groups.append((counterpart, behavior, list(rows)))
@@ -237,9 +243,9 @@ class Network:
         has_state = leaf.num_discrete_state_groups() or leaf.num_abstract_states()
         if make_steps is None and has_state:
             return Contexts(counterpart, 1 if self._is_shared(leaf) else count)
-        if not has_state and self._is_shared(leaf):
-            count = 1
         steps = context_steps(counterpart) if make_steps is None else make_steps(counterpart)
+        if self._is_shared(leaf) and not any(step.memory for step in steps.values()):
+            count = 1
         if isinstance(leaf, ArrayBlock) and not leaf.takes_axes:
             graphs = [steps] * count
             if isinstance(leaf, TaskMachine):  # each environment has its own phases

@@ -6,9 +6,17 @@ from random import Random
 
 import numpy as np
 import pytest
+from drake_plants import DrakePlants
+from pydrake.math import BarycentricMesh
+from pydrake.systems.primitives import BarycentricMeshSystem, Gain, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.array_block import ArrayBlock
+from soft_gripper.diagrams.station import make_private_station
+from soft_gripper.extras.mujoco_engine.blocks import PerDiagram, contents
 from soft_gripper.extras.mujoco_engine.equal_blocks import is_equal
+from soft_gripper.extras.mujoco_engine.network import Network
+from soft_gripper.scenario.scenario_file import changed_scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,3 +94,30 @@ def test_what_holds_a_state_that_is_no_attribute_is_equal_to_itself_alone():
     one, other = Random(1), Random(1)
     assert is_equal(one, one)
     assert not is_equal(one, other)
+
+
+def line(slope, end=2.0):
+    return TrajectorySource(PiecewisePolynomial.FirstOrderHold([0.0, 1.0, end], [[0.0, 1.0, 1.0 + slope]]))
+
+
+def table(values):
+    return BarycentricMeshSystem(BarycentricMesh([{0.0, 1.0}]), np.array([values]))
+
+
+def test_sources_and_tables_of_drake_are_compared_by_their_values():
+    times = np.array([[0.0], [1.2]])
+    assert is_equal(contents(line(2.0), times), contents(line(2.0), times))
+    assert not is_equal(contents(line(2.0), times), contents(line(3.0), times))
+    assert not is_equal(contents(table([1.0, 2.0]), times), contents(table([1.0, 3.0]), times))
+    assert is_equal(contents(table([1.0, 2.0]), times), contents(table([1.0, 2.0]), times))
+    one = Gain(2.0, 1)
+    assert contents(one, times) is one
+
+
+def test_stations_with_other_pressures_share_the_source_of_steps():
+    stations = [
+        make_private_station(changed_scenario("free_bending", {"pressure.steps.all": [p]}), composed=False)
+        for p in (50e3, 60e3)
+    ]
+    network = Network(stations, DrakePlants(stations[0]), stations[0].logs)
+    assert not any(isinstance(block, PerDiagram) for block in network._blocks.values())
