@@ -1,11 +1,11 @@
 """Removes from a diagram that nobody sees the blocks that neither its loop nor its logs read.
 
 In a diagram that a user gets, every port can be read at any time, so every block runs. In a run whose diagram nobody
-sees, such as `simulate` or a sweep, a block made of functions (ArrayBlock) is needed only if a block of another kind
-reads it, be it a controller, a visualizer or a log. The others leave the diagram before it is built, and the recording
-computes their signals afterwards (`SignalSources`); sensors and estimation are composed, for those that stay
-(`wiring.composed`), and fused with the grip control into one block, that of the loop. If nothing is read afterwards,
-this is 1 to 4 times as fast.
+sees, such as `simulate` or a sweep, a block made of functions (ArrayBlock), or a MatrixGain, is needed only if a block
+of another kind reads it, be it a controller, a visualizer or a log. The others leave the diagram before it is built,
+and the recording computes their signals afterwards (`SignalSources`); sensors and estimation are composed, for those
+that stay (`wiring.composed`), and fused with the grip control into one block, that of the loop. If nothing is read
+afterwards, this is 1 to 4 times as fast.
 """
 
 from collections.abc import Iterator, Mapping

@@ -17,9 +17,10 @@ from soft_gripper.signals import Signal, signal_of
 
 
 class SignalLogs(Diagram):
-    """Logs the sources of signals, sampled every `period` s; with an input port for each.
+    """Logs the sources of signals, sampled every `period` s; with an input port for each vector.
 
-    Vectors share one log, because each additional system in a diagram costs time at every step.
+    Vectors share one log, because each additional system in a diagram costs time at every step. Other values are logged
+    by the blocks that show them.
     """
 
     def __init__(self, signals: Mapping[str, OutputPort], sources: SignalSources, period: float):

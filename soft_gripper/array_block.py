@@ -63,7 +63,8 @@ class ArrayBlock(LeafSystem):
         # What reads each step, and its tickets.
         self._read: dict[str, Callable[[Context], Any]] = {TIME: lambda context: np.array([context.get_time()])}
         self._tickets: dict[str, set[Any]] = {TIME: {self.time_ticket()}}
-        self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are cached
+        self._calcs: dict[str, Callable[[Context], Any]] = {}  # of the steps that are shown
+        self._kept: dict[frozenset[int], Cached] = {}  # values of steps by name, by their tickets
         self._groups: dict[str, int] = {}  # of the discrete state, by the steps that remember
         self.logs: list[tuple[Cached, Callable[[Context], Any]]] = []  # lists of values, and what computes the next one
         if period is not None:
@@ -185,9 +186,7 @@ class ArrayBlock(LeafSystem):
         if step.function is same:
             (self._read[name],), self._tickets[name] = reads, tickets
         elif kept:
-            self._calcs[name] = _apply_to_context(step.function, reads)
-            cached = Cached(self, name, partial(weakly(self._calc_step), name), tickets)
-            self._read[name], self._tickets[name] = cached.Eval, {cached.ticket}
+            self._keep(name, _apply_to_context(step.function, reads), tickets)
         else:
             self._read[name] = _apply_to_context(step.function, reads)
             self._tickets[name] = tickets or {self.nothing_ticket()}
@@ -297,16 +296,32 @@ class ArrayBlock(LeafSystem):
     def _last_sample(self, context: Context) -> float:
         return float(context.get_discrete_state(self._last).value()[0])
 
+    def _keep(self, name: str, read: Callable[[Context], Any], tickets: set[Any]) -> None:
+        """Keeps the values of a step in a cache entry, which steps of equal tickets share: each entry costs time."""
+        key = frozenset(map(int, tickets))
+        if key not in self._kept:
+            self._kept[key] = Cached(self, name, _set_empty, tickets or {self.nothing_ticket()})
+        kept = self._kept[key]
+        check_inputs = weakly(self._check_inputs)
+
+        def read_kept(context: Context) -> Any:
+            values = kept.Eval(context)
+            if name not in values:
+                try:
+                    values[name] = read(context)
+                except ValueError:
+                    check_inputs(context)
+                    raise
+            return values[name]
+
+        self._read[name], self._tickets[name] = read_kept, tickets
+
     def _log_value(self, i: int, context: Context) -> None:
         values, calc = self.logs[i]
         values.Eval(context).append(calc(context))
 
     def _calc_step(self, name: str, context: Context, value: AbstractValue) -> None:
-        try:
-            value.set_value(self._calcs[name](context))
-        except ValueError:
-            self._check_inputs(context)
-            raise
+        value.set_value(self._calcs[name](context))
 
     def _check_inputs(self, context: Context) -> None:
         ports = [self.get_input_port(i) for i in range(self.num_input_ports())]
@@ -321,6 +336,10 @@ class ArrayBlock(LeafSystem):
 
     def _tickets_of(self, sources: Sequence[str]) -> set[Any]:
         return {ticket for source in sources for ticket in self._tickets[source]}
+
+
+def _set_empty(_: Context, value: AbstractValue) -> None:
+    value.set_value({})
 
 
 def _apply_to_context(

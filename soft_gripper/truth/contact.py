@@ -3,7 +3,7 @@
 The patches of several samples lie one after the other: P of them in T samples.
 
 The block keeps raw patches, a table per sample, and forces and locations are computed after the run. Their number
-varies, so they pass through an abstract port and a `ValueLog`. Only the mean normals of surfaces are computed at
+varies, so they have an abstract port, and the block logs them itself. Only the mean normals of surfaces are computed at
 once, since Drake's surfaces do not outlive the sample.
 """
 

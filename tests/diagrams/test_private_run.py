@@ -6,7 +6,7 @@ from creeping_fingers import FINGER, write_creeping
 from logged_ports import logged_ports
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import LogVectorOutput, TrajectorySource
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from soft_gripper.diagrams.private_run import LOOP, remove_unread_blocks
@@ -62,6 +62,13 @@ def test_fingers_that_creep(tmp_path):
     files = [f"models.{i}.file={write_creeping(FINGER, tmp_path, 0.2, 0.5)}" for i in range(2)]
     overrides = [*files, "pressure.settle=0.2", "pressure.hold_samples=5"]
     assert_near(*both(load_scenario("free_bending", overrides)), 1e-12)
+
+
+def test_what_only_logs_read_of_the_plant_is_computed_from_its_own_ports():
+    """The gains that select joint angles and contact torques are left out, and their signals follow."""
+    station = make_private_station(load_scenario("free_bending"))
+    assert not any(isinstance(system, MatrixGain) for system in station.diagram.GetSystems())
+    assert {"left_finger.sampled_joint_angles", "left_finger.true_external_torque"} <= set(station.logs.signals)
 
 
 @pytest.mark.parametrize(

@@ -421,11 +421,10 @@ class Network:
         self._advance(self._step_blocks)
 
     def logged(self) -> Iterator[tuple[int, Array]]:
-        """Yields logged values except patches, (E, size) or (1, size), with the number of the log's input."""
+        """Yields logged values, (E, size) or (1, size), with the number of the log's input."""
         for number, output in enumerate(self._logged):
             assert output is not None
-            if not isinstance(output[0], TrueContact):
-                yield number, self._value(output)
+            yield number, self._value(output)
 
     def sample(self) -> None:
         """Takes the samples and makes the updates of a time, after the first step of the plants from it."""
