@@ -7,8 +7,14 @@ from pydrake.systems.framework import DiagramBuilder, InputPort
 from soft_gripper.diagrams.arm import add_arm_control, add_home, make_arm
 from soft_gripper.diagrams.station_parts import StationParts
 from soft_gripper.diagrams.task_plan import add_task, add_tool_target
-from soft_gripper.diagrams.wiring.drive import Drive, add_steps, check_steps, check_stiffness
-from soft_gripper.diagrams.wiring.external import add_external_drive, add_input
+from soft_gripper.diagrams.wiring.drive import (
+    Drive,
+    add_external_drive,
+    add_input,
+    add_steps,
+    check_steps,
+    check_stiffness,
+)
 from soft_gripper.diagrams.wiring.grip_control import Supply, add_grip_control, add_set_points
 from soft_gripper.diagrams.wiring.plant_signals import describe_arm_state
 from soft_gripper.errors import InputError

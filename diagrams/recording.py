@@ -1,16 +1,18 @@
 """Recording: every named signal of a run over time, as labelled arrays with units."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 
 from soft_gripper.arrays import Array
+from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import ContactForces, contact_forces
 from soft_gripper.diagrams.signal_labels import Labels
 from soft_gripper.diagrams.signal_logs import SignalLogs
@@ -175,3 +177,26 @@ class _SampledRecording(Recording):
     def __reduce__(self) -> Any:
         """A copy, in another process too, has the values."""
         return Recording, (self.data,)
+
+
+class Span(NamedTuple):
+    """A phase as executed."""
+
+    phase: Phase
+    begin: float  # s
+    end: float
+
+
+def phase_spans(recording: Recording, phases: Sequence[Phase]) -> list[Span]:
+    """The phases in the order of execution, without the time after the last.
+
+    `phases` are those of the TaskMachine, including rescues, by number.
+    """
+    signal = recording["task.phase"]
+    times, numbers = signal["time"].values, signal.values.astype(int)
+    bounds = pairwise([0, *(np.flatnonzero(np.diff(numbers)) + 1), len(times) - 1])
+    return [
+        Span(phases[numbers[begin]], float(times[begin]), float(times[end]))
+        for begin, end in bounds
+        if numbers[begin] < len(phases) and begin < end
+    ]

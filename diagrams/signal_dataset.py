@@ -51,10 +51,7 @@ class _LazySignal(BackendArray):
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Array:
         values = self._samples[self._name].reshape(self.shape)
-        part: Array = indexing.explicit_indexing_adapter(
-            key, self.shape, indexing.IndexingSupport.BASIC, values.__getitem__
-        )
-        return part
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, values.__getitem__)
 
     def __reduce__(self) -> Any:
         """A copy, in another process too, has the values."""

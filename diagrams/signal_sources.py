@@ -158,8 +158,7 @@ class Samples:
         self._unread = {_estimate_of(s): (name, s) for name, s in sources.items() if name.endswith(f".{ANGLES}")}
 
     def __getitem__(self, name: str) -> Array:
-        values: Array = self.values_of(self._sources[name])
-        return values
+        return self.values_of(self._sources[name])
 
     def is_logged(self, name: str) -> bool:
         """Whether a signal is read from a log, without computation."""

@@ -15,7 +15,7 @@ from soft_gripper.diagrams.recording import Recording, make_recording, read_logs
 from soft_gripper.diagrams.scene import Scene, check_starts_apart
 from soft_gripper.diagrams.signal_logs import SignalLogs
 from soft_gripper.diagrams.task_plan import check_paths
-from soft_gripper.diagrams.wiring.external import External
+from soft_gripper.diagrams.wiring.drive import External
 from soft_gripper.errors import InputError
 from soft_gripper.files.notes import Note
 from soft_gripper.fingers.plant_finger import PlantFinger

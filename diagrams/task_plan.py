@@ -36,7 +36,7 @@ from soft_gripper.control.arm_motion import (
 from soft_gripper.control.task import Phase, Rules, TaskMachine
 from soft_gripper.diagrams.arm import Arm, carried_models
 from soft_gripper.diagrams.scene import first_body, own_frame
-from soft_gripper.diagrams.wiring.external import External
+from soft_gripper.diagrams.wiring.drive import External
 from soft_gripper.errors import InputError
 from soft_gripper.scenario.schema import ModelConfig, PhaseConfig, TaskConfig
 

@@ -101,8 +101,7 @@ def drake_weight(finger_plant: LoadPlant) -> Callable[..., Array]:
         plant.mutable_gravity_field().set_gravity_vector(gravity)
         context = plant.CreateDefaultContext()
         plant.SetPositions(context, q)
-        torque: Array = plant.CalcGravityGeneralizedForces(context)
-        return torque
+        return plant.CalcGravityGeneralizedForces(context)
 
     return evaluate
 

@@ -253,8 +253,7 @@ class EstimateVisualizer(LeafSystem):
         return EventStatus.Succeeded()
 
     def _signal(self, context: Context, finger: DrawnFinger, name: str) -> Array:
-        value: Array = self.GetInputPort(f"{finger.name}.{name}").Eval(context)
-        return value
+        return self.GetInputPort(f"{finger.name}.{name}").Eval(context)
 
     def _draw_arcs(self, finger: DrawnFinger, arcs: Arcs, time: float) -> None:
         centers, headings, radii = arc_frames(arcs)

@@ -132,8 +132,7 @@ def contact_arrow(finger: Finger, corners: Array, contact: Contact | None) -> Ar
 
 def to_world(X_WB: Array, points: Array) -> Array:
     """Converts points in B, (..., M, 3) m, to the world; X_WB is the pose of B, [R | p], (..., 3, 4)."""
-    points_in_world: Array = points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
-    return points_in_world
+    return points @ np.swapaxes(X_WB[..., :3], -1, -2) + X_WB[..., None, :, 3]
 
 
 def force_in_world(signals: Mapping[str, Array], corners: Array) -> tuple[Array, Array] | None:

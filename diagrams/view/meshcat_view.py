@@ -79,8 +79,7 @@ def viewing_direction(
     p_WFoot = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), foot).translation()
     view_vector = np.mean([finger.X_WB.translation() for finger in fingers], axis=0) - p_WFoot
     turn = RotationMatrix.MakeZRotation(np.arctan2(view_vector[1], view_vector[0]) + _CAMERA_TURN)
-    direction: Array = turn @ np.array([0.0, 1.0, -_CAMERA_DESCENT])
-    return direction
+    return turn @ np.array([0.0, 1.0, -_CAMERA_DESCENT])
 
 
 def upright_view(direction: Array) -> RotationMatrix:
@@ -100,8 +99,7 @@ def nearest_eye(p_W: Array, R_WC: RotationMatrix, min_slopes: Array, max_slopes:
     lowest = np.max(coordinates[:, :2] - max_slopes * coordinates[:, 2:], axis=0)
     highest = np.min(coordinates[:, :2] - min_slopes * coordinates[:, 2:], axis=0)
     depth = np.min((highest - lowest) / (max_slopes - min_slopes))
-    eye: Array = R_WC.matrix() @ [*(lowest + highest + (min_slopes + max_slopes) * depth) / 2, depth]
-    return eye
+    return R_WC.matrix() @ [*(lowest + highest + (min_slopes + max_slopes) * depth) / 2, depth]
 
 
 def box_corners(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import BarycentricMesh
@@ -11,6 +12,7 @@ from pydrake.systems.primitives import (
     BarycentricMeshSystem,
     ConstantVectorSource,
     MatrixGain,
+    PassThrough,
     Saturation,
     TrajectorySource,
 )
@@ -396,3 +398,28 @@ def _step_mesh(steps: int, duration: float) -> tuple[BarycentricMesh, Array]:
     changes = np.arange(1, steps) * duration - _STEP_TOLERANCE
     nodes = [0.0, *np.stack([changes - _STEP_TOLERANCE, changes], axis=-1).ravel(), steps * duration]
     return BarycentricMesh([set(nodes)]), np.repeat(np.eye(steps), 2, axis=1)
+
+
+class External(NamedTuple):
+    """The inputs of commands and the resulting signals, by name."""
+
+    inputs: dict[str, InputPort]
+    signals: dict[str, OutputPort]
+
+
+def add_external_drive(builder: DiagramBuilder, commands: Commands) -> External:
+    """Adds `{finger}.{kind}_command` for each command, such as `left_finger.pressure_command`, (C) Pa."""
+    external = External({}, {})
+    for finger, command in commands.inputs.items():
+        added = add_input(builder, f"{finger}.{commands.kind}_command", command)
+        external.inputs.update(added.inputs)
+        external.signals.update({name: commands.described(finger, port) for name, port in added.signals.items()})
+    return external
+
+
+def add_input(builder: DiagramBuilder, name: str, target: InputPort, unit: str | None = None) -> External:
+    """Adds an input of that name, in a unit, which commands `target`."""
+    pass_through = builder.AddNamedSystem(name, PassThrough(target.size()))
+    builder.Connect(pass_through.get_output_port(), target)
+    signal = pass_through.get_output_port()
+    return External({name: pass_through.get_input_port()}, {name: signal if unit is None else describe(signal, unit)})

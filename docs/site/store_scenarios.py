@@ -9,8 +9,7 @@ from links import ROOT
 from PIL import Image
 
 import soft_gripper as sg
-from soft_gripper.diagrams.executed_phases import phase_spans
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.extras.paper.scenes_figure import largest_pressure
 from soft_gripper.files.row_table import write_csv

@@ -102,8 +102,7 @@ def _section_of_box(scene: RecordedScene, finger: PlantFinger, time: float) -> A
     x, _, z = shape.size() / 2
     X_BO = finger.X_WB.inverse() @ query.GetPoseInWorld(geometry)
     around = np.array([(-x, 0, -z), (x, 0, -z), (x, 0, z), (-x, 0, z)])
-    section: Array = X_BO.multiply(around.T).T[:, ::2]
-    return section
+    return X_BO.multiply(around.T).T[:, ::2]
 
 
 _GRASP_COLORS = {SHIPPED: "#8c8c8c", CONFORMING: "#0072b2"}

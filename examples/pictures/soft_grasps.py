@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from soft_gripper.arrays import Array
-from soft_gripper.diagrams.executed_phases import phase_spans
+from soft_gripper.diagrams.recording import phase_spans
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_private_station
 from soft_gripper.pictures.rendering import Picture, SceneRenderer, framing_camera

@@ -93,8 +93,7 @@ def _run(options: argparse.Namespace) -> int | None:
     if takes_scenario and not hasattr(options, "vary"):  # a sweep checks scenarios with what it varies
         scenario_module = _load_module(options.command, "soft_gripper.commands.chosen_scenario")
         options.chosen_scenario = scenario_module.chosen_scenario(options)
-    code: int | None = _load_module(options.command, options.command.module).run(options)
-    return code
+    return _load_module(options.command, options.command.module).run(options)
 
 
 def _load_module(command: Command, module: str) -> ModuleType:

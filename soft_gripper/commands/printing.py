@@ -2,12 +2,13 @@
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 from operator import attrgetter
 
 import numpy as np
 
+from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
 from soft_gripper.files.row_table import UNKNOWN, headings, print_rows, print_table
 from soft_gripper.runs.scores.grasp import HELD, NEVER_TOUCHED, RESTING
@@ -128,3 +129,12 @@ def print_phases(rows: Sequence[PhaseRow], outcome: Outcome, task: TaskConfig, l
     timeout = f", not finished after {task.time_limit:g} s (task.time_limit)" if outcome == Outcome.RUNNING else ""
     truth = f"; in truth: {', '.join(lost)}" if lost else ""
     print(f"\nOutcome, as estimated: {outcome.words}{timeout}{truth}")
+
+
+def changes_line(finger: str, read: Callable[[str], Array]) -> str:
+    """Changes that `recursive` has found of a finger, see `recursive.Changes`; `read` reads a signal by its name."""
+    bend, std = (100 * float(np.ravel(read(f"{finger}.{name}"))[0]) for name in ("bend_change", "bend_change_std"))
+    offsets, stds = (np.ravel(read(f"{finger}.{name}")) for name in ("offset_changes", "offset_changes_std"))
+    largest = int(np.abs(offsets).argmax())
+    offset_text = f"offsets have moved by up to {offsets[largest]:+.2g} +- {stds[largest]:.2g}"
+    return f"{finger}: bends {bend:+.1f} +- {std:.1f} % further than its model; {offset_text}"

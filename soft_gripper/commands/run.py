@@ -11,10 +11,16 @@ from typing import Any
 
 from pydrake.geometry import Meshcat
 
-from soft_gripper.commands.changes import changes_line
 from soft_gripper.commands.chosen_station import chosen_station
 from soft_gripper.commands.console import Console
-from soft_gripper.commands.printing import print_grasps, print_phases, print_poses, print_slips, print_truth
+from soft_gripper.commands.printing import (
+    changes_line,
+    print_grasps,
+    print_phases,
+    print_poses,
+    print_slips,
+    print_truth,
+)
 from soft_gripper.control.task import Outcome
 from soft_gripper.diagrams.contact_forces import forces_text
 from soft_gripper.diagrams.recording import Recording

@@ -477,15 +477,13 @@ class ContactShape:
         The contact is NaN where too few values are read (`SurfaceContact.min_read_count`), or where none is found on a
         moving finger; `lag` is that of a free finger in motion, (..., D) each.
         """
-        shape: ShapeEstimate = self._map_batches(self._shape, readings, driving, gravity, lag, std)
-        return shape
+        return self._map_batches(self._shape, readings, driving, gravity, lag, std)
 
     def posterior(
         self, readings: Array, driving: Array, gravity: Array, lag: Lag = AT_REST, std: Array | None = None
     ) -> ContactPosterior:
         """Posterior of one contact; see `__call__`."""
-        posterior: ContactPosterior = self._map_batches(self._posterior, readings, driving, gravity, lag, std)
-        return posterior
+        return self._map_batches(self._posterior, readings, driving, gravity, lag, std)
 
     @cached_property
     def motion(self) -> FreeMotion:

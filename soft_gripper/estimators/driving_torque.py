@@ -13,6 +13,7 @@ angles, (..., B + 1, N) rad.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from soft_gripper.array_block import ArrayBlock
 from soft_gripper.arrays import Array
 from soft_gripper.estimators.estimate import ShapeFunction
 from soft_gripper.estimators.finger_shape import ANGLES
-from soft_gripper.estimators.recorded_inputs import recorded_inputs
+from soft_gripper.estimators.free_motion import recorded_lag
+from soft_gripper.estimators.zeroing import recorded_zeros
 from soft_gripper.fingers.creep import advance, memory_torque
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_parts import SLIDES
@@ -65,8 +67,7 @@ def torque_of_bend(finger: Finger, pressure: Array | float, bend: Array) -> Arra
     if not finger.takes_stiffness:
         return memory
     q, q_free = bend[..., -1, :], free_bending_angles(finger, np.asarray(pressure))
-    torque: Array = memory + taken_torque(finger, np.where(np.isnan(q), q_free, q), pressure)
-    return torque
+    return memory + taken_torque(finger, np.where(np.isnan(q), q_free, q), pressure)
 
 
 def unknown_bend(finger: Finger, shape: Sequence[int] = ()) -> Array:
@@ -188,3 +189,21 @@ class DrivingTorque(ArrayBlock):
 def _pressure_of_law(finger: Finger, *pressure: Array) -> Array | float:
     """Input of the pressure law, Pa: the pressure of the one chamber of a finger, (..., 1), if it has a law."""
     return 0.0 if finger.pressure_law is None else pressure[0][..., 0]
+
+
+def recorded_inputs(
+    function: object, readings: Array, driving: Array, gravity: Array, apparent_gravity: Array | None = None
+) -> tuple[Any, ...]:
+    """The arguments of an estimator at all samples of a recording, as `ShapeEstimator` gives them one by one.
+
+    Args:
+        function: the estimator.
+        readings: of its sensors, (T, ..., R).
+        driving: torque, (T, ..., D) N m.
+        gravity: in B, (T, ..., 3) m/s^2.
+        apparent_gravity: gravity less the acceleration of the base, likewise; None: the base is at rest.
+    """
+    gravity = np.broadcast_to(gravity, (*driving.shape[:-1], 3))
+    lag = recorded_lag(function, driving, gravity, gravity if apparent_gravity is None else apparent_gravity)
+    zeroed, std = recorded_zeros(function, readings, driving, gravity)
+    return zeroed, driving, gravity, *lag, *std

@@ -99,8 +99,7 @@ def estimates_at(function: ShapeFunction, rows: NDArray[np.int_], *samples: Any)
     `samples` are the arguments of the function at all samples, as of `recorded_inputs`.
     """
     if hasattr(function, "at"):
-        estimates: ShapeEstimate = function.at(rows, *samples)
-        return estimates
+        return function.at(rows, *samples)
     return function(*samples_at(rows, *samples))
 
 

@@ -198,7 +198,8 @@ def fit_cells(r: Array, cells: Cells, max_force: float, refines: bool = False) -
     best force under R is far too small.
     """
     fits = _fits(r, cells, max_force, refines)
-    return CellFits(r, cells, fits, _chi_squared(fits, max_force))
+    excess = (np.clip(fits.force, 0, max_force) - fits.force) / fits.std
+    return CellFits(r, cells, fits, fits.misfit + excess**2)
 
 
 def contact_posterior(
@@ -303,7 +304,9 @@ def _fits(r: Array, cells: Cells, max_force: float, refines: bool) -> Fits:
     c = np.moveaxis(c, -1, 0)
     deviations = np.moveaxis(deviations, (-2, -1), (0, 1))
     vectors = [*deviations, c, r]
-    products = [[_dot(vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)]
+    products = [
+        [np.einsum("s...,s...->...", vector, factor) for factor in vectors[: i + 1]] for i, vector in enumerate(vectors)
+    ]
     if not refines:
         return _fit(products, np.clip(products[-1][-2] / (products[-2][-1] + _TINY), 0, max_force), max_force)
     first_fits = _fit(products, np.full(c.shape[1:], _FIRST_FORCE), max_force)
@@ -330,17 +333,6 @@ def _fit(products: list[list[Array]], guess: Array, max_force: float) -> Fits:
     information = information + (1e-3 / max_force) ** 2  # where nothing bends, any force is equally likely
     force = projection / information
     return Fits(force, information**-0.5, np.maximum(misfit - force * projection, 0), np.log(determinant))
-
-
-def _dot(x: Array, y: Array) -> Array:
-    product: Array = np.einsum("s...,s...->...", x, y)
-    return product
-
-
-def _chi_squared(fits: Fits, max_force: float) -> Array:
-    """The misfit of the best possible force of every cell, (..., C)."""
-    chi_squared: Array = fits.misfit + ((np.clip(fits.force, 0, max_force) - fits.force) / fits.std) ** 2
-    return chi_squared
 
 
 def _force_range(fits: Fits, chi_squared: Array, mask: NDArray[np.bool_], level: float, max_force: float) -> Array:

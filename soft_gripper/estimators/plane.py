@@ -13,8 +13,7 @@ from soft_gripper.fingers.kinematics import as_planar
 
 def pose_entries(X_WB: RigidTransform) -> Array:
     """A pose as the 12 numbers that ports carry."""
-    entries: Array = X_WB.GetAsMatrix34().ravel()
-    return entries
+    return X_WB.GetAsMatrix34().ravel()
 
 
 def to_base(X_WB: Array, vector: Array) -> Array:

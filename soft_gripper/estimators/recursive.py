@@ -238,13 +238,11 @@ class RecursiveShape:
 
     def estimate(self, state: FilterState, driving: Array) -> ShapeEstimate:
         """The shape and the contact after a sample at a driving torque, (..., D)."""
-        estimate: ShapeEstimate = map_batches(self._estimate, *self._state_arrays(state), driving)
-        return estimate
+        return map_batches(self._estimate, *self._state_arrays(state), driving)
 
     def posterior(self, state: FilterState, driving: Array) -> ContactPosterior:
         """Posterior of one contact after a sample at a driving torque, (..., D)."""
-        posterior: ContactPosterior = map_batches(self._posterior, *self._state_arrays(state), driving)
-        return posterior
+        return map_batches(self._posterior, *self._state_arrays(state), driving)
 
     @staticmethod
     def _state_arrays(state: FilterState) -> tuple[Array, ...]:
@@ -541,8 +539,7 @@ class RecursiveShape:
         """Readings that no change of the load can explain."""
         variance = ((jacobian @ covariance) * jacobian).sum(axis=-1) + noise
         variance = variance + np.diagonal(bias_covariance, axis1=-2, axis2=-1)
-        is_outlier: NDArray[np.bool_] = np.abs(residual) > _OUTLIER_STDS * np.sqrt(variance)
-        return is_outlier
+        return np.abs(residual) > _OUTLIER_STDS * np.sqrt(variance)
 
     def _is_loaded(
         self,
@@ -614,8 +611,7 @@ class RecursiveShape:
 
 def _normalized_square(difference: Array, covariance: Array) -> Array:
     """Normalised squared difference, (...)."""
-    square: Array = (difference * np.linalg.solve(covariance, difference[..., None])[..., 0]).sum(axis=-1)
-    return square
+    return (difference * np.linalg.solve(covariance, difference[..., None])[..., 0]).sum(axis=-1)
 
 
 def _deviation_row(extrapolation: ExtrapolationStd | None) -> Array:
@@ -629,8 +625,7 @@ def _limits(readings: int) -> Array:
     """Thresholds of normalised differences: where a load begins, where it ends, and where it is present at once."""
     from scipy.special import chdtri
 
-    limits: Array = chdtri(readings, [0.01, 0.1, 1e-4])
-    return limits
+    return chdtri(readings, [0.01, 0.1, 1e-4])
 
 
 def _stack_states(states: Iterable[FilterState]) -> FilterState:

@@ -83,8 +83,7 @@ class Estimates:
     def shape(self) -> ShapeEstimate:
         """The shape, with the contact."""
         shared = getattr(self.__dict__.get("posterior"), "shape", None)
-        estimate: ShapeEstimate = self._shape(*self._samples) if shared is None else shared.value
-        return estimate
+        return self._shape(*self._samples) if shared is None else shared.value
 
 
 def derive_estimates(

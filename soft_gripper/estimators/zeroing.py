@@ -107,8 +107,7 @@ class Zeroing:
         """The time since the last sample at which something `ends`, (T, ...) s, or since a period before the first."""
         number = np.arange(len(ends)).reshape(-1, *[1] * (ends.ndim - 1))
         last = np.maximum.accumulate(np.where(ends, number, -1))
-        since: Array = np.cumsum(np.append(0.0, np.full(len(ends), self.period)))[number - last]
-        return since
+        return np.cumsum(np.append(0.0, np.full(len(ends), self.period)))[number - last]
 
     def correct(self, zeros: Zeros, readings: Array) -> Array:
         """Readings without their offsets, (..., R)."""
@@ -123,8 +122,7 @@ class Zeroing:
     def _is_known_free(self, driving: Array) -> NDArray[np.bool_]:
         """Whether a driving torque, (..., D), means a pressure below `free_pressure`."""
         gain = self.mechanics.pressure_gain
-        is_free: NDArray[np.bool_] = np.abs(driving @ gain) / (gain @ gain) < self.mechanics.uncertainty.free_pressure
-        return is_free
+        return np.abs(driving @ gain) / (gain @ gain) < self.mechanics.uncertainty.free_pressure
 
 
 def _split_at(first: int) -> tuple[slice, slice]:

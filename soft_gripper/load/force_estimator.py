@@ -136,8 +136,7 @@ class TorqueBalance:
         weight = (gravity @ plane).view(complex) * self._moments
         torques = rotated(np.array([inertia, weight]), -headings).imag
         # Sums over each joint and all beyond it.
-        sums: Array = torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
-        return sums
+        return torques[..., ::-1].cumsum(axis=-1)[..., ::-1]
 
     @cached_property
     def _levers(self) -> Planar:
@@ -156,8 +155,7 @@ class TorqueBalance:
     @cached_property
     def _inertia(self) -> Planar:
         """sum_P L_Pi m_P conj(L_Pj), kg m^2, of the parts of L_Pi across and along link i, (2, N, N)."""
-        inertia: Planar = as_points(self._levers).T @ (self._masses[:, None] * self._levers.conj())
-        return inertia
+        return as_points(self._levers).T @ (self._masses[:, None] * self._levers.conj())
 
     @cached_property
     def _moments(self) -> Planar:

@@ -65,8 +65,7 @@ class Gripper:
 
     def points(self, p_B: Array) -> Array:
         """Points, one in each B, as points in G, (..., F, 3) m."""
-        points: Array = self._origins + (p_B[..., None, :] @ self._axes)[..., 0, :]
-        return points
+        return self._origins + (p_B[..., None, :] @ self._axes)[..., 0, :]
 
     def curve(self, finger: int, planar: Planar) -> Array:
         """Points of one finger's bending plane, (..., M) m in its B, as points in G, (..., M, 3) m."""
@@ -82,8 +81,7 @@ class Gripper:
         from_middle = points - np.add.reduce(points, axis=-2, keepdims=True) / len(self.X_GB)
         distances = np.sqrt(np.add.reduce(from_middle**2, axis=-1))
         signed_distances = np.copysign(distances, np.add.reduce(from_middle * self._outward, axis=-1))
-        opening: Array = 2 * (np.add.reduce(signed_distances, axis=-1) / len(self.X_GB))
-        return opening
+        return 2 * (np.add.reduce(signed_distances, axis=-1) / len(self.X_GB))
 
 
 class GripperOpening(ArrayBlock):
@@ -131,8 +129,7 @@ class InnerSurface:
 
     def points(self, q: Array) -> Planar:
         """The points at joint angles (..., N) rad, m in B, (..., M)."""
-        points: Planar = self.levers[0] + link_directions(q) @ self.levers[1:]
-        return points
+        return self.levers[0] + link_directions(q) @ self.levers[1:]
 
 
 def narrowest(curves: Sequence[Array]) -> Array:
@@ -158,8 +155,7 @@ def _gap(points: Array, other_points: Array) -> Array:
     squares_between = (
         squares[..., :, None] + other_squares[..., None, :] - 2 * points @ np.swapaxes(other_points, -1, -2)
     )
-    gap: Array = np.sqrt(np.maximum(squares_between.min(axis=(-2, -1)), 0.0))
-    return gap
+    return np.sqrt(np.maximum(squares_between.min(axis=(-2, -1)), 0.0))
 
 
 def _narrowest_of_many(curves: Sequence[Array]) -> float:

@@ -17,8 +17,7 @@ from pydrake.math import RigidTransform
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Phase
 from soft_gripper.diagrams.contact_forces import ContactForces
-from soft_gripper.diagrams.executed_phases import Span, phase_spans
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording import Recording, Span, phase_spans
 from soft_gripper.diagrams.view.torque_colors import add_torque_bar, recorded_limit
 from soft_gripper.pictures.rendering import Camera, SceneRenderer, framing_camera
 from soft_gripper.scenario.schema import Scenario

@@ -200,8 +200,7 @@ class FingerContacts(NamedTuple):
 
     def sums(self, values: Array) -> Array:
         """Sums over the patches of each sample, (P,) -> (T,); NaN where they are not known."""
-        sums: Array = np.where(self.is_evaluated, np.bincount(self.sample, values, self.samples), np.nan)
-        return sums
+        return np.where(self.is_evaluated, np.bincount(self.sample, values, self.samples), np.nan)
 
     def link_sums(self, values: Array, links: int) -> Array:
         """Sums over the patches of each link, of so many, (P,) -> (T, links); NaN where they are not known."""
@@ -368,8 +367,7 @@ def contact_width(contacts: Sequence[FingerContacts]) -> Array:
         return np.full(max((contact.samples for contact in contacts), default=1), np.nan)
     from_middle = centers - centers.mean(axis=0)
     normals = np.array([contact.main_normal for contact in contacts])
-    width: Array = 2 * np.abs((from_middle * normals).sum(axis=-1)).mean(axis=0)
-    return width
+    return 2 * np.abs((from_middle * normals).sum(axis=-1)).mean(axis=0)
 
 
 def _projections(vectors: Array, line: Array) -> Array:

@@ -159,5 +159,4 @@ def principal_components(features: Array) -> tuple[Array, Array]:
 
 def _covariance(residuals: Array) -> Array:
     """Covariance of residuals (M, D) about a mean, (D, D)."""
-    covariance: Array = residuals.T @ residuals / len(residuals)
-    return covariance
+    return residuals.T @ residuals / len(residuals)

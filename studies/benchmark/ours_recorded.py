@@ -310,8 +310,7 @@ def _markers(model: Model, states: SettledStates) -> Array:
     if not is_balanced.any():
         raise SimulationDivergedError("the finger finds no shape in balance with its tendons")
     last = np.maximum.accumulate(np.where(is_balanced, np.arange(len(is_balanced)), is_balanced.argmax()))
-    filled: Array = markers[last]
-    return filled
+    return markers[last]
 
 
 def _balance(

@@ -61,8 +61,7 @@ def crps(error: Array, std: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         z = np.where(std > 0, size / std, np.inf)
         density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
-    score: Array = size * (2 * ndtr(z) - 1) + std * (2 * density - 1 / np.sqrt(np.pi))
-    return score
+    return size * (2 * ndtr(z) - 1) + std * (2 * density - 1 / np.sqrt(np.pi))
 
 
 def _error_score(task: BenchmarkTask, truth: Array, mean: Array, std: Array | None) -> dict[str, Any]:

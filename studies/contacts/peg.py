@@ -124,8 +124,7 @@ class ContactBench:
 
     def _read(self, signal: str, context: Context) -> Array:
         port = self._truth[f"{self._plant_finger.name}.{signal}"]
-        value: Array = port.Eval(port.get_system().GetMyContextFromRoot(context))
-        return value
+        return port.Eval(port.get_system().GetMyContextFromRoot(context))
 
 
 def _add_peg(plant: MultibodyPlant, radius: float, friction: float) -> RigidBody:

@@ -70,8 +70,7 @@ def differences(scenario: Scenario, time_step: float | None = None) -> Array:
     """Distances of the tips at the end of each step, (steps, F) m; of a task, at its end."""
     with TemporaryDirectory() as folder:
         tips = mujoco_tips(scenario, Path(folder), time_step)
-    distances: Array = np.linalg.norm(tips - drake_tips(scenario), axis=-1)
-    return distances
+    return np.linalg.norm(tips - drake_tips(scenario), axis=-1)
 
 
 def speed(scenario: Scenario, time_step: float | None = None) -> float:
@@ -109,5 +108,4 @@ def mujoco_tips(scenario: Scenario, folder: Path, time_step: float | None) -> Ar
         fingers = sum(" tip x " in name for name in next(csv.reader(file)))
         rows = np.array(list(csv.reader(file)), dtype=float)
     end_rows = rows[np.searchsorted(rows[:, 0], step_ends(scenario, rows[-1, 0]) - 1e-6)]
-    tips: Array = end_rows[:, 1 : 1 + 3 * fingers].reshape(-1, fingers, 3)
-    return tips
+    return end_rows[:, 1 : 1 + 3 * fingers].reshape(-1, fingers, 3)

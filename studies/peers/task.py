@@ -61,8 +61,7 @@ class PeerTask:
         """Positions of the grasped body after the first sample, (T, 3) m; (T, 0) without one."""
         if self.grasped_body is None:
             return np.zeros((recording.data.sizes["time"] - 1, 0))
-        positions: Array = recording[f"{self.grasped_body.name}.pose"].values[1:, -3:]
-        return positions
+        return recording[f"{self.grasped_body.name}.pose"].values[1:, -3:]
 
     @property
     def period(self) -> float:

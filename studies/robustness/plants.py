@@ -60,8 +60,7 @@ def rubber_moment(section: CrossSection, curvature: Array) -> Array:
     off_axis = section.layer_center - section.neutral_axis
     layer_moment = section.layer_thickness**2 / 12 + off_axis**2
     layer = section.layer_modulus * section.width * section.layer_thickness * layer_moment
-    moment: Array = -(stress * lever * width).sum(axis=-1) * strip + layer * curvature
-    return moment
+    return -(stress * lever * width).sum(axis=-1) * strip + layer * curvature
 
 
 _CURVATURES = np.linspace(-10, 26, 19)  # 1/m, of the points of the elastic law of rubber

@@ -95,8 +95,7 @@ def band_coverage(nominal: Finger, estimate: ShapeEstimate, truth: Array) -> NDA
         axis=-1
     )  # (..., D, N + 1)
     variance = ((estimate.covariance @ moves) * moves).sum(axis=-2)
-    is_within: NDArray[np.bool_] = (np.abs(normal_errors) <= BAND * np.sqrt(np.maximum(variance, 0)))[..., 1:]
-    return is_within
+    return (np.abs(normal_errors) <= BAND * np.sqrt(np.maximum(variance, 0)))[..., 1:]
 
 
 def setup_errors(

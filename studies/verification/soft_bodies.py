@@ -177,16 +177,14 @@ class PressedBall:
         """Terms of the displacement outward, m, at a share of the radius and an angle from the pole; (..., terms)."""
         n, nu = self._n, self._nu
         growth = self._a * (n + 1) * (n - 2 + 4 * nu) * share ** (n + 1.0) + self._b * n * share ** (n - 1.0)
-        terms: Array = RADIUS * growth * eval_legendre(n, cosine)
-        return terms
+        return RADIUS * growth * eval_legendre(n, cosine)
 
     def _axial(self, share: Array, cosine: Array) -> Array:
         """Displacement along the axis, m."""
         n, nu = self._n, self._nu
         growth = self._a * (n + 5 - 4 * nu) * share ** (n + 1.0) + self._b * share ** (n - 1.0)
         slope = n * (eval_legendre(np.maximum(n - 1, 0), cosine) - cosine * eval_legendre(n, cosine))  # sin^2 P_n'
-        displacement: Array = (self._radial(share, cosine) * cosine + RADIUS * growth * slope).sum(axis=-1)
-        return displacement
+        return (self._radial(share, cosine) * cosine + RADIUS * growth * slope).sum(axis=-1)
 
 
 def _gauss(begin: float) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ import pytest
 from printed_numbers import differences, sentence_problems
 from scipy.interpolate import CubicSpline
 
-from soft_gripper.commands.changes import changes_line
+from soft_gripper.commands.printing import changes_line
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.estimators.recursive import RecursiveShape
 from soft_gripper.estimators.uncertainty import Uncertainty, uncertainty_of

@@ -81,18 +81,6 @@ def last_known(shape: RecursiveShape, readings: Array, driving: Array):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ratio", [0.92, 1.1])
-def test_the_bend_per_pressure_is_learnt(free, layout, ratio):
-    """The assumed finger bends less, or more, than the true one."""
-    assumed = SensorLayout(softened(layout.finger, 1 / ratio), 2, borders=(1 / 3,))
-    shape = RecursiveShape(assumed, UNCERTAIN)
-    known = last_known(shape, read(layout, free), free.driving)
-    at = layout.finger.pressure_torque(100e3)
-    np.testing.assert_allclose(shape.effective_driving(known.drive_errors, at), ratio * at, rtol=0.015)
-    assert not known.loaded
-
-
-@pytest.mark.slow
 def test_under_load_nothing_is_learnt_and_force_and_place_are_found(grasp, layout):
     shape, readings = RecursiveShape(layout, UNCERTAIN), read(layout, grasp)
     found = shape(readings, grasp.driving, vector(DOWN))
@@ -145,8 +133,7 @@ def learner_of(layout: SensorLayout, assumed: Uncertainty) -> Learner:
         load, bends, pressure, gains, offsets = np.split(state, [5, 8, 9, 9 + readings])
         ratios = 1 + np.polynomial.legendre.legval(2 * finger.joint_arc_lengths / finger.length - 1, bends)
         torque = driving * ratios + pressure * finger.pressure_gain + modes[:, :-6:-1] @ load
-        strain: Array = (1 + gains) * (extension_ratios(layout, finger.angle(torque)) - 1) + offsets
-        return strain
+        return (1 + gains) * (extension_ratios(layout, finger.angle(torque)) - 1) + offsets
 
     steps = np.concatenate([np.full(5, 1e-4), np.full(3, 1e-4), [10.0], np.full(2 * readings, 1e-4)])
     sides = [
@@ -375,18 +362,14 @@ def test_the_covariance_of_a_loaded_shape_holds_in_every_direction(shipped_finge
     assert squares.max() < 5
 
 
-def plant(finger: Finger, at_base: float, at_tip: float) -> Finger:
-    """The finger with the stiffness multiplied by these at its ends, and linearly between them."""
-    return replace(finger, base=softened(finger, 1 / at_base).base, tip=softened(finger, 1 / at_tip).tip)
-
-
 @pytest.mark.parametrize(("at_base", "at_tip"), [(0.9, 0.9), (1.1, 1.1), (0.9, 1.1), (1.05, 0.95)])
 def test_a_force_is_that_of_the_stiffness_that_free_motion_teaches(shipped_finger, at_base, at_tip):
     """Bends of a softer finger are due to less force, and while it is free nothing touches it.
 
     A filter of one factor reports contacts of the graded fingers, and forces that are wrong by a tenth of the others.
     """
-    finger, forces, places = plant(shipped_finger, at_base, at_tip), [0.4, 0.8], np.array([0.08, 0.105])
+    base, tip = softened(shipped_finger, 1 / at_base).base, softened(shipped_finger, 1 / at_tip).tip
+    finger, forces, places = replace(shipped_finger, base=base, tip=tip), [0.4, 0.8], np.array([0.08, 0.105])
     layout, period = SensorLayout(shipped_finger, 3), 0.05
     pressure = np.append(60e3 * (1 - np.cos(2 * np.pi * np.arange(0, 12, period) / 6)), np.full(40, 90e3))
     q = np.repeat(resting_angles(finger, pressure, np.full(pressure.shape, DOWN))[:, None], 2, axis=1)

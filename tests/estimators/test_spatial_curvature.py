@@ -8,8 +8,8 @@ from refusals import refused
 
 from soft_gripper.diagrams.simulation import simulate
 from soft_gripper.diagrams.station import make_station
+from soft_gripper.estimators.driving_torque import recorded_inputs
 from soft_gripper.estimators.finger_shape import Places
-from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.estimators.spatial_curvature import SpatialCurvatureShape
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.scenario.scenario_file import load_scenario

@@ -28,8 +28,7 @@ def state(station: Station, X_WO: RigidTransform, positions: Mapping[str, float]
     plant.SetFreeBodyPose(context, plant.GetBodyByName("box"), X_WO)
     for joint, position in positions.items():
         plant.GetJointByName(joint).set_angle(context, position)
-    found: Array = plant.GetPositionsAndVelocities(context)
-    return found
+    return plant.GetPositionsAndVelocities(context)
 
 
 def recording(signals: Mapping[str, Array]) -> Recording:

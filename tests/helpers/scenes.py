@@ -37,8 +37,7 @@ class Scene:
         self.plant.SetFreeBodyPose(self.context, free, X_WB)
 
     def point(self, frame: str, p_F: Any = (0.0, 0.0, 0.0)) -> Array:
-        p_W: Array = self.plant.GetFrameByName(frame).CalcPoseInWorld(self.context) @ np.array(p_F)
-        return p_W
+        return self.plant.GetFrameByName(frame).CalcPoseInWorld(self.context) @ np.array(p_F)
 
     def state(self) -> Array:
         return np.array(self.plant.GetPositionsAndVelocities(self.context))

@@ -68,14 +68,6 @@ def test_a_glb_file_stands_as_drake_lets_a_gltf_file_stand(tmp_path):
     np.testing.assert_allclose(bounds(glb), bounds(tmp_path / "box.gltf"), atol=1e-6)
 
 
-def test_colours_are_kept(tmp_path):
-    red, blue = a_box((255, 0, 0, 255)), a_box((0, 51, 204, 255))
-    painted = a_box()
-    painted.visual.vertex_colors = (0, 255, 0, 255)
-    assert colors(convert_to_obj(write_dae(tmp_path / "two.dae", red, blue))) == [(0, 0.2, 0.8), (1, 0, 0)]
-    assert colors(convert_to_obj(write(painted, tmp_path / "painted.ply"))) == [(0, 1, 0)]
-
-
 @pytest.mark.parametrize("ending", ["stl", "dae"])
 def test_round_things_are_shaded_smoothly_and_edges_stay_sharp(tmp_path, ending):
     """The normals of a fine sphere point out from its middle, those of a box along the axes."""

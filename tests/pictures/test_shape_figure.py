@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch, Polygon, Rectangle
+from matplotlib.patches import Polygon, Rectangle
 from pydrake.math import RigidTransform
 
 from soft_gripper.arrays import Array
@@ -14,7 +13,6 @@ from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.diagrams.view.finger_drawing import contact_arrow, estimated_contact
-from soft_gripper.diagrams.view.torque_colors import color
 from soft_gripper.fingers.finger import Finger
 from soft_gripper.fingers.finger_links import link_name
 from soft_gripper.pictures.section_figure import section_figure
@@ -72,20 +70,6 @@ def test_true_joints_are_where_drake_has_them(run: Run, panels: list[Axes]) -> N
     X_BW: RigidTransform = finger.X_WB.inverse()
     p_BJ = np.array([(X_BW @ link.EvalPoseInWorld(context)).translation() for link in links])
     np.testing.assert_allclose(drawn(panels[1], "true joints"), 1e3 * p_BJ[:, [0, 2]], atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("panel", "patch", "signal"), [(0, FancyBboxPatch, "true_external_torque"), (2, Polygon, "external_torque")]
-)
-def test_torques_have_their_colours(run: Run, panels: list[Axes], panel: int, patch: type, signal: str) -> None:
-    bar = panels[3]
-    limit = bar.get_ylim()[1] / 1e3
-    both = recorded(run, "true_external_torque"), recorded(run, "external_torque")
-    assert limit == pytest.approx(np.abs(both).max())
-    assert limit > 0.02
-    pieces = [p for p in panels[panel].patches if isinstance(p, patch) and p.get_fill()]
-    expected = color(recorded(run, signal), limit)
-    np.testing.assert_allclose([to_rgb(piece.get_facecolor()) for piece in pieces], expected)
 
 
 def arrow_of(finger: Finger, force: float, s: float) -> Array | None:

@@ -101,8 +101,7 @@ def _position_commands(arm: Arm, actuators: Sequence[ArmActuator], desired: Arra
         arm.plant.SetPositions(context, posture)
         weights.append(arm.plant.CalcGravityGeneralizedForces(context))
     weight_efforts = arm.couplings.leader_efforts(np.array(weights))
-    commands: Array = positions[:, leads] + (damping * velocities[:, leads] - weight_efforts[:, leads]) / stiffness
-    return commands
+    return positions[:, leads] + (damping * velocities[:, leads] - weight_efforts[:, leads]) / stiffness
 
 
 def _pressures(scenario: Scenario, finger: PlantFinger) -> Array:

@@ -100,13 +100,11 @@ def zero_pose(joint: Joint) -> RigidTransform:
     plant = joint.GetParentPlant()
     child = joint.child_body()
     if child.is_floating_base_body():
-        X_WC: RigidTransform = plant.GetDefaultFloatingBaseBodyPose(child)
-        return X_WC
+        return plant.GetDefaultFloatingBaseBodyPose(child)
     X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
     X_CM = joint.frame_on_child().GetFixedPoseInBodyFrame()
     X_FM = joint.X_FM() if isinstance(joint, WeldJoint) else RigidTransform()
-    X_PC: RigidTransform = X_PF @ X_FM @ X_CM.inverse()
-    return X_PC
+    return X_PF @ X_FM @ X_CM.inverse()
 
 
 def joint_axis(joint: Joint) -> Array:
@@ -125,8 +123,7 @@ def joint_axis(joint: Joint) -> Array:
 
 def central_inertia(body: RigidBody) -> RotationalInertia:
     """Inertia of a body about its centre of mass, in its frame, kg m^2."""
-    inertia: RotationalInertia = body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
-    return inertia
+    return body.default_spatial_inertia().Shift(body.default_com()).CalcRotationalInertia()
 
 
 def mobilities(

@@ -228,8 +228,7 @@ def smoothed(values: Array) -> Array:
     """Moving means over the last SMOOTH values, (K,); fewer at the beginning."""
     sums = np.cumsum(np.concatenate([np.zeros(1), values]))
     begins = np.maximum(np.arange(1, len(sums)) - SMOOTH, 0)
-    means: Array = (sums[1:] - sums[begins]) / (np.arange(1, len(sums)) - begins)
-    return means
+    return (sums[1:] - sums[begins]) / (np.arange(1, len(sums)) - begins)
 
 
 class _HeldBody:
@@ -323,8 +322,7 @@ class _HeldBody:
         return wrench, {finger: _mean_center(finger_centers) for finger, finger_centers in finger_patches.items()}
 
     def _center(self) -> Array:
-        p_W: Array = self._body.EvalPoseInWorld(self._context) @ self._body.default_com()
-        return p_W
+        return self._body.EvalPoseInWorld(self._context) @ self._body.default_com()
 
     def _relative_pose(self, body: RigidBody) -> RigidTransform:
         return self._body.body_frame().CalcPose(self._context, body.body_frame())

@@ -210,15 +210,13 @@ def _steady_ends(is_resting: NDArray[np.bool_], force: Array, time: Array) -> ND
     stretch = (is_resting & ~np.append(False, is_resting[:-1])).cumsum()
     last_rows = np.full(stretch.max() + 1, -1)
     last_rows[stretch[move_starts]] = move_starts  # the last of each counts
-    ends: NDArray[np.bool_] = is_steady & (np.arange(len(is_resting)) > last_rows[stretch])
-    return ends
+    return is_steady & (np.arange(len(is_resting)) > last_rows[stretch])
 
 
 def _strain_ranges(ratios: Array) -> Array:
     """Ranges of the sensors, 1st to 99th percentile, as extension ratios."""
     low_ratios, high_ratios = np.percentile(ratios, [1, 99], axis=0)
-    ranges: Array = high_ratios - low_ratios
-    return ranges
+    return high_ratios - low_ratios
 
 
 def _check_readings(file: Path, name: str, ratios: Array, pressure: Array) -> None:

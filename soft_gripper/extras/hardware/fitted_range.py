@@ -71,8 +71,7 @@ def learned_widths(fitted: Array, left_out: Sequence[LeftOut]) -> Widths:
 def _needed_growths(region: LeftOut, floor: Array) -> Array:
     """The least growth that covers each error, (m, K)."""
     excess, widths = np.sqrt(np.maximum(0, region.errors**2 - floor**2)), region.growth_widths
-    growths: Array = np.divide(excess, widths, out=_MAX_GROWTH * (excess > 0), where=widths > 0)
-    return growths
+    return np.divide(excess, widths, out=_MAX_GROWTH * (excess > 0), where=widths > 0)
 
 
 def disagreement(fitted: FittedStates, states: Array, shape: int) -> float:

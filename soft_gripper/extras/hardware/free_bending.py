@@ -188,8 +188,7 @@ class _UnknownIndices:
 
     def gains(self, x: Array) -> Array:
         """Gains of the sensors, (R,)."""
-        gains: Array = np.exp(x[self.bends] - x[0] - x[self.variation] * self.positions)
-        return gains
+        return np.exp(x[self.bends] - x[0] - x[self.variation] * self.positions)
 
     def to_gains(self, unknowns: int) -> Array:
         """Derivatives of the logarithms of the gains by the unknowns, (R, unknowns)."""
@@ -447,8 +446,7 @@ def _residuals(x: Array, predicted: _Predicted, holds: _Holds, indices: _Unknown
 
 def _response_strains(x: Array, predicted: _Predicted, indices: _UnknownIndices) -> Array:
     """Strains to which sensors respond with their gains, (M, R)."""
-    strains: Array = predicted.strain + x[indices.response] * predicted.strain**2 + x[indices.lag] * predicted.lag
-    return strains
+    return predicted.strain + x[indices.response] * predicted.strain**2 + x[indices.lag] * predicted.lag
 
 
 def _linearize_holds(

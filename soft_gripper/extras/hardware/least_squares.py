@@ -75,8 +75,7 @@ class Fit(Generic[M]):
     def covariance(self) -> Array:
         """Covariance of the unknowns, (P, P), of independent weighted residuals of variance 1."""
         slopes = self.weights[:, None] * self.slopes
-        covariance: Array = np.linalg.inv(slopes.T @ slopes)
-        return covariance
+        return np.linalg.inv(slopes.T @ slopes)
 
     def change_without(
         self, kept: NDArray[np.bool_], unobservable: float | None = None, scales: Array | float = 1.0

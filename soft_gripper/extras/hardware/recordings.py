@@ -290,8 +290,7 @@ def _swap_violations(time: Array, markers: dict[str, Array]) -> Iterator[Violati
 
 
 def _distance(p: Array, q: Array) -> Array:
-    distance: Array = np.linalg.norm(p - q, axis=-1)
-    return distance
+    return np.linalg.norm(p - q, axis=-1)
 
 
 def _marker_motion(p: Array) -> float:
@@ -386,8 +385,7 @@ def _recording_frame(
 def _finite_mean(p: Array) -> Array:
     """Mean over the finite rows of (T, 3); NaN without finite rows."""
     finite_points = p[~np.isnan(p).any(axis=1)]
-    mean_point: Array = finite_points.mean(axis=0) if len(finite_points) else np.full(3, np.nan)
-    return mean_point
+    return finite_points.mean(axis=0) if len(finite_points) else np.full(3, np.nan)
 
 
 def _pressure_unit(described: PressuresConfig) -> float:
@@ -422,8 +420,7 @@ def _ambient_pressures(pressures: Array, described: PressuresConfig, reference: 
     """Ambient pressures, Pa, measured by the pressure sensors."""
     if not described.zeroed:
         return (described.ambient or 0.0) * _pressure_unit(described)
-    ambient_pressure: Array = pressures[reference & np.isfinite(pressures).all(axis=1)].mean(axis=0)
-    return ambient_pressure
+    return pressures[reference & np.isfinite(pressures).all(axis=1)].mean(axis=0)
 
 
 def _read_lengths(table: Table, described: LengthsConfig | None) -> dict[str, Array]:

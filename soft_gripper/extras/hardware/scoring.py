@@ -76,8 +76,7 @@ def ball_radius(deviations: Array) -> Array:
     """
     covariance = np.einsum("k...i,k...j->...ij", deviations, deviations)
     largest_variance = np.maximum(0, np.linalg.eigvalsh(covariance)[..., -1])
-    radius: Array = np.sqrt(_squared_radius(deviations.shape[-1]) * largest_variance)
-    return radius
+    return np.sqrt(_squared_radius(deviations.shape[-1]) * largest_variance)
 
 
 def ball_std(radius: Array, dimensions: int) -> Array:

@@ -160,8 +160,7 @@ def _mass_deviations(parameter_slopes: Array, covariance: Array, slope: Array) -
     `parameter_slopes` are derivatives of the markers by the parameters, (R M 3, P).
     """
     unit_slopes = parameter_slopes @ square_root(covariance)
-    deviations: Array = np.einsum("rmi,rmip->rp", np.nan_to_num(slope), unit_slopes.reshape(*slope.shape, -1))
-    return deviations
+    return np.einsum("rmi,rmip->rp", np.nan_to_num(slope), unit_slopes.reshape(*slope.shape, -1))
 
 
 def learned_growth(identified: IdentifiedStates) -> float:

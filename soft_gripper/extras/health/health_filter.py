@@ -158,22 +158,17 @@ class HealthFilter:
 
     def probabilities(self, memory: FilterMemory) -> Array:
         """Probabilities of every kind of FAULTS, (len(FAULTS),)."""
-        probabilities: Array = (self.hypotheses.kind == np.arange(len(FAULTS))[:, None]) @ self._weights(memory)
-        return probabilities
+        return (self.hypotheses.kind == np.arange(len(FAULTS))[:, None]) @ self._weights(memory)
 
     def sensor_probabilities(self, memory: FilterMemory) -> Array:
         """Probability that each sensor is at fault, (R,)."""
-        probabilities: Array = (self.hypotheses.reading == np.arange(self.layout.readings)[:, None]) @ self._weights(
-            memory
-        )
-        return probabilities
+        return (self.hypotheses.reading == np.arange(self.layout.readings)[:, None]) @ self._weights(memory)
 
     def _weights(self, memory: FilterMemory) -> Array:
         """Probability of every hypothesis, (K,)."""
         logs = self.hypotheses.log_prior + np.maximum(memory.evidence, 0.0)
         weights = np.exp(logs - logs.max())
-        probabilities: Array = weights / weights.sum()
-        return probabilities
+        return weights / weights.sum()
 
     def _update(self, memory: FilterMemory, free_bends: Array, gravity: Array) -> FilterMemory:
         """Memory after the last sample of a window."""
@@ -356,8 +351,7 @@ class HealthFilter:
     def _limited_hypotheses(self, window: "_Window") -> NDArray[np.int_]:
         """Hypotheses of sensors at their limits in a window."""
         candidates = self.hypotheses.indices_of("saturated")
-        indices: NDArray[np.int_] = candidates[window.is_at_limit[self.hypotheses.reading[candidates]]]
-        return indices
+        return candidates[window.is_at_limit[self.hypotheses.reading[candidates]]]
 
     def _repetition_likelihood(self, update: "_Update", mean: Array, window: "_Window", state_map: Array) -> Array:
         """Log-likelihood of repeated readings, lost readings and exceeded limits, (B, K)."""
@@ -495,8 +489,7 @@ def _update_states(mean: Array, covariance: Array, observation: _Observation) ->
 
     def best_values(values: Array) -> Array:
         index = best_loads.reshape(*best_loads.shape, *[1] * (values.ndim - best_loads.ndim))
-        best_value: Array = np.take_along_axis(values, index, 0)[0]
-        return best_value
+        return np.take_along_axis(values, index, 0)[0]
 
     gain = best_values(cross_covariance) @ best_values(inverse)
     keep = np.eye(H.shape[-1]) - gain @ H  # Joseph's form, which stays positive

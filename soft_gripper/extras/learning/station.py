@@ -55,8 +55,7 @@ def resting_action(config: ActionConfig, home: Mapping[str, float]) -> Array:
     """The action with which an episode begins, (n): the grip's rest and the joints' home, by their names."""
     low, high = action_ranges(config).T
     begin = np.array([config.rest, *(home[name] for name in config.joints)])
-    action: Array = np.clip(2 * (begin - low) / (high - low) - 1, -1, 1)
-    return action
+    return np.clip(2 * (begin - low) / (high - low) - 1, -1, 1)
 
 
 def add_action(
@@ -160,8 +159,7 @@ OBSERVABLE = (
 def scaled(values: Array, scales: Array) -> Array:
     """Values divided by their scales, (..., n), and limited to the observed range; 0 where unknown."""
     finite_values = np.nan_to_num(values / scales, nan=0.0, posinf=MAX_OBSERVED, neginf=-MAX_OBSERVED)
-    clipped_values: Array = np.clip(finite_values, -MAX_OBSERVED, MAX_OBSERVED)
-    return clipped_values
+    return np.clip(finite_values, -MAX_OBSERVED, MAX_OBSERVED)
 
 
 class Observation(LeafSystem):

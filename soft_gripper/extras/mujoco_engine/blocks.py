@@ -150,8 +150,7 @@ class _StepValues(dict[str, Any]):
         if value is None:
             return value
         self[name] = np.broadcast_to(value, (self._count, value.shape[-1])) if len(value) < self._count else value
-        broadcast: Array = self[name]
-        return broadcast
+        return self[name]
 
 
 class PerDiagram:
@@ -233,8 +232,7 @@ class Streams:
         """Does nothing: `give` sets the values."""
 
     def output(self, number: int, read: Read, time: float) -> Array:
-        value: Array = self._values[self._number, np.arange(len(self._number))]
-        return value
+        return self._values[self._number, np.arange(len(self._number))]
 
     def advance(self, read: Read, time: float, active: Rows) -> None:
         """Does nothing: `draw` advances."""

@@ -36,5 +36,4 @@ class NormalForces:
     def read(self, sensed: Array) -> Array:
         """Sum of the normal forces on each of F fingers, (..., F) N, from the readings of all sensors, (..., n)."""
         along_normals = np.abs(sensed[..., ::3])
-        forces: Array = np.add.reduceat(along_normals, np.cumsum([0, *self._max_contacts[:-1]]), axis=-1)
-        return forces
+        return np.add.reduceat(along_normals, np.cumsum([0, *self._max_contacts[:-1]]), axis=-1)

@@ -96,12 +96,10 @@ def touched_finger_rows(rows: Sequence[Row], contacts: Sequence[ContactRow]) -> 
 
 def contact_length(finger: Finger, is_touching: NDArray[np.bool_]) -> Array:
     """Contact length of a finger, (..., N + 1) -> (...) m: the sum of the lengths of touching links."""
-    length: Array = is_touching @ np.diff(finger.link_ends)
-    return length
+    return is_touching @ np.diff(finger.link_ends)
 
 
 def changes_sign(finger: Finger, q: Array) -> NDArray[np.bool_]:
     """Whether the curvature of a finger changes its sign along it, joint angles (..., N) rad -> (...)."""
     curvature = q / finger.segment_length
-    changes: NDArray[np.bool_] = (curvature.min(axis=-1) < -STRAIGHT) & (curvature.max(axis=-1) > STRAIGHT)
-    return changes
+    return (curvature.min(axis=-1) < -STRAIGHT) & (curvature.max(axis=-1) > STRAIGHT)

@@ -82,8 +82,7 @@ def _tip(paths: Array, finger: Finger) -> Planar:
     """The estimated tip from the lengths of the inner and outer paths, (2, steps, S) m."""
     inner, outer = paths
     spacing = finger.sensor_spacing
-    tip: Planar = arcs_from_lengths(inner, outer, spacing, finger.sensor_offsets[0] / spacing).end[..., -1]
-    return tip
+    return arcs_from_lengths(inner, outer, spacing, finger.sensor_offsets[0] / spacing).end[..., -1]
 
 
 POSE, TIP = "pose_error_mm", "tip_error_mm"

@@ -45,8 +45,7 @@ class SoftBody(Deformable):
         return float(self.body.config().mass_density() * self.rest.volumes.sum())
 
     def vertices(self, context: Context) -> Array:
-        vertices: Array = self.body.GetPositions(context).T
-        return vertices
+        return self.body.GetPositions(context).T
 
     def restore(self, context: Context, signals: "xr.Dataset") -> None:
         self.body.SetPositions(context, signals[f"{self.name}.vertices"].values.T)
@@ -118,8 +117,7 @@ def largest_strain(rest: Tetrahedra, vertices: Array) -> Array:
     edges, rest_edges = (np.diff(points[..., rest.cells, :], axis=-2) for points in (vertices, rest.vertices))
     gradient = np.swapaxes(np.linalg.solve(rest_edges, edges), -1, -2)  # rows of edges: edges = rest_edges @ gradient'
     stretch = np.linalg.svd(gradient, compute_uv=False)
-    strain: Array = np.abs(stretch - 1).max(axis=(-1, -2))
-    return strain
+    return np.abs(stretch - 1).max(axis=(-1, -2))
 
 
 def move_wrench(wrench: Array, pose: Array) -> Array:
@@ -173,5 +171,4 @@ class SoftObject(ArrayBlock):
         """The vertices, (V, 3) m in the world."""
         configurations = self._configurations.Eval(context)
         (identifier_,) = (identifier for identifier in configurations.ids() if identifier.get_value() == self._geometry)
-        vertices: Array = configurations.value(identifier_).reshape(-1, 3)
-        return vertices
+        return configurations.value(identifier_).reshape(-1, 3)

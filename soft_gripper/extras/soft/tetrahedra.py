@@ -28,16 +28,14 @@ class Tetrahedra(NamedTuple):
     def volumes(self) -> Array:
         """Volumes of the tetrahedra, (M)."""
         corners = self.vertices[self.cells]
-        volumes: Array = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
-        return volumes
+        return np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
 
     @property
     def boundary(self) -> NDArray[np.int_]:
         """The triangles of the surface, (F, 3) numbers of vertices, counterclockwise seen from outside."""
         faces = np.concatenate([self.cells[:, face] for face in _CELL_FACES])
         _, first_rows, face_counts = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-        outer_faces: NDArray[np.int_] = faces[np.sort(first_rows[face_counts == 1])]
-        return outer_faces
+        return faces[np.sort(first_rows[face_counts == 1])]
 
     def scaled(self, factor: float) -> "Tetrahedra":
         """Copies the mesh with all lengths multiplied by a factor."""

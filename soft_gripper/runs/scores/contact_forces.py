@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.contact_forces import ContactForces, FingerForce, contact_forces
-from soft_gripper.diagrams.executed_phases import phase_spans
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.estimators.contact import ContactShape
 from soft_gripper.fingers.plant_finger import PlantFinger

@@ -97,8 +97,7 @@ UNKNOWN = Grasp("", *[NAN] * (len(fields(Grasp)) - 1))  # there is no recording
 
 def last(time: Array) -> NDArray[np.bool_]:
     """The samples of the window at the end, (T)."""
-    window: NDArray[np.bool_] = time > time[-1] - WINDOW
-    return window
+    return time > time[-1] - WINDOW
 
 
 def held_since(signals: GraspSignals) -> int:

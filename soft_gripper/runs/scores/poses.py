@@ -61,8 +61,7 @@ def held_rows(scenario: Scenario, recording: Recording) -> NDArray[np.int_]:
     period, hold = scenario.sensor.period, scenario.pressure.hold_samples
     ends = (np.arange(scenario.steps) + 1) * scenario.step_duration
     last = np.searchsorted(recording.values("time"), ends + period / 2) - 1
-    rows: NDArray[np.int_] = last[:, None] + np.arange(-hold + 1, 1)
-    return rows
+    return last[:, None] + np.arange(-hold + 1, 1)
 
 
 @dataclass(frozen=True)
@@ -102,5 +101,4 @@ def _mean_turn(scenario: Scenario, recording: Recording, signal: str) -> Array:
     """Sum of the angles of all joints, averaged over each step, (steps) degrees; 0 where the finger is rigid."""
     if signal not in recording:
         return np.zeros(scenario.steps)
-    turn: Array = np.degrees(held_samples(scenario, recording, signal).sum(axis=-1).mean(axis=-1))
-    return turn
+    return np.degrees(held_samples(scenario, recording, signal).sum(axis=-1).mean(axis=-1))

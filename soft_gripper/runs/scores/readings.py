@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from soft_gripper.arrays import Array
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.diagrams.station_parts import Station
-from soft_gripper.estimators.driving_torque import driving_port, recorded_driving
+from soft_gripper.estimators.driving_torque import driving_port, recorded_driving, recorded_inputs
 from soft_gripper.estimators.estimate import ShapeEstimate, ShapeFunction, estimates_at, samples_at
 from soft_gripper.estimators.free_motion import base_acceleration
 from soft_gripper.estimators.named_estimators import estimator_function
 from soft_gripper.estimators.plane import to_base
-from soft_gripper.estimators.recorded_inputs import recorded_inputs
 from soft_gripper.estimators.uncertainty import Uncertainty
 from soft_gripper.fingers.plant_finger import PlantFinger
 from soft_gripper.load.force_estimator import SAMPLES, Motion, TorqueBalance, windows

@@ -149,8 +149,7 @@ class RecordedObject:
         shifts = self.shifts(samples)
         if not shifts.shape[1]:
             return np.full(len(shifts), np.nan)
-        slips: Array = np.linalg.norm(shifts, axis=-1).mean(axis=1)
-        return slips
+        return np.linalg.norm(shifts, axis=-1).mean(axis=1)
 
     def sliding_speeds(self, samples: Rows) -> Array:
         """Speed at which a rigid object slides along each finger, (K, F) m/s; NaN where they do not touch.

@@ -8,8 +8,7 @@ import numpy as np
 
 from soft_gripper.arrays import Array
 from soft_gripper.control.task import Outcome
-from soft_gripper.diagrams.executed_phases import phase_spans
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.station_parts import Station
 from soft_gripper.load.opening import Gripper
 from soft_gripper.truth.poses import TRUE_TIP

@@ -11,8 +11,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from refusals import refused
 
 from soft_gripper.control.task import Phase
-from soft_gripper.diagrams.executed_phases import phase_spans
-from soft_gripper.diagrams.recording import Recording
+from soft_gripper.diagrams.recording import Recording, phase_spans
 from soft_gripper.diagrams.simulation import run_station
 from soft_gripper.diagrams.station import make_station
 from soft_gripper.errors import InputError

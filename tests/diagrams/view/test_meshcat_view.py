@@ -72,16 +72,6 @@ def test_arcs_are_drawn_of_sections_or_of_segments() -> None:
             assert drawn.sections == sections
 
 
-def test_the_recording_holds_colors_poses_and_arcs(animation: tuple[Meshcat, str]) -> None:
-    (animation,) = (data for data in payloads_of(animation[1]) if b"set_animation" in data)
-    for track in (b".material.color[r]", b".position", b".quaternion", b".scale", b".rotation[y]", b".visible"):
-        assert track in animation, track
-
-
-def payloads_of(page: str) -> list[bytes]:
-    return [base64.b64decode(data) for data in re.findall(r"octet-binary;base64,([A-Za-z0-9+/=]+)", page)]
-
-
 class WatchedMeshcat(Meshcat):
     """Remembers where its camera was put."""
 

@@ -65,8 +65,7 @@ def possible_inertia(rng: Rng, mass: float, size: float = 0.1) -> Vector:
     """The inertia of a body of three pairs of points at random places."""
     points = size * rng.uniform(-1, 1, (3, 3))
     moments = mass / 3 * points.T @ points
-    found: Vector = np.trace(moments) * np.eye(3) - moments
-    return found
+    return np.trace(moments) * np.eye(3) - moments
 
 
 def chain(rng: Rng, kinds: tuple[str, ...] = ("revolute", "prismatic", "continuous", "fixed")) -> list[Link]:

@@ -49,8 +49,7 @@ def whys(recording: HardwareRecording) -> list[str]:
 
 
 def _rows(columns: dict[str, Array]) -> Array:
-    rows: Array = np.column_stack(list(columns.values()))
-    return rows
+    return np.column_stack(list(columns.values()))
 
 
 def published(name: str) -> Path:

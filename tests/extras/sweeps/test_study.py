@@ -9,9 +9,9 @@ from itertools import product
 import pytest
 from here_executor import HereExecutor
 
-from soft_gripper.errors import InputError, WorkerDiedError
+from soft_gripper.errors import InputError
 from soft_gripper.extras.sweeps.executor import MainScriptError
-from soft_gripper.extras.sweeps.study import StudyTables, describe, run_study
+from soft_gripper.extras.sweeps.study import StudyTables, run_study
 
 ONE = {"a.csv": ["n", "m", "error"]}
 TWO = {"a.csv": ["n", "m", "error"], "b.csv": ["n", "x"]}
@@ -79,18 +79,6 @@ def test_a_script_that_every_process_would_run_ends_the_study(ended):
     with pytest.raises(MainScriptError):
         study([99], ended, lambda key, error: None)
     assert not ended
-
-
-@pytest.mark.parametrize(
-    ("error", "words"),
-    [
-        (InputError("here", "x", 1, "give 2"), "here: x = 1: give 2"),
-        (WorkerDiedError("died,\n twice"), "died, twice"),
-        (ZeroDivisionError("division"), "ZeroDivisionError: division"),
-    ],
-)
-def test_errors_in_words(error, words):
-    assert describe(error) == words
 
 
 def begun(folder, columns, resume=False, about="this"):

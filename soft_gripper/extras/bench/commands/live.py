@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
-from soft_gripper.commands.changes import changes_line
+from soft_gripper.commands.printing import changes_line
 from soft_gripper.diagrams.recording import Recording
 from soft_gripper.errors import InputError
 from soft_gripper.extras.bench.bench import Bench, bench_scenario

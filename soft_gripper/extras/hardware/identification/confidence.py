@@ -133,15 +133,13 @@ def _covariance(jacobian: Array) -> tuple[Array, list[_Group]]:
 
 def _correlation(covariance: Array) -> Array:
     stds = np.sqrt(np.diag(covariance))
-    correlation: Array = covariance / np.outer(stds, stds)
-    return correlation
+    return covariance / np.outer(stds, stds)
 
 
 def square_root(covariance: Array) -> Array:
     """R of a covariance R R', (P, P): a column for the deviation of each independent unknown."""
     sizes, directions = np.linalg.eigh(covariance)
-    root: Array = directions * np.sqrt(np.maximum(sizes, 0.0))
-    return root
+    return directions * np.sqrt(np.maximum(sizes, 0.0))
 
 
 def mean_correlation_time(series: Sequence[Array]) -> float:

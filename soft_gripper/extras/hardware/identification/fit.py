@@ -299,8 +299,7 @@ def _settling_share(motion: MeasuredMotion, markers: Planar) -> Array:
     """Displacement of the middle of markers in the direction in which it settles, over that distance, (T,)."""
     shifts = np.mean(markers - motion.reference, axis=1)
     settled_shift = as_points(settled_mean(motion.time, shifts, motion.end))
-    fraction: Array = as_points(shifts) @ settled_shift / (settled_shift @ settled_shift)
-    return fraction
+    return as_points(shifts) @ settled_shift / (settled_shift @ settled_shift)
 
 
 def _swing(time: Array, displacement: Array, end: float) -> tuple[float, float]:

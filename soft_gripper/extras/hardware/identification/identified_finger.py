@@ -259,8 +259,7 @@ def identify_figure(tested: Tested) -> Figure:
 
 def displacement(markers: Planar, motion: MeasuredMotion) -> Array:
     """Displacement of the marker centre from its place before the event, m, (T,)."""
-    distance: Array = np.abs(np.mean(markers - motion.reference, axis=1))
-    return distance
+    return np.abs(np.mean(markers - motion.reference, axis=1))
 
 
 _PROLOG = re.compile(r"(?:\s|<\?.*?\?>|<!--.*?-->)*", re.DOTALL)  # may precede the root element

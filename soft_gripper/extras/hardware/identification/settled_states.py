@@ -224,8 +224,7 @@ def _center(vectors: Array, others: Array) -> Array:
 
 def balanced_rows(errors: Array) -> NDArray[np.bool_]:
     """Mask of the rows in which the finger finds a balance, (R,), from their errors, (R, M, 3)."""
-    rows: NDArray[np.bool_] = np.isfinite(errors).all(axis=(1, 2))
-    return rows
+    return np.isfinite(errors).all(axis=(1, 2))
 
 
 Rows = Sequence[NDArray[np.bool_]]  # (R,) each: mask of the fitted rows of a recording

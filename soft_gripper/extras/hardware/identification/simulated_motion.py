@@ -155,8 +155,7 @@ def _reference_markers(recording: HardwareRecording, markers: Planar, begin: flo
     """
     end = begin - _EVENT_MARGIN
     span = (recording.time > end - recording.config.reference) & (recording.time <= end)
-    mean_markers: Planar = np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
-    return mean_markers
+    return np.nanmean(markers[span if span.any() else recording.time < begin], axis=0)
 
 
 def _check_constant(recording: HardwareRecording, opens: float, closes: float) -> None:

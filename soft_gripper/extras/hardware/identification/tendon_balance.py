@@ -101,8 +101,7 @@ def _limit_slopes(stiffness: Array, slopes: Array) -> Array:
         root = np.sqrt(np.diag(stiffness))
         scale = np.outer(root, root)
         ratios, modes = np.linalg.eigh(slopes / scale)
-        limited: Array = scale * ((modes * np.minimum(ratios, _MAX_SLOPE_SHARE)[..., None, :]) @ modes.swapaxes(-1, -2))
-        return limited
+        return scale * ((modes * np.minimum(ratios, _MAX_SLOPE_SHARE)[..., None, :]) @ modes.swapaxes(-1, -2))
     return slopes
 
 

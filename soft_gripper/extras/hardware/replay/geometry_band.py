@@ -130,8 +130,7 @@ def _units(sections: Sequence[Array]) -> list[Array]:
 
 def _errors(geometry: ArmGeometry, recording: ArmRecording, finger: Finger) -> Array:
     positions, _ = body_poses(geometry, finger, *geometry.wires.sections(recording.inner, recording.outer))
-    errors: Array = np.abs(positions - measured_poses(recording, geometry.delay)[0])
-    return errors
+    return np.abs(positions - measured_poses(recording, geometry.delay)[0])
 
 
 def _growth_widths(

@@ -113,8 +113,7 @@ def _nominal_offsets(recordings: Sequence[ArmRecording]) -> Array:
         spans = np.abs(np.diff(recording.positions, axis=1, prepend=0.0))
         wires = np.diff((recording.inner + recording.outer) / 2, axis=1, prepend=0.0)
         differences.append(np.nanmean(spans - wires, axis=0))
-    mean_difference: Array = np.mean(differences, axis=0)
-    return mean_difference
+    return np.mean(differences, axis=0)
 
 
 def _build_geometry(x: Array, nominal: Array, spacing: float) -> ArmGeometry:
@@ -271,13 +270,11 @@ def bend_under(branch: CreepBranch, torque: Array) -> Array:
     """
     decay = recursion((branch,), PERIOD).decay.item()
     memory = decay + (1 - decay) * branch.share  # of the internal angle, which bends, too
-    bends: Array = torque + branch.share * lfilter([0.0, 1 - decay], [1.0, -memory], torque, axis=0)
-    return bends
+    return torque + branch.share * lfilter([0.0, 1 - decay], [1.0, -memory], torque, axis=0)
 
 
 def _weight(finger: Finger, theta: Array, joints: NDArray[np.int_], gravity: Array) -> Array:
     """Mean torque of weight on a joint of every section, (T, S) N m."""
     q = np.repeat(theta / joints, joints, axis=-1)
     torque = gravity_torque(finger, q, as_planar(gravity[::2]))
-    mean_torques: Array = np.add.reduceat(torque, np.concatenate([[0], np.cumsum(joints)[:-1]]), axis=-1) / joints
-    return mean_torques
+    return np.add.reduceat(torque, np.concatenate([[0], np.cumsum(joints)[:-1]]), axis=-1) / joints

@@ -247,8 +247,7 @@ def _interpolate_torque(torque: Array, segments: Array) -> Array:
     joint = np.clip(np.floor(segments - 0.5).astype(int), 0, torque.shape[-1] - 2)
     fraction = np.minimum(segments - 0.5 - joint, 1.0)  # below 0 between the base and the first joint
     lower_torque, upper_torque = (np.take_along_axis(torque, (joint + i)[:, None], axis=-1)[:, 0] for i in (0, 1))
-    interpolated_torque: Array = lower_torque + fraction * (upper_torque - lower_torque)
-    return interpolated_torque
+    return lower_torque + fraction * (upper_torque - lower_torque)
 
 
 def _lever(site: Sites, measured: Measured) -> Array:
@@ -279,8 +278,7 @@ def _torque_std(signals: Recording, name: str, joint: NDArray[np.int_], mechanic
         drive, sections = np.split(signals[f"{name}.{DISTANCE}"].values, [1], axis=-1)
         extrapolation = mechanics.extrapolation_at(states, StateDistances(drive[:, 0], sections, drive[:, 0]))
         driving = driving + (extrapolation.pressure[:, None] * finger.pressure_gain) ** 2
-    std: Array = np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
-    return std
+    return np.sqrt(np.take_along_axis(elastic + driving, joint[:, None], axis=-1)[:, 0])
 
 
 def _contact_estimate(signals: Recording, name: str, measured: Measured, samples: int) -> _Estimate:
