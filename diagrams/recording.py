@@ -153,26 +153,27 @@ class _SampledRecording(Recording):
     """Reads values from samples, and labels them once `data` is read: labels take longer than to simulate a grasp."""
 
     def __init__(self, labels: Labels, samples: Samples, about: Mapping[str, str]):
-        vars(self).update(_labels=labels, _samples=samples, _about=about)
-        self._labels: Labels
-        self._samples: Samples
-        self._about: Mapping[str, str]
+        vars(self)["_unlabelled"] = labels, samples, about
 
     @cached_property
     def data(self) -> "xr.Dataset":
         from soft_gripper.diagrams.signal_dataset import signal_dataset
 
-        return signal_dataset(self._labels, self._samples, self._about)
+        return signal_dataset(*vars(self).pop("_unlabelled"))  # samples that were all read are freed, with the diagram
 
     def __contains__(self, signal: str) -> bool:
-        return signal == _TIME or signal in self._labels.axes or signal in self._labels.coords
+        if "data" in vars(self):
+            return super().__contains__(signal)
+        labels: Labels = vars(self)["_unlabelled"][0]
+        return signal == _TIME or signal in labels.axes or signal in labels.coords
 
     def values(self, signal: str) -> Array:
-        if "data" in vars(self) or signal not in (_TIME, *self._labels.axes):
+        labels, samples, _ = vars(self).get("_unlabelled", (None, None, None))
+        if labels is None or signal not in (_TIME, *labels.axes):
             return super().values(signal)
         if signal == _TIME:
-            return self._samples.time
-        return self._samples[signal].reshape(len(self._samples.time), *self._labels.shape(signal))
+            return samples.time
+        return samples[signal].reshape(len(samples.time), *labels.shape(signal))
 
     def __reduce__(self) -> Any:
         """A copy, in another process too, has the values."""
