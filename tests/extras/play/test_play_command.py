@@ -157,4 +157,4 @@ def test_an_attacker_commands_nothing_writes_nothing_and_stops_nothing(played: P
     assert "Traceback" not in said
     assert said.splitlines()[-1] == f"Recordings: {played.out / '1'}"
     assert (played.out / "1" / "animation.html").exists()
-    assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] > 0.3
+    assert Recording.load(played.out / "1" / "recording.nc")["time"][-1] > 0.25, "the last sample before the end"
