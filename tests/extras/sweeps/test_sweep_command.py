@@ -33,13 +33,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_table_and_figure(whole):
-    assert {path.name for path in whole.iterdir()} == {
-        "sweep.csv",
-        "sweep.csv.sha256",
-        "sweep.json",
-        "sweep.png",
-        "sweep.svg",
-    }
+    files = {"sweep.csv", "sweep.csv.sha256", "sweep.json", "sweep.png", "sweep.svg"}
+    assert {path.name for path in whole.iterdir()} == files
     with (whole / "sweep.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["sensor.seed"] for row in rows] == 2 * ["0", "1", "2", "3"]
@@ -62,6 +57,12 @@ def test_killed_and_resumed_by_two_processes_it_comes_to_the_same(whole, tmp_pat
     assert done.code == 0
     assert table(tmp_path) == table(whole)
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in whole.iterdir()}
+
+
+def test_a_sweep_of_which_every_run_fails_ends_with_1(tmp_path):
+    (tmp_path / "mine.py").write_text("def fails(station, recording): raise ValueError", encoding="utf-8")
+    options = "--vary", "sensor.seed=0..1:2", "--measure", tmp_path / "mine.py:fails", "--out", tmp_path / "out"
+    assert soft_gripper("sweep", "free_bending", *NOISY, *options, "--jobs", 1).code == 1
 
 
 SHORT = ("--set", "control.set_points=[0.08, 0.06]", "--set", "control.hold=1")

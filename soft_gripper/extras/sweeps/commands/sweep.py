@@ -18,7 +18,7 @@ FIGURE = "sweep"
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the command."""
+    """Runs the command; the exit code is 1 if every run failed."""
     axes = [read_axis(text) for text in options.vary]
     points = sweep_points(axes, options.method, options.sample or 0, options.seed)
     fixed_changes = dict(map(read_override, options.set))
@@ -41,7 +41,8 @@ def run(options: argparse.Namespace) -> int:
         runs = [(row, {**fixed_changes, **point}) for row, point in zip(rows, points, strict=True)]
         agreements = agreement_with_drake(options.scenario, runs, options.check, options.seed, opened, options.measure)
     files = [TABLE, *_draw(rows, points, options), *([AGREEMENT] if agreements else [])]
-    print(f"{len(rows)} runs, {sum(row[ERROR] != '' for row in rows)} failed")
+    failure_count = sum(row[ERROR] != "" for row in rows)
+    print(f"{len(rows)} runs, {failure_count} failed")
     predicted_rows = [row for row in rows if row.get("predicted")]
     if predicted_rows:
         correct = sum(as_predicted(row["predicted"], row["grasp"]) for row in predicted_rows)
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
         print_agreement(agreements, options.console, options.out)
     options.console.document["runs"] = rows
     options.console.wrote(*(options.out / file for file in files))
-    return 0
+    return 1 if failure_count == len(rows) else 0
 
 
 def _draw(rows: list[dict[str, str]], points: list[SweepPoint], options: argparse.Namespace) -> list[str]:
