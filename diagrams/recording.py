@@ -159,7 +159,9 @@ class _SampledRecording(Recording):
     def data(self) -> "xr.Dataset":
         from soft_gripper.diagrams.signal_dataset import signal_dataset
 
-        return signal_dataset(*vars(self).pop("_unlabelled"))  # samples that were all read are freed, with the diagram
+        dataset = signal_dataset(*vars(self)["_unlabelled"])
+        del vars(self)["_unlabelled"]  # samples that were all read are freed, with the diagram
+        return dataset
 
     def __contains__(self, signal: str) -> bool:
         if "data" in vars(self):

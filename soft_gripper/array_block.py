@@ -298,9 +298,10 @@ class ArrayBlock(LeafSystem):
 
     def _keep(self, name: str, read: Callable[[Context], Any], tickets: set[Any]) -> None:
         """Keeps the values of a step in a cache entry, which steps of equal tickets share: each entry costs time."""
+        tickets = tickets or {self.nothing_ticket()}
         key = frozenset(map(int, tickets))
         if key not in self._kept:
-            self._kept[key] = Cached(self, name, _set_empty, tickets or {self.nothing_ticket()})
+            self._kept[key] = Cached(self, name, _set_empty, tickets)
         kept = self._kept[key]
         check_inputs = weakly(self._check_inputs)
 

@@ -351,16 +351,11 @@ class Mechanics:
     def bend_changes(self) -> Array:
         """Changes of the bend at the joints as fractions, (3, D): independent, of one standard deviation each.
 
-        They are `bend_polynomials`.
+        They are Legendre polynomials of degree 0 to 2 along the finger, from -1 at the base to 1 at the tip.
         """
-        return np.asarray(self.uncertainty.bend_stds[:, None] * self.bend_polynomials)
-
-    @cached_property
-    def bend_polynomials(self) -> Array:
-        """Legendre polynomials of degree 0 to 2 at the joints, from -1 at the base to 1 at the tip, (3, D)."""
-        finger = self.layout.finger
-        places, degree = 2 * finger.joint_arc_lengths / finger.length - 1, len(self.uncertainty.bend_stds) - 1
-        return np.tile(np.polynomial.legendre.legvander(places, degree).T, len(self.layout.deformations))
+        finger, stds = self.layout.finger, self.uncertainty.bend_stds
+        polynomials = np.polynomial.legendre.legvander(2 * finger.joint_arc_lengths / finger.length - 1, len(stds) - 1)
+        return np.tile(stds[:, None] * polynomials.T, len(self.layout.deformations))
 
     @property
     def usual_force(self) -> float:

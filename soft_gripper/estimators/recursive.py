@@ -4,8 +4,7 @@ A Kalman filter (Kalman 1960, doi 10.1115/1.3662552), extended for the gain of t
 
     z     the load, as its strongest modes:  tau = V z  (`mechanics`); it changes slowly, or jumps
     r, d  how much more the finger bends than nominal, and the pressure that is measured too low:
-          k q = u (1 + P r) + g d + w + tau , with u the driving torque, P the Legendre polynomials of degree 0 to 2
-          along the finger (`Mechanics.bend_polynomials`), and g the pressure gain
+          k q = u (1 + r) + g d + w + tau , with u the driving torque and g the pressure gain
     c, b  gain error and offset of every reading:  strain = (1 + c) h(q) + b + noise
     a     rate at which every offset drifts, where sensors drift:  b' = a , a' = noise
 
@@ -20,9 +19,8 @@ and d that its readings ask for beside the load, though nothing is learnt from t
 as assumed would not have the shape that is read. A finger that bends further than nominal is taken to be softer by as
 much, as `calibrate` takes it: the contact is that of its stiffness. Whether stiffness or drive differs is known as well
 as those of a model that is declared exact. What cannot be seen is a load that begins before anything is learnt and
-looks like a finger that bends less than assumed, or less toward one end, and offsets that drifted further while the
-finger was loaded than their uncertainty allows: let the finger move freely first and often, or give a smaller
-`bend_per_pressure`.
+looks like a finger that bends less than assumed, and offsets that drifted further while the finger was loaded than
+their uncertainty allows: let the finger move freely first and often, or give a smaller `bend_per_pressure`.
 
 Weaker modes of a load bend the finger between the sensors, and stronger ones are taken for the readings that these
 change. They are no states, but both count in the covariance of a loaded finger's shape.
@@ -63,8 +61,8 @@ A finger that bends a tenth less than its nominal model while its pressure rises
 Leading axes are free; R readings, S values, D joints, one deformation after the other, M modes of the load, n states.
 
 Symbols, beside those of `gaussian`: x the state, z its part that is the load, V the torques of a unit of each mode; r
-relative changes of the bend, by degree; d error of the pressure, Pa, g pressure gain, N m/Pa; c gain errors and b
-offsets of the readings, a rates of these, h the extension ratios that joints give; C compliance of the joints.
+relative change of the bend; d error of the pressure, Pa, g pressure gain, N m/Pa; c gain errors and b offsets of the
+readings, a rates of these, h the extension ratios that joints give; C compliance of the joints.
 
 The force estimate uses `effective_driving_torque`, which therefore moves as the finger does: noise, differentiated
 twice, would amount to 8 mN m.
@@ -95,8 +93,7 @@ from soft_gripper.sensors.measurement import MeasurementModel
 from soft_gripper.sensors.strain_errors import MINUTE
 
 EFFECTIVE_DRIVING_TORQUE = "effective_driving_torque"
-_DEGREES = 3  # relative changes of the bend, by degree along the finger
-_DRIVE = _DEGREES + 1  # with the pressure
+_BEND_RATIOS = 0.5, 2.0  # beyond these no finger is taken to differ from its nominal model, as by `calibrate`
 _LOAD_CHANGE = 0.15  # 1/sqrt(s), random walk of a load, as a share of a usual one
 _LOAD_JUMP = 0.2  # of a usual load: standard deviation of a jump within one sample
 _AVERAGE_WEIGHT = 0.1  # weight of the newest sample in the average that is compared with the free finger
@@ -134,7 +131,7 @@ class FilterState(NamedTuple):
     difference: Array  # (..., R) averaged deviation of the readings from those of the free finger
     loaded: NDArray[np.bool_]  # (...)
     innovation: Array  # (...) squared and normalised, 1 where noise leaves more in 1 of 1000 samples
-    drive_errors: Array  # (..., 4) r and d of this sample
+    drive_errors: Array  # (..., 2) r and d of this sample
     q: Array  # (..., D) rad, and m where joints slide
     extrapolation: Array  # (..., 1 + S) the fields of `ExtrapolationStd`; 0 of a finger that is not calibrated
     stroke: Array  # (..., R) the largest strain so far
@@ -177,7 +174,7 @@ class RecursiveShape:
         no_readings = np.zeros((*shape, self.layout.readings))
         return FilterState(
             *(np.zeros((*shape, states)), covariance, no_readings, np.zeros(shape, bool)),
-            *(np.zeros(shape), np.zeros((*shape, _DRIVE)), np.zeros((*shape, len(self.layout.straight)))),
+            *(np.zeros(shape), np.zeros((*shape, 2)), np.zeros((*shape, len(self.layout.straight)))),
             *(np.zeros((*shape, 1 + self._values)), no_readings),
         )
 
@@ -231,7 +228,7 @@ class RecursiveShape:
 
         `straightened` is the square of the largest strain so far less that of the strain, (..., R).
         """
-        drive_errors = jacobian[..., self._modes + _DEGREES] * extrapolation[..., :1]
+        drive_errors = jacobian[..., self._modes + 1] * extrapolation[..., :1]
         reading_errors = np.abs(self.layout.sensitivity) * extrapolation[..., None, 1:]
         variances = reading_errors.reshape(*drive_errors.shape) ** 2 + self.uncertainty.gain**2 * straightened
         return outer(drive_errors) + variances[..., None] * np.eye(variances.shape[-1])
@@ -315,21 +312,21 @@ class RecursiveShape:
     ) -> tuple[LinearizedResidual, Array]:
         """Computes the load's change of the values, and the Jacobian of the joints by the states.
 
-        The stiffness may be as wrong as the bend per driving torque still is: then a share of the bends is.
+        The stiffness may be as wrong as the bend per driving torque still is: then a share of all values is.
         """
-        M, bent, (_, A) = self._modes, self.mechanics.bent_finger(q), self.layout.values_at(q)
+        M, bent, (values, A) = self._modes, self.mechanics.bent_finger(q), self.layout.values_at(q)
         joint_jacobian = self._joint_jacobian(q, driving, self.mechanics.load_modes(bent))
         # A finger that bends further is softer, as `calibrate` has it: its bends are due to so much less force.
-        load_jacobian = A @ (joint_jacobian[..., :M] / self._bend_ratio(self._drive_errors(mean))[..., None])
+        bend_ratio = np.clip(1 + mean[..., M, None, None], *_BEND_RATIOS)
+        load_jacobian = A @ (joint_jacobian[..., :M] / bend_ratio)
         load_covariance = load_jacobian @ covariance[..., :M, :M] @ np.swapaxes(load_jacobian, -1, -2)
         load_covariance = load_covariance + A @ self.mechanics.deviations @ np.swapaxes(A, -1, -2)
-        stiffness_changes = A @ np.swapaxes(self.mechanics.bend_polynomials * q[..., None, :], -1, -2)
-        bend_covariance = covariance[..., M : M + _DEGREES, M : M + _DEGREES] + EXACT**2 * np.eye(_DEGREES)
+        stiffness_changes = np.sqrt(covariance[..., M, M] + EXACT**2)[..., None] * values
         residual_covariance = load_covariance + np.diag(_RESIDUAL_NOISE_RATIO**2 * self._noise)
         explained_count = np.trace(np.linalg.solve(residual_covariance, load_covariance), axis1=-2, axis2=-1)
         residual = (load_jacobian @ mean[..., :M, None])[..., 0]
         read_count = np.maximum(explained_count, self.contact.min_read_count)
-        residual_covariance += stiffness_changes @ bend_covariance @ np.swapaxes(stiffness_changes, -1, -2)
+        residual_covariance = residual_covariance + outer(stiffness_changes)
         if self.layout.calibrated is not None:
             drive_changes = (A @ self._drive_std(q, extrapolation)[..., None])[..., 0]
             residual_covariance = (
@@ -352,31 +349,27 @@ class RecursiveShape:
         readings = self.layout.readings
         std = np.sqrt(np.diagonal(state.covariance, axis1=-2, axis2=-1))
         M = self._modes
-        gains, offsets = (slice(M + _DRIVE + begin, M + _DRIVE + begin + readings) for begin in (0, readings))
-        state_indices = M, M + _DEGREES, gains, offsets
+        gains, offsets = (slice(M + 2 + begin, M + 2 + begin + readings) for begin in (0, readings))
+        state_indices = M, M + 1, gains, offsets
         return Changes(*(values[..., index] for index in state_indices for values in (state.mean, std)))
 
     def effective_driving(self, drive: Array, driving: Array) -> Array:
-        """The driving torque of the nominal finger at the pressure that drives it, (..., D), by r and d, (..., 4)."""
-        return driving * self._bend_ratio(drive) + drive[..., _DEGREES:] * self.mechanics.pressure_gain
-
-    def _bend_ratio(self, drive: Array) -> Array:
-        """Bend of the joints over the nominal one under the same torque, 1 + P r, (..., D)."""
-        return np.asarray(1 + drive[..., :_DEGREES] @ self.mechanics.bend_polynomials)
+        """The driving torque of the nominal finger at the pressure that drives it, (..., D), by r and d, (..., 2)."""
+        return driving * (1 + drive[..., :1]) + drive[..., 1:] * self.mechanics.pressure_gain
 
     def _drive_errors(self, mean: Array) -> Array:
-        """r and d, (..., 4)."""
-        return mean[..., self._modes : self._modes + _DRIVE]
+        """r and d, (..., 2)."""
+        return mean[..., self._modes : self._modes + 2]
 
     def _torque(self, modes: Array, mean: Array) -> Array:
         """Torque of the load at the joints, (..., D)."""
         return np.asarray((modes @ mean[..., : self._modes, None])[..., 0])
 
     def _gains(self, mean: Array) -> Array:
-        return mean[..., self._modes + _DRIVE : self._modes + _DRIVE + self.layout.readings]
+        return mean[..., self._modes + 2 : self._modes + 2 + self.layout.readings]
 
     def _offsets(self, mean: Array) -> Array:
-        begin = self._modes + _DRIVE + self.layout.readings
+        begin = self._modes + 2 + self.layout.readings
         return mean[..., begin : begin + self.layout.readings]
 
     @cached_property
@@ -395,7 +388,7 @@ class RecursiveShape:
 
     @cached_property
     def _states(self) -> int:
-        return self._modes + _DRIVE + 2 * self.layout.readings + self._rates
+        return self._modes + 2 + 2 * self.layout.readings + self._rates
 
     @property
     def _rates(self) -> int:
@@ -444,7 +437,7 @@ class RecursiveShape:
     def _initial_variances(self) -> Array:
         """Variances of the states before the first sample, (n,)."""
         uncertainty, readings = self.uncertainty, self.layout.readings
-        slow_stds = [*uncertainty.bend_stds, uncertainty.pressure]
+        slow_stds = [uncertainty.bend_per_pressure, uncertainty.pressure]
         slow_stds += [uncertainty.gain] * readings + [uncertainty.offset] * readings
         slow_stds += [uncertainty.drift / math.sqrt(MINUTE)] * self._rates
         return np.concatenate([self.mechanics.load_variances, np.square(slow_stds)])
@@ -453,7 +446,7 @@ class RecursiveShape:
     def _walk_variances(self) -> Array:
         """Variances added per period, (n,)."""
         uncertainty, readings = self.uncertainty, self.layout.readings
-        slow_stds = [math.hypot(_SLOW_BEND, uncertainty.creep)] + [_SLOW_BEND] * (_DEGREES - 1) + [0.0]
+        slow_stds = [math.hypot(_SLOW_BEND, uncertainty.creep), 0.0]
         slow_stds += [_SLOW_GAIN] * readings + [0.0] * readings
         slow_stds += [uncertainty.drift / math.sqrt(MINUTE * _DRIFT_RATE_TIME)] * self._rates
         variances = np.concatenate([_LOAD_CHANGE**2 * self.mechanics.load_variances, np.square(slow_stds)])
@@ -485,10 +478,9 @@ class RecursiveShape:
 
     @cached_property
     def _bounded_states(self) -> list[int]:
-        """The states that are never less known than before the first sample: gains and bend, but for its creep."""
+        """The states that are never less known than before the first sample: the gains and, without creep, the bend."""
         M, readings = self._modes, self.layout.readings
-        first_bend = M + (1 if self.uncertainty.creep else 0)
-        return [*range(first_bend, M + _DEGREES), *range(M + _DRIVE, M + _DRIVE + readings)]
+        return [*([] if self.uncertainty.creep else [M]), *range(M + 2, M + 2 + readings)]
 
     @cached_property
     def _transition(self) -> Array:
@@ -502,16 +494,15 @@ class RecursiveShape:
         compliance, M = self.mechanics.compliance(q), self._modes
         jacobian = np.zeros((*q.shape, self._states))
         jacobian[..., :M] = compliance[..., None] * modes
-        bends = (compliance * driving)[..., None, :] * self.mechanics.bend_polynomials
-        jacobian[..., M : M + _DEGREES] = np.swapaxes(bends, -1, -2)
-        jacobian[..., M + _DEGREES] = compliance * self.mechanics.pressure_gain
+        jacobian[..., M + 1] = compliance * self.mechanics.pressure_gain
+        jacobian[..., M] = compliance * driving
         return jacobian
 
     def _state_jacobian(
         self, q: Array, strain: Array, slopes: Array, mean: Array, driving: Array, modes: Array
     ) -> Array:
         """Jacobian of the measured strains with respect to the states, (..., R, n), at q."""
-        readings, first_gain = np.arange(self.layout.readings), self._modes + _DRIVE
+        readings, first_gain = np.arange(self.layout.readings), self._modes + 2
         jacobian = (1 + self._gains(mean))[..., None] * (slopes @ self._joint_jacobian(q, driving, modes))
         jacobian[..., readings, first_gain + readings] = strain
         jacobian[..., readings, first_gain + len(readings) + readings] = 1.0

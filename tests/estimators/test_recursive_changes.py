@@ -59,7 +59,7 @@ def followed(finger, errors, seconds=24.0, softens=0.0, seed=0):
 CASES = {  # hysteresis, softening in a minute, s of motion: RMS errors of bend and offsets, and their coverage, %
     (0.0, 0.0, 24): "0.8, 0.05, 98, 99",
     (0.01, 0.0, 24): "0.7, 0.12, 100, 91",
-    (0.0, 0.05, 60): "1.1, 0.05, 98, 99",
+    (0.0, 0.05, 60): "1.1, 0.05, 98, 98",
 }
 PAGE = Path(__file__).parents[2] / "docs" / "estimators.md"
 
@@ -104,7 +104,7 @@ def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger
     mechanics, driving = shape.mechanics, shipped_finger.pressure_torque(80e3)
     modes = mechanics.load_modes(mechanics.bent_finger(layout.straight))
     weight, loads = 1e-3 * np.ones(12), shape._modes
-    sizes = np.concatenate([[0.05, 0.03, 0.02, 2e3], np.full(layout.readings, 0.02), np.full(layout.readings, 5e-3)])
+    sizes = np.concatenate([[0.05, 2e3], np.full(layout.readings, 0.02), np.full(layout.readings, 5e-3)])
     mean = np.append(np.zeros(loads), sizes * rng.standard_normal(len(sizes)))
 
     def expected(mean):
@@ -116,8 +116,8 @@ def test_what_finger_and_sensors_change_of_readings_is_linearised(shipped_finger
         step = 1e-3 * size * (np.arange(len(mean)) == number)
         change = (expected(mean + step)[0] - readings) / step[number]
         np.testing.assert_allclose(by_state[:, number], change, rtol=0.01, atol=1e-6 * np.abs(change).max())
-    more = mean + (np.arange(len(mean)) == loads + 3) * 1e3  # the pressure sensor reads 1 kPa too little
-    torques = [shape.effective_driving(each[loads : loads + 4], driving) for each in (mean, more)]
+    more = mean + (np.arange(len(mean)) == loads + 1) * 1e3  # the pressure sensor reads 1 kPa too little
+    torques = [shape.effective_driving(each[loads : loads + 2], driving) for each in (mean, more)]
     np.testing.assert_allclose(torques[1] - torques[0], shipped_finger.pressure_torque(1e3))
 
 

@@ -73,16 +73,13 @@ def test_a_load_is_estimated_as_by_dense_conditioning_of_all_states(spatial):
     weight, modes = mechanics.weight(at, GRAVITY), mechanics.load_modes(at)
 
     def readings(state):
-        z, bends, pressure, gains, offsets = np.split(state[:34], [10, 13, 14, 14 + R])
-        ratios = 1 + np.tile(
-            np.polynomial.legendre.legval(2 * spatial.joint_arc_lengths / spatial.length - 1, bends), 3
-        )
-        torque = driving * ratios + pressure * mechanics.pressure_gain + weight + modes @ z
+        z, (share, pressure), gains, offsets = np.split(state[:32], [10, 12, 12 + R])
+        torque = driving * (1 + share) + pressure * mechanics.pressure_gain + weight + modes @ z
         return (1 + gains) * layout.predict(mechanics.positions_under(torque)) + offsets
 
-    steps = np.concatenate([np.full(10, 1e-5), np.full(3, 1e-4), [1.0], np.full(3 * R, 1e-4)])
-    later = np.eye(44)
-    later[24:34, 34:] = shape.period * np.eye(R)  # offsets drift at their rates
+    steps = np.concatenate([np.full(10, 1e-5), [1e-4, 1.0], np.full(3 * R, 1e-4)])
+    later = np.eye(42)
+    later[22:32, 32:] = shape.period * np.eye(R)  # offsets drift at their rates
     mean = later @ known.mean
     H = np.array([(readings(mean + step) - readings(mean - step)) for step in np.diag(steps)]).T / (2 * steps)
     before = later @ (known.covariance + np.diag(shape._walk_variances)) @ later.T
