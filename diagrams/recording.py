@@ -150,7 +150,7 @@ def make_recording(labels: Labels, samples: Samples, about: Mapping[str, str] | 
 
 
 class _SampledRecording(Recording):
-    """Reads values from samples, and labels them once `data` is read: labels take longer than to simulate a grasp."""
+    """Reads values from samples, and labels them once `data` is read: labelling a hundred signals takes long."""
 
     def __init__(self, labels: Labels, samples: Samples, about: Mapping[str, str]):
         vars(self)["_unlabelled"] = labels, samples, about

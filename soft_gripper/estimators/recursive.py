@@ -17,10 +17,11 @@ not white. While the finger is loaded they are kept as they are, with their unce
 10.1016/B978-1-4831-6716-9.50011-4): else a load that lasts would pass for an offset. The shape of a sample has the r
 and d that its readings ask for beside the load, though nothing is learnt from them; else a finger that is not as stiff
 as assumed would not have the shape that is read. A finger that bends further than nominal is taken to be softer by as
-much, as `calibrate` takes it: the contact is that of its stiffness. Whether stiffness or drive differs is known as well
-as those of a model that is declared exact. What cannot be seen is a load that begins before anything is learnt and
-looks like a finger that bends less than assumed, and offsets that drifted further while the finger was loaded than
-their uncertainty allows: let the finger move freely first and often, or give a smaller `bend_per_pressure`.
+much, as `calibrate` takes it: the contact is that of its stiffness. Readings of a free finger do not tell whether its
+stiffness or its drive differs: 0.5 % of doubt, that of a model which is declared exact, is left in any case. What
+cannot be seen is a load that begins before anything is learnt and looks like a finger that bends less than assumed, and
+offsets that drifted further while the finger was loaded than their uncertainty allows: let the finger move freely first
+and often, or give a smaller `bend_per_pressure`.
 
 Weaker modes of a load bend the finger between the sensors, and stronger ones are taken for the readings that these
 change. They are no states, but both count in the covariance of a loaded finger's shape.
